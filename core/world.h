@@ -17,11 +17,7 @@ struct Placement {
     double scale = 1;
 };
 
-/// One flattened triangle: three vertices, its material.
-struct WorldTriangle {
-    uint32_t v0, v1, v2;
-    uint32_t material;
-};
+using shared::WorldTriangle;
 
 struct World {
     std::shared_ptr<const Scene> scene;

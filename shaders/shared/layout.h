@@ -132,6 +132,21 @@ SHARED_CONST uint kEmitterWords = 4u;
 SHARED_CONST uint kEmitterTwoSided = 0x100u;   // or-ed to kind
 SHARED_CONST uint kEmitterTextured = 0x200u;
 
+/// One flattened triangle: three vertices, its material.
+struct WorldTriangle {
+    uint v0;
+    uint v1;
+    uint v2;
+    uint material;
+};
+
+// The w component of a triangle's second vertex, as fetchTriangleVertex returns it, is its material with this bit
+// set when a hit needs the alpha test.
+SHARED_CONST uint kTriangleAlphaBit = 0x80000000u;
+
+// VertexAttributes::normal of vertices that have none (packOct never makes it): flat shading.
+SHARED_CONST uint kNoNormal = 0x80008000u;
+
 /// Vertex attributes, one word: octahedral normal (2 x snorm16), texture coordinates, octahedral tangent
 /// (15 + 16 bits; lowest bit = handedness).
 struct VertexAttributes {
@@ -194,7 +209,7 @@ SHARED_CONST uint kStrategyLight = 2u;
 static_assert(sizeof(Material) == 16 * kMaterialWords);
 static_assert(sizeof(TextureReference) == 16 * kTextureReferenceWords);
 static_assert(sizeof(Emitter) == 16 * kEmitterWords);
-static_assert(sizeof(VertexAttributes) == 16 && sizeof(VertexExtra) == 16);
+static_assert(sizeof(WorldTriangle) == 16 && sizeof(VertexAttributes) == 16 && sizeof(VertexExtra) == 16);
 static_assert(sizeof(CameraData) == 80);
 static_assert(sizeof(PathSettings) == 64);
 #endif

@@ -1,0 +1,349 @@
+// From a hit to what shading needs: position, frames, texture coordinates, material, emission, alpha.
+// Ray origins are offset after Waechter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection" (2019),
+// from barycentric hit points; the scene is recentred at load, where the method is at its best.
+#ifndef REKINDLE_SHARED_SURFACE_H
+#define REKINDLE_SHARED_SURFACE_H
+
+#include "bsdf.h"
+#include "rng.h"
+#include "scene.h"
+#include "warp.h"
+
+SHARED_BEGIN
+
+/// The nearest intersection: distance, weights of the second and third vertex, slot of the triangle.
+struct Hit {
+    float t;
+    vec2 barycentrics;
+    uint slot;
+};
+
+struct SurfacePoint {
+    vec3 position;
+    vec3 normal;    // geometric, unit, of the front face
+    mat3 frame;     // shading: columns tangent, bitangent, normal on the side of wo
+    vec2 uv0;
+    vec2 uv1;
+    vec4 color;     // vertex colour, or one
+    uint material;
+    uint emitter;   // or kNone
+    uint triangle;  // the scene's own numbering
+    uint backFace;  // 1: seen from behind
+};
+
+/// Shifts a point off its surface, to the side of `n` (unit), by some units in the last place.
+SHARED_FN vec3 offsetRay(vec3 p, vec3 n)
+{
+    const float kOrigin = 1.0f / 32.0f;
+    const vec3 nearZero = p + n * (1.0f / 65536.0f);
+    const ivec3 ulps = ivec3(n * 256.0f);
+    vec3 shifted;
+    shifted.x = uintAsFloat(floatAsUint(p.x) + uint(p.x < 0.0f ? -ulps.x : ulps.x));
+    shifted.y = uintAsFloat(floatAsUint(p.y) + uint(p.y < 0.0f ? -ulps.y : ulps.y));
+    shifted.z = uintAsFloat(floatAsUint(p.z) + uint(p.z < 0.0f ? -ulps.z : ulps.z));
+    return vec3(abs(p.x) < kOrigin ? nearZero.x : shifted.x, abs(p.y) < kOrigin ? nearZero.y : shifted.y,
+                abs(p.z) < kOrigin ? nearZero.z : shifted.z);
+}
+
+/// A coordinate of a texture wrapped into [0, size).
+SHARED_FN uint wrapTexel(int i, int size, uint mode)
+{
+    if (mode == kWrapClamp) return uint(clamp(i, 0, size - 1));
+    const int period = mode == kWrapMirror ? 2 * size : size;
+    int j = i - (i / period) * period;
+    j = j < 0 ? j + period : j;
+    return uint(min(j < size ? j : period - 1 - j, size - 1));
+}
+
+/// Bilinear (or nearest) look-up; row 0 is at v = 0 as in glTF. Coordinates that are not finite read some texel.
+SHARED_FN vec4 lookUpTexture(SCENE_PARAM uint reference, vec2 uv0, vec2 uv1)
+{
+    const uvec4 head = fetchTextureReference(SCENE_ARG reference, 0u);
+    const uint flags = head.w;
+    vec2 uv = (flags & kTextureTexCoord1) != 0u ? uv1 : uv0;
+    if ((flags & kTextureTransformed) != 0u) {
+        const uvec4 row0 = fetchTextureReference(SCENE_ARG reference, 1u);
+        const uvec4 row1 = fetchTextureReference(SCENE_ARG reference, 2u);
+        uv = vec2(uintAsFloat(row0.x) * uv.x + uintAsFloat(row0.y) * uv.y + uintAsFloat(row0.z),
+                  uintAsFloat(row1.x) * uv.x + uintAsFloat(row1.y) * uv.y + uintAsFloat(row1.z));
+    }
+    const int width = int(head.y);
+    const int height = int(head.z);
+    vec2 texel = vec2(uv.x * float(width), uv.y * float(height));
+    texel = vec2(abs(texel.x) < 1.0e9f ? texel.x : 0.0f, abs(texel.y) < 1.0e9f ? texel.y : 0.0f);
+    const bool nearest = (flags & kTextureNearest) != 0u;
+    texel = nearest ? texel : texel - vec2(0.5f, 0.5f);
+    const vec2 corner = floor(texel);
+    const vec2 f = nearest ? vec2(0.0f, 0.0f) : texel - corner;
+    const int x = int(corner.x);
+    const int y = int(corner.y);
+    const uint wrapS = (flags >> kTextureWrapSShift) & 3u;
+    const uint wrapT = (flags >> kTextureWrapTShift) & 3u;
+    const uint x0 = wrapTexel(x, width, wrapS);
+    const uint row0 = head.x + wrapTexel(y, height, wrapT) * head.y;
+    if (nearest) return fetchTexel(SCENE_ARG row0 + x0);
+    const uint x1 = wrapTexel(x + 1, width, wrapS);
+    const uint row1 = head.x + wrapTexel(y + 1, height, wrapT) * head.y;
+    const vec4 top = mix(fetchTexel(SCENE_ARG row0 + x0), fetchTexel(SCENE_ARG row0 + x1), f.x);
+    const vec4 bottom = mix(fetchTexel(SCENE_ARG row1 + x0), fetchTexel(SCENE_ARG row1 + x1), f.x);
+    return mix(top, bottom, f.y);
+}
+
+/// 1 + texture reference of a slot, 0 for none. Words 5 and 6 of the material hold them, 16 bits each.
+SHARED_FN uint textureOfSlot(vec4 word5, vec4 word6, uint slot)
+{
+    uint pair = floatAsUint(word5.w);
+    if (slot >= 8u) {
+        pair = floatAsUint(word6.w);
+    } else if (slot >= 6u) {
+        pair = floatAsUint(word6.z);
+    } else if (slot >= 4u) {
+        pair = floatAsUint(word6.y);
+    } else if (slot >= 2u) {
+        pair = floatAsUint(word6.x);
+    }
+    return (slot & 1u) != 0u ? pair >> 16u : pair & 0xffffu;
+}
+
+SHARED_FN vec2 interpolate(vec2 a, vec2 b, vec2 c, vec2 w)
+{
+    return (1.0f - w.x - w.y) * a + w.x * b + w.y * c;
+}
+
+SHARED_FN vec4 unpackHalfColor(uint rg, uint ba)
+{
+    const vec2 a = unpackHalf2x16(rg);
+    const vec2 b = unpackHalf2x16(ba);
+    return vec4(a.x, a.y, b.x, b.y);
+}
+
+/// Texture coordinates and colour at a point of a triangle (`vertices` as fetchTriangleIndices gives them).
+SHARED_FN void interpolateVertexExtra(SCENE_PARAM uvec4 vertices, vec2 w, OUT(vec2) uv1, OUT(vec4) color)
+{
+    const VertexExtra a = fetchVertexExtra(SCENE_ARG vertices.x);
+    const VertexExtra b = fetchVertexExtra(SCENE_ARG vertices.y);
+    const VertexExtra c = fetchVertexExtra(SCENE_ARG vertices.z);
+    uv1 = interpolate(vec2(a.u1, a.v1), vec2(b.u1, b.v1), vec2(c.u1, c.v1), w);
+    color = (1.0f - w.x - w.y) * unpackHalfColor(a.colorRg, a.colorBa) +
+            w.x * unpackHalfColor(b.colorRg, b.colorBa) + w.y * unpackHalfColor(c.colorRg, c.colorBa);
+}
+
+/// Bends a shading normal until `wo` is above it (cos >= 0.001): a view from under the shading horizon has no meaning.
+SHARED_FN vec3 ensureVisible(vec3 n, vec3 wo)
+{
+    const float kLowest = 0.001f;
+    const float cosine = dot(n, wo);
+    return cosine >= kLowest ? n : normalize(n + (kLowest - cosine) * 1.001f * wo);
+}
+
+/// Everything about the hit but its material. `direction` is that of the ray, unit.
+SHARED_FN SurfacePoint makeSurfacePoint(SCENE_PARAM Hit hit, vec3 direction)
+{
+    const vec4 a = fetchTriangleVertex(SCENE_ARG hit.slot, 0u);
+    const vec4 b = fetchTriangleVertex(SCENE_ARG hit.slot, 1u);
+    const vec4 c = fetchTriangleVertex(SCENE_ARG hit.slot, 2u);
+    const vec2 w = hit.barycentrics;
+    SurfacePoint s;
+    const vec3 e1 = xyz(b) - xyz(a);
+    const vec3 e2 = xyz(c) - xyz(a);
+    s.position = xyz(a) + w.x * e1 + w.y * e2;
+    s.normal = normalize(cross(e1, e2));
+    s.triangle = floatAsUint(a.w);
+    s.material = floatAsUint(b.w) & ~kTriangleAlphaBit;
+    s.emitter = floatAsUint(c.w);
+    s.backFace = dot(direction, s.normal) > 0.0f ? 1u : 0u;
+    s.uv0 = vec2(0.0f, 0.0f);
+    s.uv1 = vec2(0.0f, 0.0f);
+    s.color = vec4(1.0f, 1.0f, 1.0f, 1.0f);
+
+    vec3 n = s.normal;
+    vec4 tangent = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    if (FEATURE(kFeatureShadingNormals | kFeatureTextures | kFeatureVertexExtra)) {
+#ifdef __cplusplus
+        if (scene.attributes != nullptr)
+#endif
+        {
+            const uvec4 vertices = fetchTriangleIndices(SCENE_ARG s.triangle);
+            const VertexAttributes va = fetchVertexAttributes(SCENE_ARG vertices.x);
+            const VertexAttributes vb = fetchVertexAttributes(SCENE_ARG vertices.y);
+            const VertexAttributes vc = fetchVertexAttributes(SCENE_ARG vertices.z);
+            s.uv0 = interpolate(vec2(va.u, va.v), vec2(vb.u, vb.v), vec2(vc.u, vc.v), w);
+            if (FEATURE(kFeatureShadingNormals) && va.normal != kNoNormal) {
+                const vec3 ns = (1.0f - w.x - w.y) * unpackOct(va.normal) + w.x * unpackOct(vb.normal) +
+                                w.y * unpackOct(vc.normal);
+                const float length2 = dot(ns, ns);
+                n = length2 > 1.0e-8f ? ns * inversesqrt(length2) : n;
+            }
+            if (FEATURE(kFeatureNormalMaps)) {
+                tangent = unpackTangent(va.tangent) * (1.0f - w.x - w.y) + unpackTangent(vb.tangent) * w.x +
+                          unpackTangent(vc.tangent) * w.y;
+                tangent.w = unpackTangent(va.tangent).w;
+            }
+#ifdef __cplusplus
+            if (scene.extra != nullptr)
+#endif
+            {
+                if (FEATURE(kFeatureVertexExtra)) {
+                    interpolateVertexExtra(SCENE_ARG vertices, w, s.uv1, s.color);
+                }
+            }
+        }
+    }
+    n = dot(n, s.normal) < 0.0f ? -n : n;  // the geometric front decides
+    const float side = s.backFace != 0u ? -1.0f : 1.0f;
+    n = ensureVisible(side * n, -direction);
+    s.frame = makeFrame(n);
+    if (FEATURE(kFeatureNormalMaps)) {
+        const vec3 t = xyz(tangent) - n * dot(n, xyz(tangent));
+        const float length2 = dot(t, t);
+        if (length2 > 1.0e-8f) {
+            const vec3 unit = t * inversesqrt(length2);
+            s.frame = mat3(unit, cross(side * n, unit) * (tangent.w < 0.0f ? -1.0f : 1.0f), n);
+        }
+    }
+    return s;
+}
+
+/// Replaces the shading normal by that of the normal map, if the material has one.
+SHARED_FN void applyNormalMap(SCENE_PARAM uint reference, float scale, vec3 direction, INOUT(SurfacePoint) s)
+{
+    const vec4 texel = lookUpTexture(SCENE_ARG reference, s.uv0, s.uv1);
+    vec3 m = vec3(scale * (2.0f * texel.x - 1.0f), scale * (2.0f * texel.y - 1.0f), 2.0f * texel.z - 1.0f);
+    const float length2 = dot(m, m);
+    m = length2 > 1.0e-8f ? m * inversesqrt(length2) : vec3(0.0f, 0.0f, 1.0f);
+    // Seen from behind, the map's x and y keep their directions in space and z turns with the normal.
+    const vec3 n = s.frame * vec3(m.x, m.y, max(m.z, 0.01f));
+    s.frame = makeFrame(ensureVisible(normalize(n), -direction));
+}
+
+/// What a material says at a point.
+struct Shading {
+    BsdfInputs inputs;
+    vec3 emission;    // radiance that leaves towards wo
+    vec3 absorption;  // sigma_a of the solid behind the surface
+};
+
+/// Reads the material at `s` with its textures; perturbs the frame where there is a normal map.
+SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direction)
+{
+    const vec4 word0 = fetchMaterial(SCENE_ARG s.material, 0u);
+    const vec4 word5 = fetchMaterial(SCENE_ARG s.material, 5u);
+    const uint flags = floatAsUint(word5.z);
+    Shading shading;
+    shading.emission = vec3(0.0f, 0.0f, 0.0f);
+    shading.absorption = vec3(0.0f, 0.0f, 0.0f);
+    shading.inputs.baseColor = xyz(word0) * xyz(s.color);
+    shading.inputs.metallic = 0.0f;
+    shading.inputs.roughness = 1.0f;
+    shading.inputs.ior = 1.5f;
+    shading.inputs.transmission = 0.0f;
+    shading.inputs.specularColor = vec3(1.0f, 1.0f, 1.0f);
+    shading.inputs.specular = 0.0f;
+    shading.inputs.clearcoat = 0.0f;
+    shading.inputs.clearcoatRoughness = 0.0f;
+    shading.inputs.flags = flags;
+    shading.inputs.backFace = s.backFace;
+
+    const bool shiny = FEATURE(kFeatureSpecular | kFeatureTransmission | kFeatureMetal);
+    if (shiny) {
+        const vec4 word2 = fetchMaterial(SCENE_ARG s.material, 2u);
+        const vec4 word3 = fetchMaterial(SCENE_ARG s.material, 3u);
+        shading.inputs.metallic = word2.x;
+        shading.inputs.roughness = word2.y;
+        shading.inputs.ior = word2.z;
+        shading.inputs.transmission = word2.w;
+        shading.inputs.specularColor = xyz(word3);
+        shading.inputs.specular = word3.w;
+    }
+    vec4 word4 = vec4(0.0f, 0.0f, 0.0f, 1.0f);
+    if (FEATURE(kFeatureVolume | kFeatureNormalMaps)) {
+        word4 = fetchMaterial(SCENE_ARG s.material, 4u);
+        shading.absorption = xyz(word4);
+    }
+    if (FEATURE(kFeatureClearcoat)) {
+        shading.inputs.clearcoat = word5.x;
+        shading.inputs.clearcoatRoughness = word5.y;
+    }
+    const bool emits = FEATURE(kFeatureEmissiveTriangles) &&
+                       (s.backFace == 0u || (flags & kMaterialDoubleSided) != 0u);
+    if (emits) shading.emission = xyz(fetchMaterial(SCENE_ARG s.material, 1u));
+
+    if (FEATURE(kFeatureTextures)) {
+        const vec4 word6 = fetchMaterial(SCENE_ARG s.material, 6u);
+        uint t = textureOfSlot(word5, word6, kTextureBaseColor);
+        if (t != 0u) shading.inputs.baseColor *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
+        if (shiny) {
+            t = textureOfSlot(word5, word6, kTextureMetallicRoughness);
+            if (t != 0u) {
+                const vec4 texel = lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1);
+                shading.inputs.roughness *= texel.y;
+                shading.inputs.metallic *= texel.z;
+            }
+            t = textureOfSlot(word5, word6, kTextureSpecular);
+            if (t != 0u) shading.inputs.specular *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).w;
+            t = textureOfSlot(word5, word6, kTextureSpecularColor);
+            if (t != 0u) {
+                shading.inputs.specularColor *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
+            }
+        }
+        if (FEATURE(kFeatureTransmission)) {
+            t = textureOfSlot(word5, word6, kTextureTransmission);
+            if (t != 0u) shading.inputs.transmission *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
+        }
+        if (FEATURE(kFeatureClearcoat)) {
+            t = textureOfSlot(word5, word6, kTextureClearcoat);
+            if (t != 0u) shading.inputs.clearcoat *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
+            t = textureOfSlot(word5, word6, kTextureClearcoatRoughness);
+            if (t != 0u) {
+                shading.inputs.clearcoatRoughness *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).y;
+            }
+        }
+        if (FEATURE(kFeatureEmissiveTextures)) {
+            t = textureOfSlot(word5, word6, kTextureEmissive);
+            if (t != 0u && emits) shading.emission *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
+        }
+        if (FEATURE(kFeatureNormalMaps)) {
+            t = textureOfSlot(word5, word6, kTextureNormal);
+            if (t != 0u) applyNormalMap(SCENE_ARG t - 1u, word4.w, direction, s);
+        }
+    }
+    return shading;
+}
+
+/// The alpha test inside traversal: true when the surface is there for this ray. Blending is stochastic: the surface
+/// is there with probability alpha, decided by a hash of `seed` and the triangle.
+SHARED_FN bool alphaPasses(SCENE_PARAM uint slot, vec2 barycentrics, uint seed)
+{
+    const uint triangle = floatAsUint(fetchTriangleVertex(SCENE_ARG slot, 0u).w);
+    const uvec4 vertices = fetchTriangleIndices(SCENE_ARG triangle);
+    const vec4 word0 = fetchMaterial(SCENE_ARG vertices.w, 0u);
+    const vec4 word5 = fetchMaterial(SCENE_ARG vertices.w, 5u);
+    const uint flags = floatAsUint(word5.z);
+    float alpha = word0.w;
+    vec2 uv0 = vec2(0.0f, 0.0f);
+    vec2 uv1 = vec2(0.0f, 0.0f);
+    vec4 color = vec4(1.0f, 1.0f, 1.0f, 1.0f);
+#ifdef __cplusplus
+    if (scene.extra != nullptr)
+#endif
+    {
+        if (FEATURE(kFeatureVertexExtra)) interpolateVertexExtra(SCENE_ARG vertices, barycentrics, uv1, color);
+    }
+    const uint t = FEATURE(kFeatureTextures)
+                       ? textureOfSlot(word5, fetchMaterial(SCENE_ARG vertices.w, 6u), kTextureBaseColor)
+                       : 0u;
+    if (t != 0u) {
+        const VertexAttributes a = fetchVertexAttributes(SCENE_ARG vertices.x);
+        const VertexAttributes b = fetchVertexAttributes(SCENE_ARG vertices.y);
+        const VertexAttributes c = fetchVertexAttributes(SCENE_ARG vertices.z);
+        uv0 = interpolate(vec2(a.u, a.v), vec2(b.u, b.v), vec2(c.u, c.v), barycentrics);
+        alpha *= lookUpTexture(SCENE_ARG t - 1u, uv0, uv1).w;
+    }
+    alpha *= color.w;
+    if ((flags & kMaterialAlphaMask) != 0u) return alpha >= fetchMaterial(SCENE_ARG vertices.w, 1u).w;
+    return unitFloat(hashUint(seed ^ hashUint(triangle))) < alpha;
+}
+
+SHARED_END
+
+#endif
