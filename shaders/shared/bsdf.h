@@ -1,0 +1,573 @@
+// The surface model: glTF 2.0 metallic-roughness with KHR ior, specular, transmission, volume and
+// clearcoat. GGX with height-correlated Smith shadowing (Heitz 2014), visible normals by spherical
+// caps (Dupuy & Benyoub 2023), rough refraction (Walter et al. 2007).
+//
+// What differs from the glTF appendix, and why:
+// - Fresnel of dielectrics is the exact curve, remapped: t = (F - r0) / (1 - r0), then f0 -> f90 by
+// t. It agrees
+//   with Schlick's at both ends, and with glass.
+// - Diffuse is c/pi * (1-F(o)) (1-F(i)) / (1-Favg) rather than c/pi * (1-F(h)): the latter is
+// brighter than
+//   white at grazing angles. This one is reciprocal, exactly white over a smooth interface, and
+//   needs no table. (Favg is the cosine mean of F: with 1/(1-Favg) a smooth coat over white
+//   reflects F + (1-F) = 1.)
+// - A coat darkens its base by 1 - coat * max(F(o), F(i)): reciprocal, never brighter than 1.
+//
+// Directions are local, z is the shading normal on wo's side, and both point away from the surface.
+// Inside a solid (`backFace`) the refraction index is inverted. Transmission carries radiance: it
+// holds 1/eta^2.
+#ifndef REKINDLE_SHARED_BSDF_H
+#define REKINDLE_SHARED_BSDF_H
+
+#include "lang.h"
+#include "layout.h"
+#include "warp.h"
+
+SHARED_BEGIN
+
+SHARED_CONST float kDeltaAlpha = 1.0e-3f;  // narrower lobes have no density
+
+// What sampleBsdf drew.
+SHARED_CONST uint kLobeDelta = 1u;
+SHARED_CONST uint kLobeTransmission = 2u;
+SHARED_CONST uint kLobeSpecular = 4u;
+
+// What a Bsdf has.
+SHARED_CONST uint kBsdfDiffuse = 1u;
+SHARED_CONST uint kBsdfMicrofacet = 2u;
+SHARED_CONST uint kBsdfTransmission = 4u;
+SHARED_CONST uint kBsdfSolid = 8u;    // transmission refracts; otherwise it is that of a thin wall
+SHARED_CONST uint kBsdfInside = 16u;  // wo is inside the solid
+SHARED_CONST uint kBsdfCoat = 32u;
+
+SHARED_CONST float kMinCosine = 1.0e-6f;
+SHARED_CONST float kCoatIor = 1.5f;
+
+/// A material at a point, textures applied. flags: of Material. backFace: 1 when wo is on the
+/// geometric back.
+struct BsdfInputs {
+    vec3 baseColor;
+    float metallic;
+    float roughness;
+    float ior;
+    float transmission;
+    vec3 specularColor;
+    float specular;
+    float clearcoat;
+    float clearcoatRoughness;
+    uint flags;
+    uint backFace;
+};
+
+/// Prepared for any pair of directions.
+struct Bsdf {
+    vec3 diffuse;       // albedo of the Lambertian part under a perfect window
+    float diffuseNorm;  // 1 / (1 - Favg)
+    vec3 f0;            // reflection of the dielectric part at normal incidence, times its share
+    float f90;          // and at grazing, times its share
+    vec3 metal;         // the same of the metallic part: base colour times its share
+    float metalShare;
+    vec3 transmit;    // tint of the transmitted part, times its share
+    float alpha;      // GGX width; 0 = delta
+    float eta;        // refraction index of the far side over the near side
+    float r0;         // exact reflectance at normal incidence
+    float through0;   // what the interface passes to what lies below: 1 - F at normal incidence,
+    float through90;  // and at grazing
+    float coat;
+    float coatAlpha;  // 0 = delta
+    uint parts;
+};
+
+/// weight = f |cos| / pdf. Delta lobes: pdf is 0 and weight complete.
+struct BsdfSample {
+    vec3 wi;
+    float pdf;
+    vec3 weight;
+    uint flags;
+};
+
+// --- Fresnel
+// ----------------------------------------------------------------------------------------------------
+
+/// Reflectance of unpolarised light at a smooth dielectric; eta = far index / near index. 1 past
+/// the critical angle. (g-c)/(g+c) is written without the difference, which cancels at eta near
+/// one.
+SHARED_FN float fresnelDielectric(float c, float eta)
+{
+    float excess = eta * eta - 1.0f;
+    float g2 = excess + c * c;
+    if (!(g2 > 0.0f)) {
+        return excess == 0.0f ? 0.0f : 1.0f;
+    }
+    float g = sqrt(g2);
+    float inverse = 1.0f / (g + c);
+    float difference = excess * inverse;  // g - c
+    float a = difference * inverse;
+    float b = (c * (g + c) - 1.0f) / (c * difference + 1.0f);
+    return min(0.5f * a * a * (1.0f + b * b), 1.0f);
+}
+
+/// Cosine-weighted mean of fresnelDielectric over the hemisphere: fits by d'Eon & Irving (2011),
+/// within 0.15 %.
+SHARED_FN float fresnelMean(float eta)
+{
+    return eta >= 1.0f ? (eta - 1.0f) / (4.08567f + 1.00071f * eta)
+                       : 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f));
+}
+
+/// Colour that the main interface reflects at cosine c, and the share (a scalar, so that the
+/// complement of a coloured reflection does not tint what lies below) that passes through it.
+SHARED_FN void interfaceFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
+{
+    float exact = fresnelDielectric(c, b.eta);
+    float t = clamp((exact - b.r0) / (1.0f - b.r0), 0.0f, 1.0f);
+    reflected = b.f0 + (vec3(b.f90) - b.f0) * t;
+    through = b.through0 + (b.through90 - b.through0) * t;
+    if (FEATURE(kFeatureTransmission) && (b.parts & kBsdfInside) != 0u && exact >= 1.0f) {
+        reflected =
+            vec3(1.0f - b.metalShare);  // total reflection, whatever the specular factor says
+        through = 0.0f;
+    }
+    if (FEATURE(kFeatureMetal)) {
+        float m = 1.0f - c;
+        float m2 = m * m;
+        reflected += b.metal + (vec3(b.metalShare) - b.metal) * (m2 * m2 * m);
+    }
+}
+
+/// Reflectance of the coat at cosine c.
+SHARED_FN float coatFresnel(Bsdf b, float c)
+{
+    return b.coat * fresnelDielectric(c, kCoatIor);
+}
+
+/// What the coat leaves to its base for light that goes by cosines co and ci (signed). It lies on
+/// the outside of a solid and on both sides of anything else. The largest Fresnel term belongs to
+/// the smallest cosine.
+SHARED_FN float coatThrough(Bsdf b, float co, float ci)
+{
+    bool inside = (b.parts & kBsdfInside) != 0u;
+    bool solid = (b.parts & kBsdfSolid) != 0u;
+    float lowest = inside ? 2.0f : co;
+    if (!solid || (ci > 0.0f) != inside) {
+        lowest = min(lowest, abs(ci));
+    }
+    return lowest > 1.0f ? 1.0f : 1.0f - coatFresnel(b, lowest);
+}
+
+// --- construction
+// -----------------------------------------------------------------------------------------------
+
+/// GGX alpha of the main interface: roughness squared, or 0 when a delta lobe stands for it. A
+/// solid whose index is almost that of air scatters transmitted light by alpha |ior - 1| only, too
+/// narrow for fp32 to evaluate.
+SHARED_FN float interfaceAlpha(float roughness, float ior, bool solid)
+{
+    float alpha = roughness * roughness;
+    if (!(alpha >= kDeltaAlpha) || (solid && alpha * abs(ior - 1.0f) < 2.0e-4f)) {
+        return 0.0f;
+    }
+    return min(alpha, 1.0f);
+}
+
+SHARED_FN Bsdf makeBsdf(BsdfInputs m)
+{
+    float metallic = FEATURE(kFeatureMetal) ? clamp(m.metallic, 0.0f, 1.0f) : 0.0f;
+    float transmission = FEATURE(kFeatureTransmission) ? clamp(m.transmission, 0.0f, 1.0f) : 0.0f;
+    float body = 1.0f - metallic;
+    vec3 color = clamp(m.baseColor, vec3(0.0f), vec3(1.0f));
+    Bsdf b;
+    b.diffuse = color * (body * (1.0f - transmission));
+    b.diffuseNorm = 1.0f;
+    b.f0 = vec3(0.0f);
+    b.f90 = 0.0f;
+    b.metal = color * metallic;
+    b.metalShare = metallic;
+    b.transmit = color * (body * transmission);
+    b.alpha = 0.0f;
+    b.eta = 1.5f;
+    b.r0 = 0.04f;
+    b.through0 = 1.0f;
+    b.through90 = 1.0f;
+    b.coat = 0.0f;
+    b.coatAlpha = 0.0f;
+    b.parts = maxComponent(b.diffuse) > 0.0f ? kBsdfDiffuse : 0u;
+    if (FEATURE(kFeatureSpecular | kFeatureTransmission) &&
+        (m.specular > 0.0f || metallic > 0.0f || transmission > 0.0f)) {
+        float ior = clamp(m.ior > 0.0f ? m.ior : 1.0e3f, 1.0e-2f,
+                          1.0e3f);  // 0: KHR_materials_ior's infinity
+        bool solid = transmission > 0.0f && body > 0.0f && (m.flags & kMaterialVolume) != 0u;
+        bool inside = solid && m.backFace != 0u;
+        float root = (ior - 1.0f) / (ior + 1.0f);
+        float specular = clamp(m.specular, 0.0f, 1.0f);
+        b.eta = inside ? 1.0f / ior : ior;
+        b.r0 = root * root;
+        vec3 f0 = clamp(b.r0 * m.specularColor, vec3(0.0f), vec3(1.0f)) * specular;
+        b.f0 = f0 * body;
+        b.f90 = specular * body;
+        b.through0 = 1.0f - maxComponent(f0);
+        b.through90 = 1.0f - specular;
+        float t = clamp((fresnelMean(b.eta) - b.r0) / (1.0f - b.r0), 0.0f, 1.0f);
+        b.diffuseNorm = 1.0f / max(b.through0 + (b.through90 - b.through0) * t, 1.0e-3f);
+        b.alpha = interfaceAlpha(m.roughness, ior, solid);
+        b.parts |= kBsdfMicrofacet;
+        if (maxComponent(b.transmit) > 0.0f) {
+            b.parts |= kBsdfTransmission;
+        }
+        b.parts |= (solid ? kBsdfSolid : 0u) | (inside ? kBsdfInside : 0u);
+    }
+    if (FEATURE(kFeatureClearcoat) && m.clearcoat > 0.0f) {
+        b.coat = min(m.clearcoat, 1.0f);
+        b.coatAlpha = interfaceAlpha(m.clearcoatRoughness, kCoatIor, false);
+        b.parts |= kBsdfCoat;
+    }
+    if (!FEATURE(kFeatureDelta)) {
+        b.alpha = max(b.alpha, kDeltaAlpha);
+        b.coatAlpha = max(b.coatAlpha, kDeltaAlpha);
+    }
+    return b;
+}
+
+/// Neither interface, transmission nor coat: evaluation is one multiplication.
+SHARED_FN bool isLambert(Bsdf b)
+{
+    return !FEATURE(kFeatureSpecular | kFeatureTransmission | kFeatureClearcoat) ||
+           (b.parts & ~kBsdfDiffuse) == 0u;
+}
+
+/// True when no lobe has a density, so that light sampling is useless.
+SHARED_FN bool isDelta(Bsdf b)
+{
+    return (b.parts & kBsdfDiffuse) == 0u &&
+           ((b.parts & kBsdfMicrofacet) == 0u || b.alpha == 0.0f) &&
+           ((b.parts & kBsdfCoat) == 0u || b.coatAlpha == 0.0f);
+}
+
+// --- microfacets
+// ------------------------------------------------------------------------------------------------
+
+/// A visible normal of GGX from a point of the unit disk. In the space where GGX is a hemisphere,
+/// mirror directions are uniform on a spherical cap, and h is halfway (Dupuy & Benyoub 2023). Sums
+/// are arranged so that nothing cancels at grazing angles.
+SHARED_FN vec3 visibleNormal(vec3 wo, float alpha, vec2 disk)
+{
+    vec3 w = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
+    float k = 1.0f + w.z;
+    float z = (1.0f - dot(disk, disk)) * k;  // height of cap + w.z
+    float stretch = sqrt(k * max((1.0f - w.z) + z, 0.0f));
+    return normalize(
+        vec3(alpha * (disk.x * stretch + w.x), alpha * (disk.y * stretch + w.y), max(z, 1.0e-12f)));
+}
+
+/// sqrt(alpha^2 sin^2 + cos^2): Smith's G1 is 2 cos / (cos + this).
+SHARED_FN float smithRoot(float cosine, float a2)
+{
+    return sqrt(a2 + (1.0f - a2) * cosine * cosine);
+}
+
+/// GGX density of normals at a direction h of any length; l2 is its squared length.
+SHARED_FN float ggxDensity(vec3 h, float l2, float a2)
+{
+    float d = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
+    float ratio = l2 / d;
+    return a2 * kInvPi * ratio * ratio;
+}
+
+/// What of a microfacet lobe does not depend on colours. `value` is D G2 (times Jacobian parts) /
+/// (4 cos cos) or its refracting counterpart, `pdf` the density of the direction under
+/// visible-normal sampling, cosine that of wo with h. All zero where the lobe is.
+struct Facet {
+    float value;
+    float pdf;
+    float cosine;
+};
+
+SHARED_FN Facet reflectFacet(vec3 wo, vec3 wi, float alpha)
+{
+    Facet r;
+    float a2 = alpha * alpha;
+    vec3 h = wo + wi;
+    float l2 = dot(h, h);
+    float d = ggxDensity(h, max(l2, 1.0e-30f), a2);
+    float rootO = smithRoot(wo.z, a2);
+    r.pdf = 0.5f * d / (wo.z + rootO);
+    r.value = 0.5f * d / (wi.z * rootO + wo.z * smithRoot(wi.z, a2));
+    r.cosine = min(0.5f * sqrt(l2), 1.0f);
+    return r;
+}
+
+SHARED_FN Facet refractFacet(vec3 wo, vec3 wi, float alpha, float eta)
+{
+    Facet r;
+    r.value = 0.0f;
+    r.pdf = 0.0f;
+    r.cosine = 1.0f;
+    vec3 h = wo + eta * wi;
+    h = h.z < 0.0f ? -h : h;
+    float l2 = dot(h, h);
+    float oh = dot(wo, h);
+    float ih = -dot(wi, h);
+    if (!(l2 > 1.0e-12f) || !(oh > 0.0f) || !(ih > 0.0f)) {
+        return r;
+    }
+    float a2 = alpha * alpha;
+    float rootO = smithRoot(wo.z, a2);
+    // |wo + eta wi| is Walter's denominator; oh and ih carry one length of h each.
+    float shape = ggxDensity(h, l2, a2) * 2.0f * oh * ih / (l2 * l2);
+    r.pdf = shape * eta * eta / (wo.z + rootO);
+    r.value = shape / (-wi.z * rootO + wo.z * smithRoot(wi.z, a2));
+    r.cosine = min(oh / sqrt(l2), 1.0f);
+    return r;
+}
+
+// --- lobes
+// --------------------------------------------------------------------------------------------------------
+
+/// Probabilities of the three ways to sample, from estimated albedos, and the interface's Fresnel
+/// terms at wo.
+struct LobeChoice {
+    float coat;
+    float facet;
+    float diffuse;
+    float through;  // the interface's, at wo
+};
+
+SHARED_FN LobeChoice chooseLobes(Bsdf b, vec3 wo)
+{
+    LobeChoice c;
+    vec3 reflected = vec3(0.0f);
+    c.through = 1.0f;
+    if ((b.parts & kBsdfMicrofacet) != 0u) {
+        interfaceFresnel(b, wo.z, reflected, c.through);
+    }
+    c.facet = maxComponent(reflected) + maxComponent(b.transmit) * c.through;
+    c.diffuse = maxComponent(b.diffuse) * c.through;
+    c.coat = 0.0f;
+    if (FEATURE(kFeatureClearcoat) && (b.parts & (kBsdfCoat | kBsdfInside)) == kBsdfCoat) {
+        c.coat = coatFresnel(b, wo.z);
+        c.facet *= 1.0f - c.coat;
+        c.diffuse *= 1.0f - c.coat;
+    }
+    float sum = c.coat + c.facet + c.diffuse;
+    float inverse = sum > 0.0f ? 1.0f / sum : 0.0f;
+    c.coat *= inverse;
+    c.facet *= inverse;
+    c.diffuse *= inverse;
+    return c;
+}
+
+/// Probability that a sampled normal reflects rather than transmits.
+SHARED_FN float reflectShare(Bsdf b, vec3 reflected, float through)
+{
+    if (!FEATURE(kFeatureTransmission) || (b.parts & kBsdfTransmission) == 0u) {
+        return 1.0f;
+    }
+    float r = maxComponent(reflected);
+    float t = maxComponent(b.transmit) * through;
+    return r + t > 0.0f ? r / (r + t) : 1.0f;
+}
+
+/// Adds the main interface's lobe with density to f and pdf.
+SHARED_FN void addFacet(Bsdf b, float probability, vec3 wo, vec3 wi, INOUT(vec3) f,
+                        INOUT(float) pdf)
+{
+    bool up = wi.z > 0.0f;
+    if (!up && !(FEATURE(kFeatureTransmission) && (b.parts & kBsdfTransmission) != 0u)) {
+        return;
+    }
+    Facet facet;
+    if (FEATURE(kFeatureTransmission) && !up && (b.parts & kBsdfSolid) != 0u) {
+        facet = refractFacet(wo, wi, b.alpha, b.eta);
+    } else {
+        facet = reflectFacet(wo, vec3(wi.x, wi.y, abs(wi.z)),
+                             b.alpha);  // a thin wall mirrors its reflection
+    }
+    vec3 reflected;
+    float through;
+    interfaceFresnel(b, facet.cosine, reflected, through);
+    float share = reflectShare(b, reflected, through);
+    f += (up ? reflected : b.transmit * through) * facet.value;
+    pdf += probability * (up ? share : 1.0f - share) * facet.pdf;
+}
+
+// --- public evaluation
+// ----------------------------------------------------------------------------------------------
+
+/// f (no cosine) and the solid-angle density of sampleBsdf, delta lobes excluded from both.
+SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+{
+    f = vec3(0.0f);
+    pdf = 0.0f;
+    if (!(wo.z > kMinCosine) || !(abs(wi.z) > kMinCosine)) {
+        return;
+    }
+    if (isLambert(b)) {
+        if (wi.z > 0.0f) {
+            f = b.diffuse * kInvPi;
+            pdf = (b.parts & kBsdfDiffuse) != 0u ? wi.z * kInvPi : 0.0f;
+        }
+        return;
+    }
+    if (wi.z < 0.0f && (b.parts & kBsdfTransmission) == 0u) {
+        return;
+    }
+    LobeChoice c = chooseLobes(b, wo);
+    if (wi.z > 0.0f && (b.parts & kBsdfDiffuse) != 0u) {
+        float through = 1.0f;
+        if ((b.parts & kBsdfMicrofacet) != 0u) {
+            vec3 unused;
+            interfaceFresnel(b, wi.z, unused, through);
+        }
+        f = b.diffuse * (c.through * through * b.diffuseNorm * kInvPi);
+        pdf = c.diffuse * wi.z * kInvPi;
+    }
+    if ((b.parts & kBsdfMicrofacet) != 0u && b.alpha > 0.0f) {
+        addFacet(b, c.facet, wo, wi, f, pdf);
+    }
+    if (FEATURE(kFeatureClearcoat) && (b.parts & kBsdfCoat) != 0u) {
+        f *= coatThrough(b, wo.z, wi.z);
+        if (b.coatAlpha > 0.0f && wi.z > 0.0f && (b.parts & kBsdfInside) == 0u) {
+            Facet facet = reflectFacet(wo, wi, b.coatAlpha);
+            f += vec3(coatFresnel(b, facet.cosine) * facet.value);
+            pdf += c.coat * facet.pdf;
+        }
+    }
+    if (!(pdf < 1.0e30f)) {
+        f = vec3(0.0f);
+        pdf = 0.0f;
+    }
+}
+
+SHARED_FN vec3 evalBsdf(Bsdf b, vec3 wo, vec3 wi)
+{
+    vec3 f;
+    float pdf;
+    evalPdfBsdf(b, wo, wi, f, pdf);
+    return f;
+}
+
+SHARED_FN float pdfBsdf(Bsdf b, vec3 wo, vec3 wi)
+{
+    vec3 f;
+    float pdf;
+    evalPdfBsdf(b, wo, wi, f, pdf);
+    return pdf;
+}
+
+// --- public sampling
+// ------------------------------------------------------------------------------------------------
+
+/// wo reflected about h, or refracted through it; wi.z tells whether it worked.
+SHARED_FN vec3 mirrorAbout(vec3 wo, vec3 h)
+{
+    return 2.0f * dot(wo, h) * h - wo;
+}
+
+SHARED_FN vec3 refractAbout(vec3 wo, vec3 h, float eta)
+{
+    float inverse = 1.0f / eta;
+    float c = dot(wo, h);
+    float cosine2 = 1.0f - (1.0f - c * c) * inverse * inverse;
+    return (c * inverse - sqrt(max(cosine2, 0.0f))) * h - inverse * wo;
+}
+
+/// Draws wi for wo. False when the path ends here (absorbed, or below the horizon): that share of
+/// the density is missing from the integral of pdfBsdf. uLobe chooses the lobe and is reused inside
+/// it.
+SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) s)
+{
+    s.wi = vec3(0.0f, 0.0f, 1.0f);
+    s.pdf = 0.0f;
+    s.weight = vec3(0.0f);
+    s.flags = 0u;
+    if (!(wo.z > kMinCosine)) {
+        return false;
+    }
+    vec2 disk = sampleDisk(u);
+    if (isLambert(b)) {
+        s.wi = cosineHemisphereFromDisk(disk);
+        s.pdf = s.wi.z * kInvPi;
+        s.weight = b.diffuse;
+        return s.wi.z > kMinCosine && (b.parts & kBsdfDiffuse) != 0u;
+    }
+    LobeChoice c = chooseLobes(b, wo);
+    bool inCoat = uLobe < c.coat;
+    bool delta = false;
+    float deltaProbability = 1.0f;
+    vec3 deltaWeight = vec3(0.0f);
+    if (inCoat || uLobe < c.coat + c.facet) {
+        float alpha = inCoat ? b.coatAlpha : b.alpha;
+        delta = FEATURE(kFeatureDelta) && alpha == 0.0f;
+        vec3 h = delta ? vec3(0.0f, 0.0f, 1.0f) : visibleNormal(wo, alpha, disk);
+        s.flags = kLobeSpecular;
+        s.wi = mirrorAbout(wo, h);
+        if (inCoat) {
+            deltaWeight = vec3(coatFresnel(b, wo.z));
+            deltaProbability = c.coat;
+        } else {
+            vec3 reflected;
+            float through;
+            interfaceFresnel(b, min(dot(wo, h), 1.0f), reflected, through);
+            float share = reflectShare(b, reflected, through);
+            bool up = uLobe - c.coat < share * c.facet;
+            if (!up) {
+                s.flags |= kLobeTransmission;
+                s.wi = (b.parts & kBsdfSolid) != 0u ? refractAbout(wo, h, b.eta)
+                                                    : vec3(s.wi.x, s.wi.y, -s.wi.z);
+            }
+            if (delta) {
+                float radiance =
+                    !up && (b.parts & kBsdfSolid) != 0u ? 1.0f / (b.eta * b.eta) : 1.0f;
+                deltaWeight = (up ? reflected : b.transmit * through) * radiance;
+                deltaProbability = c.facet * (up ? share : 1.0f - share);
+                if (FEATURE(kFeatureClearcoat) && (b.parts & kBsdfCoat) != 0u) {
+                    deltaWeight *= coatThrough(b, wo.z, s.wi.z);
+                }
+            }
+            if (!((up ? s.wi.z : -s.wi.z) > kMinCosine)) {
+                return false;  // the facet sends it through the wrong side: lost between facets
+            }
+        }
+        if (!(s.wi.z > kMinCosine) && inCoat) {
+            return false;
+        }
+    } else {
+        s.wi = cosineHemisphereFromDisk(disk);
+    }
+    if (delta) {
+        s.flags |= kLobeDelta;
+        s.weight = deltaWeight / max(deltaProbability, 1.0e-20f);
+    } else {
+        vec3 f;
+        evalPdfBsdf(b, wo, s.wi, f, s.pdf);
+        if (!(s.pdf > 0.0f)) {
+            return false;
+        }
+        s.weight = f * (abs(s.wi.z) / s.pdf);
+    }
+    return maxComponent(s.weight) > 0.0f && maxComponent(s.weight) < 1.0e30f;
+}
+
+/// Estimate of the share of light from all sides that goes towards wo: what denoisers call albedo.
+SHARED_FN vec3 albedoBsdf(Bsdf b, vec3 wo)
+{
+    if (isLambert(b)) {
+        return b.diffuse;
+    }
+    vec3 reflected = vec3(0.0f);
+    float through = 1.0f;
+    float c = clamp(wo.z, 0.0f, 1.0f);
+    if ((b.parts & kBsdfMicrofacet) != 0u) {
+        interfaceFresnel(b, c, reflected, through);
+    }
+    vec3 base = reflected + (b.diffuse + b.transmit) * through;
+    if (!FEATURE(kFeatureClearcoat) || (b.parts & (kBsdfCoat | kBsdfInside)) != kBsdfCoat) {
+        return base;
+    }
+    float coat = coatFresnel(b, c);
+    return base * (1.0f - coat) + vec3(coat);
+}
+
+SHARED_END
+
+#endif
