@@ -45,8 +45,10 @@ struct World {
 };
 
 /// Flattens `scene` at `time` seconds of its first animation (0: the rest pose when there is none).
-/// Degenerate and non-finite triangles are dropped and counted. Throws core::Error when the result exceeds 2^31 indices.
-std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time = 0);
+/// Degenerate and non-finite triangles are dropped and counted. `forcedFeatures` are kept though nothing needs them
+/// (--no-skip): what their code reads is then stored. `World::scene` keeps meshes and texels only when there is an
+/// animation: let go of `scene` to free them. Throws core::Error when the result exceeds 2^31 indices.
+std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time = 0, uint32_t forcedFeatures = 0);
 
 /// The settings of `PathSettings` that follow from the world alone.
 shared::PathSettings worldSettings(const World& world);

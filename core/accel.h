@@ -1,0 +1,57 @@
+// Ray tracing on the CPU: the nearest hit, and whether anything is in between. Embree inside, none
+// of it here.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+
+#include "core/world.h"
+#include "shared/surface.h"
+
+namespace core {
+
+/// `direction` of unit length (distances are in its lengths); `seed` decides about surfaces of
+/// blended alpha.
+struct Ray {
+    glm::vec3 origin{0};
+    float tMax = shared::kInfinity;
+    glm::vec3 direction{0, 0, 1};
+    uint32_t seed = 0;
+};
+
+struct AccelStats {
+    double buildSeconds = 0;
+    size_t bytes = 0, peakBytes = 0;  // held by the hierarchy; most during its build
+};
+
+/// How a hierarchy is built. `automatic`: spatial splits up to four million triangles.
+enum class AccelQuality { automatic, high, medium, compact };
+
+class Accel {
+public:
+    /// Builds over the world's own arrays, which are not copied. `progress` hears "accelerate" with
+    /// the fraction done. Throws core::Error when memory runs out, and (interrupted) when `stop` is
+    /// requested meanwhile.
+    explicit Accel(std::shared_ptr<const World> world,
+                   const std::function<void(const char*, double)>& progress = {},
+                   std::stop_token stop = {}, AccelQuality quality = AccelQuality::automatic);
+    ~Accel();
+    Accel(const Accel&) = delete;
+    Accel& operator=(const Accel&) = delete;
+
+    /// The nearest hit in (0, tMax]; false when there is none (`hit` then holds no meaning).
+    bool closest(const Ray& ray, shared::Hit& hit) const;
+
+    /// True when something lies in (0, tMax).
+    bool occluded(const Ray& ray) const;
+
+    AccelStats stats() const;
+    const World& world() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace core
