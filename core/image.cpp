@@ -241,8 +241,16 @@ void writePng(const std::filesystem::path& file, const Image& linear, float expo
         const glm::vec3 shown = shared::toneMap(scale * glm::vec3(p[0], p[1], p[2]), toneCurve);
         for (int c = 0; c < 3; ++c) bytes[3 * i + size_t(c)] = quantize(shown[c]);
     }
-    OIIO::ImageSpec spec(int(linear.width), int(linear.height), 3, OIIO::TypeDesc::UINT8);
+    writePngBytes(file, linear.width, linear.height, 3, bytes, metadata);
+}
+
+void writePngBytes(const std::filesystem::path& file, uint32_t width, uint32_t height,
+                   uint32_t channels, std::span<const uint8_t> bytes, const Metadata& metadata)
+{
+    CHECK(channels >= 1 && channels <= 4 && bytes.size() == size_t(width) * height * channels);
+    OIIO::ImageSpec spec(int(width), int(height), int(channels), OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", "sRGB");
+    spec.attribute("oiio:UnassociatedAlpha", 1);
     for (const auto& [key, value] : metadata) spec.attribute(kMetadataPrefix + key, value);
     writeFile(file, "png", spec, OIIO::TypeDesc::UINT8, bytes.data());
 }

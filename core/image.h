@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,10 @@ ImageFile readExr(const std::filesystem::path& file);
 /// Writes 8-bit sRGB PNG of linear RGB after `exposure` stops and the tone curve (shared/tonemap.h). Throws core::Error.
 void writePng(const std::filesystem::path& file, const Image& linear, float exposure, uint32_t toneCurve,
               const Metadata& metadata);
+
+/// Writes 8-bit values as they are: 1 to 4 channels, sRGB colours, alpha not multiplied in. Throws core::Error.
+void writePngBytes(const std::filesystem::path& file, uint32_t width, uint32_t height,
+                   uint32_t channels, std::span<const uint8_t> bytes, const Metadata& metadata);
 
 /// Throws core::Error unless a file of that name could be created now (directory there, writable, extension known).
 void requireWritable(const std::filesystem::path& file);
