@@ -1,0 +1,125 @@
+// Closest and any hit on the flat BVH (core/bvh.h): while-while, with a push and a pop without branches.
+//   Aila, Laine, "Understanding the efficiency of ray traversal on GPUs", 2009 (the loop). On Mesa's CPU device
+//   a masked store or a divergent branch costs more than arithmetic, so the far child is always written above the top
+//   of the stack and only the top moves; measured there, the wider BVHs and conditional pushes lose.
+// The including kernel defines, before the include:
+//   BVH_FETCH_NODE(i)    word i of the nodes, uvec4 (two words per node)
+//   BVH_FETCH_VERTEX(i)  word i of the slots, vec4 (three words per slot: v0 | triangle, v1 | material, v2 | emitter;
+//                        bit 31 of the material: needs the alpha test)
+//   BVH_GRID_LOW, BVH_GRID_SCALE  vec3, as core::Bvh holds them
+// and, for scenes under kFeatureAlpha, bool alphaPasses(uint slot, vec2 barycentrics, uint alphaSeed).
+#ifndef REKINDLE_TRAVERSE_GLSL
+#define REKINDLE_TRAVERSE_GLSL
+
+#include "shared/intersect.h"
+#include "shared/layout.h"
+
+#ifndef REKINDLE_SHARED_SURFACE_H
+struct Hit {
+    float t;
+    vec2 barycentrics;  // weights of v1 and v2
+    uint slot;
+};
+bool alphaPasses(uint slot, vec2 barycentrics, uint alphaSeed);
+#endif
+
+struct Ray {
+    vec3 origin;
+    float tMin;
+    vec3 direction;
+    float tMax;
+};
+
+// One step down: fetches an inner node, pushes the farther child if both are hit, pops if none is. A macro, since an
+// array as an argument would be copied in and out at every step.
+#define BVH_STEP_DOWN(grid, node, tMin, tMax)                                       \
+    {                                                                               \
+        uvec4 a = BVH_FETCH_NODE(int(2u * node));                                   \
+        uvec4 b = BVH_FETCH_NODE(int(2u * node + 1u));                              \
+        vec2 ta = intersectBox(grid, a, tMin, tMax);                                \
+        vec2 tb = intersectBox(grid, b, tMin, tMax);                                \
+        bool hitA = ta.x <= ta.y;                                                   \
+        bool hitB = tb.x <= tb.y;                                                   \
+        bool aFirst = hitA && (!hitB || ta.x <= tb.x);                              \
+        uint popped = stack[top];                                                   \
+        stack[top + 1] = aFirst ? b.w : a.w;                                        \
+        top += hitA && hitB ? 1 : (hitA || hitB ? 0 : -1);                          \
+        node = hitA || hitB ? (aFirst ? a.w : b.w) : popped;                        \
+    }
+
+/// Nearest hit with tMin < t < tMax; false, and `hit` not meaningful, when there is none, or the ray is not finite or
+/// has no direction. t counts in lengths of the direction.
+bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
+{
+    hit.t = r.tMax;
+    hit.barycentrics = vec2(0.0f);
+    hit.slot = kNone;
+    GridRay grid = makeGridRay(r.origin, r.direction, BVH_GRID_LOW, BVH_GRID_SCALE);
+    ShearRay shear = makeShearRay(r.origin, r.direction);
+    uint stack[kBvhStackSize];
+    int top = 0;
+    stack[0] = kBvhDone;
+    uint node = isTraceable(r.origin, r.direction) ? 0u : kBvhDone;
+    while (node != kBvhDone) {
+        while ((node & kBvhLeaf) == 0u) BVH_STEP_DOWN(grid, node, r.tMin, hit.t)
+        if (node == kBvhDone) break;
+        uint slot = node & kBvhIndexMask;
+        uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
+        for (; slot < end; ++slot) {
+            vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));
+            vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));
+            vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));
+            float t;
+            vec2 barycentrics;
+            bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, hit.t, t, barycentrics);
+            if (FEATURE(kFeatureAlpha)) {
+                if (found && (floatBitsToUint(v1.w) & 0x80000000u) != 0u) {
+                    found = alphaPasses(slot, barycentrics, alphaSeed);
+                }
+            }
+            hit.t = found ? t : hit.t;
+            hit.barycentrics = found ? barycentrics : hit.barycentrics;
+            hit.slot = found ? slot : hit.slot;
+        }
+        node = stack[top];
+        --top;
+    }
+    return hit.slot != kNone;
+}
+
+/// Whether anything lies at tMin < t < tMax.
+bool traceAny(Ray r, uint alphaSeed)
+{
+    GridRay grid = makeGridRay(r.origin, r.direction, BVH_GRID_LOW, BVH_GRID_SCALE);
+    ShearRay shear = makeShearRay(r.origin, r.direction);
+    uint stack[kBvhStackSize];
+    int top = 0;
+    stack[0] = kBvhDone;
+    uint node = isTraceable(r.origin, r.direction) ? 0u : kBvhDone;
+    bool blocked = false;
+    while (node != kBvhDone) {
+        while ((node & kBvhLeaf) == 0u) BVH_STEP_DOWN(grid, node, r.tMin, r.tMax)
+        if (node == kBvhDone) break;
+        uint slot = node & kBvhIndexMask;
+        uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
+        for (; slot < end; ++slot) {
+            vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));
+            vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));
+            vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));
+            float t;
+            vec2 barycentrics;
+            bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, r.tMax, t, barycentrics);
+            if (FEATURE(kFeatureAlpha)) {
+                if (found && (floatBitsToUint(v1.w) & 0x80000000u) != 0u) {
+                    found = alphaPasses(slot, barycentrics, alphaSeed);
+                }
+            }
+            blocked = blocked || found;
+        }
+        node = blocked ? kBvhDone : stack[top];
+        --top;
+    }
+    return blocked;
+}
+
+#endif
