@@ -1,6 +1,6 @@
-// Recursion, tasks and final layout of the BVH builder; see bvh.h. Small subtrees are built by one task into arrays of
-// their own; the tree above them is kept as tasks, and everything is concatenated depth first at the end, so that the
-// layout does not depend on who finished first.
+// Recursion, tasks and final layout of the BVH builder; see bvh.h. Small subtrees are built by one
+// task into arrays of their own; the tree above them is kept as tasks, and everything is
+// concatenated depth first at the end, so that the layout does not depend on who finished first.
 #include "core/bvh.h"
 
 #include <algorithm>
@@ -27,11 +27,12 @@ using bvh::Reference;
 using bvh::Split;
 using shared::uvec4;
 
-constexpr size_t kTaskSize = 1u << 12;         // references below which one task builds the whole subtree
-constexpr size_t kMaxReferences = 1u << 27;    // what a child reference can address
-constexpr float kGridCells = 65533.0f;         // leaves one cell of rounding on either side
-constexpr float kGridSlack = 0.02f;            // cells; covers the rounding of the ray's side
-constexpr float kMinOverlap = 1e-5f;           // Stich et al.'s alpha: overlap area over scene area worth a spatial split
+constexpr size_t kTaskSize = 1u << 12;  // references below which one task builds the whole subtree
+constexpr size_t kMaxReferences = 1u << 27;  // what a child reference can address
+constexpr float kGridCells = 65533.0f;       // leaves one cell of rounding on either side
+constexpr float kGridSlack = 0.02f;          // cells; covers the rounding of the ray's side
+constexpr float kMinOverlap =
+    1e-5f;  // Stich et al.'s alpha: overlap area over scene area worth a spatial split
 
 /// World to grid cells, in double so that only the ray's side rounds.
 struct Grid {
@@ -41,7 +42,8 @@ struct Grid {
     {
         if (bounds.empty()) return;
         const Float4 e = bounds.high - bounds.low;
-        // A flat axis gets cells no finer than 2^-16 of the others', and never so fine that the scale overflows.
+        // A flat axis gets cells no finer than 2^-16 of the others', and never so fine that the
+        // scale overflows.
         const float floorExtent = std::max(std::max({e[0], e[1], e[2]}) / 65536.0f, 1e-30f);
         for (int a = 0; a < 3; ++a) {
             const float extent = std::max(e[a], floorExtent);
@@ -51,7 +53,8 @@ struct Grid {
     }
     uint32_t cell(float x, int axis, bool up) const
     {
-        const double q = (static_cast<double>(x) - static_cast<double>(low[axis])) * static_cast<double>(scale[axis]);
+        const double q = (static_cast<double>(x) - static_cast<double>(low[axis])) *
+                         static_cast<double>(scale[axis]);
         const double slack = static_cast<double>(kGridSlack);
         const double rounded = up ? std::ceil(q + slack) : std::floor(q - slack);
         return static_cast<uint32_t>(std::clamp(rounded, 0.0, 65535.0));
@@ -60,7 +63,8 @@ struct Grid {
     {
         uvec4 r(0, 0, 0, reference);
         if (box.empty()) return r;
-        for (int a = 0; a < 3; ++a) r[a] = cell(box.low[a], a, false) | (cell(box.high[a], a, true) << 16);
+        for (int a = 0; a < 3; ++a)
+            r[a] = cell(box.low[a], a, false) | (cell(box.high[a], a, true) << 16);
         return r;
     }
 };
@@ -83,16 +87,16 @@ struct TaskNode {
 
 uint32_t leafReference(size_t count, size_t firstSlot)
 {
-    return shared::kBvhLeaf | static_cast<uint32_t>(count) << shared::kBvhCountShift | static_cast<uint32_t>(firstSlot);
+    return shared::kBvhLeaf | static_cast<uint32_t>(count) << shared::kBvhCountShift |
+           static_cast<uint32_t>(firstSlot);
 }
 
 class Builder {
 public:
-    Builder(const bvh::Mesh& mesh, const BvhOptions& options, const std::function<void(double)>& progress,
-            std::stop_token stop)
+    Builder(const bvh::Mesh& mesh, const BvhOptions& options,
+            const std::function<void(double)>& progress, std::stop_token stop)
         : mesh_(mesh), options_(options), progress_(progress), stop_(std::move(stop))
-    {
-    }
+    {}
 
     Bvh build()
     {
@@ -119,25 +123,30 @@ private:
     RangeBounds makeReferences()
     {
         const size_t n = mesh_.triangles.size();
-        capacity_ = n + static_cast<size_t>(std::max(0.0f, options_.duplicateBudget) * static_cast<float>(n));
+        capacity_ = n + static_cast<size_t>(std::max(0.0f, options_.duplicateBudget) *
+                                            static_cast<float>(n));
         if (capacity_ > kMaxReferences) {
-            throw Error("the scene has " + std::to_string(n) + " triangles: more than the acceleration structure can "
-                        "address (" + std::to_string(kMaxReferences) + " with duplicates) — use a smaller scene");
+            throw Error("the scene has " + std::to_string(n) +
+                        " triangles: more than the acceleration structure can "
+                        "address (" +
+                        std::to_string(kMaxReferences) + " with duplicates) — use a smaller scene");
         }
         // Not value-initialised: the room for duplicates should cost memory only once it is used.
         references_.reset(static_cast<Reference*>(
-            ::operator new(std::max<size_t>(capacity_, 1) * sizeof(Reference), std::align_val_t{alignof(Reference)})));
-        tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 1u << 14), [&](const tbb::blocked_range<size_t>& part) {
-            for (size_t i = part.begin(); i < part.end(); ++i) {
-                const WorldTriangle& t = mesh_.triangles[i];
-                Box box;
-                for (const uint32_t v : {t.v0, t.v1, t.v2}) {
-                    const glm::vec3& p = mesh_.positions[v];
-                    box.grow(Float4{p.x, p.y, p.z, 0});
-                }
-                references_[i] = Reference::make(box, static_cast<uint32_t>(i));
-            }
-        });
+            ::operator new (std::max<size_t>(capacity_, 1) * sizeof(Reference),
+                            std::align_val_t{alignof(Reference)})));
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 1u << 14),
+                          [&](const tbb::blocked_range<size_t>& part) {
+                              for (size_t i = part.begin(); i < part.end(); ++i) {
+                                  const WorldTriangle& t = mesh_.triangles[i];
+                                  Box box;
+                                  for (const uint32_t v : {t.v0, t.v1, t.v2}) {
+                                      const glm::vec3& p = mesh_.positions[v];
+                                      box.grow(Float4{p.x, p.y, p.z, 0});
+                                  }
+                                  references_[i] = Reference::make(box, static_cast<uint32_t>(i));
+                              }
+                          });
         return bvh::boundsOf(all().first(n));
     }
 
@@ -148,7 +157,8 @@ private:
         return depth + levels >= shared::kBvhMaxDepth;
     }
 
-    /// Splits a range in two, or leaves it (false) where a leaf is cheaper or allowed and the only way.
+    /// Splits a range in two, or leaves it (false) where a leaf is cheaper or allowed and the only
+    /// way.
     bool split(Range range, const RangeBounds& bounds, uint32_t depth, Decision& d)
     {
         const size_t n = range.size();
@@ -176,16 +186,19 @@ private:
             range = grown;
             if (!spatial) d = Decision{};
         } else if (best.axis >= 0) {
-            d.middle = range.begin + bvh::partitionObjects(span(range), best, d.leftBounds, d.rightBounds);
+            d.middle =
+                range.begin + bvh::partitionObjects(span(range), best, d.leftBounds, d.rightBounds);
         }
         if (d.middle <= range.begin || d.middle >= range.end) {
-            d.middle = range.begin + bvh::partitionMedian(span(range), bounds, d.leftBounds, d.rightBounds);
+            d.middle = range.begin +
+                       bvh::partitionMedian(span(range), bounds, d.leftBounds, d.rightBounds);
         }
         shareRoom(range, d);
         return true;
     }
 
-    /// Gives both sides free room in proportion to their size; the right side moves up behind the left one's.
+    /// Gives both sides free room in proportion to their size; the right side moves up behind the
+    /// left one's.
     void shareRoom(const Range& range, Decision& d)
     {
         const size_t leftCount = d.middle - range.begin, rightCount = range.end - d.middle;
@@ -206,7 +219,8 @@ private:
         if (range.size() == 1 || !split(range, bounds, depth, d)) {
             const size_t first = chunk.slots.size();
             for (const Reference& r : span(range)) chunk.slots.push_back(r.triangle());
-            chunk.cost += static_cast<double>(bounds.box.halfArea()) * static_cast<double>(range.size()) *
+            chunk.cost += static_cast<double>(bounds.box.halfArea()) *
+                          static_cast<double>(range.size()) *
                           static_cast<double>(options_.triangleCost);
             return leafReference(range.size(), first);
         }
@@ -221,7 +235,8 @@ private:
         return static_cast<uint32_t>(node / 2);
     }
 
-    std::unique_ptr<TaskNode> buildTask(const Range& range, const RangeBounds& bounds, uint32_t depth)
+    std::unique_ptr<TaskNode> buildTask(const Range& range, const RangeBounds& bounds,
+                                        uint32_t depth)
     {
         auto task = std::make_unique<TaskNode>();
         if (stop_.stop_requested()) return task;
@@ -238,8 +253,9 @@ private:
         task->chunk.cost = static_cast<double>(bounds.box.halfArea());
         task->box[0] = d.leftBounds.box;
         task->box[1] = d.rightBounds.box;
-        tbb::parallel_invoke([&] { task->child[0] = buildTask(d.left, d.leftBounds, depth + 1); },
-                             [&] { task->child[1] = buildTask(d.right, d.rightBounds, depth + 1); });
+        tbb::parallel_invoke(
+            [&] { task->child[0] = buildTask(d.left, d.leftBounds, depth + 1); },
+            [&] { task->child[1] = buildTask(d.right, d.rightBounds, depth + 1); });
         return task;
     }
 
@@ -251,7 +267,8 @@ private:
         if (!lock.owns_lock()) return;
         // Duplicates can make it more than one.
         const double fraction =
-            std::min(1.0, static_cast<double>(done) / static_cast<double>(std::max<size_t>(mesh_.triangles.size(), 1)));
+            std::min(1.0, static_cast<double>(done) /
+                              static_cast<double>(std::max<size_t>(mesh_.triangles.size(), 1)));
         if (fraction < reported_ + 0.01) return;
         reported_ = fraction;
         progress_(fraction);
@@ -316,7 +333,10 @@ private:
     }
 
     struct Free {
-        void operator()(Reference* p) const { ::operator delete(p, std::align_val_t{alignof(Reference)}); }
+        void operator()(Reference* p) const
+        {
+            ::operator delete (p, std::align_val_t{alignof(Reference)});
+        }
     };
 
     bvh::Mesh mesh_;
@@ -334,8 +354,9 @@ private:
 
 }  // namespace
 
-Bvh buildBvh(std::span<const glm::vec3> positions, std::span<const WorldTriangle> triangles, const BvhOptions& options,
-             const std::function<void(double)>& progress, std::stop_token stop)
+Bvh buildBvh(std::span<const glm::vec3> positions, std::span<const WorldTriangle> triangles,
+             const BvhOptions& options, const std::function<void(double)>& progress,
+             std::stop_token stop)
 {
     CHECK(options.leafSize >= 1 && options.leafSize <= 8);
     return Builder({positions, triangles}, options, progress, std::move(stop)).build();

@@ -1,5 +1,5 @@
-// Binned SAH for object and spatial splits; see bvh_split.h. Binning is parallel on large ranges: minima, maxima and
-// counts do not depend on the order of work, so neither does the tree.
+// Binned SAH for object and spatial splits; see bvh_split.h. Binning is parallel on large ranges:
+// minima, maxima and counts do not depend on the order of work, so neither does the tree.
 #include "core/bvh_split.h"
 
 #include <algorithm>
@@ -85,8 +85,9 @@ void merge(Bins& into, const Bins& from, int count)
     }
 }
 
-/// Sweeps one axis: `box(i)`, `leftOf(i)` and `rightOf(i)` are a bin's bounds and how many references it adds to the left
-/// side when it lies there, or to the right side. Improves `best`; true if it did.
+/// Sweeps one axis: `box(i)`, `leftOf(i)` and `rightOf(i)` are a bin's bounds and how many
+/// references it adds to the left side when it lies there, or to the right side. Improves `best`;
+/// true if it did.
 template <class BoxOf, class LeftOf, class RightOf>
 bool sweep(int bins, const BoxOf& box, const LeftOf& leftOf, const RightOf& rightOf, Split& best)
 {
@@ -155,7 +156,10 @@ struct Slabs {
         const float s = 1.0f / width;
         scale = width > 0 && std::isfinite(s) ? s : 0.0f;
     }
-    int binOf(float x) const { return std::clamp(static_cast<int>((x - low) * scale), 0, kBins - 1); }
+    int binOf(float x) const
+    {
+        return std::clamp(static_cast<int>((x - low) * scale), 0, kBins - 1);
+    }
     float plane(int i) const { return low + width * static_cast<float>(i); }
 };
 
@@ -208,7 +212,9 @@ Split findObjectSplit(std::span<const Reference> references, const RangeBounds& 
         if (!(map.scale[axis] > 0)) continue;
         const auto& lane = bins[static_cast<size_t>(axis)];
         const auto countOf = [&](size_t i) { return lane[i].count; };
-        if (sweep(count, [&](size_t i) -> const Box& { return lane[i].box; }, countOf, countOf, best)) {
+        if (sweep(
+                count, [&](size_t i) -> const Box& { return lane[i].box; }, countOf, countOf,
+                best)) {
             best.axis = axis;
             best.origin = map.origin[axis];
             best.scale = map.scale[axis];
@@ -236,8 +242,10 @@ Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, 
     for (int axis = 0; axis < 3; ++axis) {
         const size_t a = static_cast<size_t>(axis);
         if (!(slabs[a].scale > 0)) continue;
-        if (sweep(kBins, [&](size_t i) -> const Box& { return bins.box[a][i]; },
-                  [&](size_t i) { return bins.enter[a][i]; }, [&](size_t i) { return bins.leave[a][i]; }, best)) {
+        if (sweep(
+                kBins, [&](size_t i) -> const Box& { return bins.box[a][i]; },
+                [&](size_t i) { return bins.enter[a][i]; },
+                [&](size_t i) { return bins.leave[a][i]; }, best)) {
             best.axis = axis;
             best.plane = slabs[a].plane(best.bin);
         }
@@ -245,10 +253,12 @@ Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, 
     return best;
 }
 
-size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left, RangeBounds& right)
+size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left,
+                        RangeBounds& right)
 {
     const auto isLeft = [&](const Reference& r) {
-        return static_cast<int>((r.centroidTwice()[split.axis] - split.origin) * split.scale) < split.bin;
+        return static_cast<int>((r.centroidTwice()[split.axis] - split.origin) * split.scale) <
+               split.bin;
     };
     size_t l = 0, r = references.size();
     while (true) {
@@ -259,8 +269,8 @@ size_t partitionObjects(std::span<Reference> references, const Split& split, Ran
     }
 }
 
-size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, const Split& split, RangeBounds& left,
-                      RangeBounds& right)
+size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, const Split& split,
+                      RangeBounds& left, RangeBounds& right)
 {
     // First those on one side only; what is across gathers between them.
     size_t l = range.begin, across = range.begin, r = range.end;
@@ -277,13 +287,17 @@ size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, 
             ++across;
         }
     }
-    // Each of the others is cut, or goes whole to the side where that costs less (Stich et al., 4.4).
-    float leftCount = static_cast<float>(split.leftCount), rightCount = static_cast<float>(split.rightCount);
+    // Each of the others is cut, or goes whole to the side where that costs less (Stich et
+    // al., 4.4).
+    float leftCount = static_cast<float>(split.leftCount),
+          rightCount = static_cast<float>(split.rightCount);
     size_t i = l;
     while (i < r) {
         Reference& x = all[i];
-        const Box leftPart = clipTriangle(mesh, x.triangle(), x.box(), split.axis, -kHuge, split.plane);
-        const Box rightPart = clipTriangle(mesh, x.triangle(), x.box(), split.axis, split.plane, kHuge);
+        const Box leftPart =
+            clipTriangle(mesh, x.triangle(), x.box(), split.axis, -kHuge, split.plane);
+        const Box rightPart =
+            clipTriangle(mesh, x.triangle(), x.box(), split.axis, split.plane, kHuge);
         Box leftWhole = split.left, rightWhole = split.right;
         leftWhole.grow(x.box());
         rightWhole.grow(x.box());
@@ -292,7 +306,8 @@ size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, 
         const float wholeLeft = leftWhole.halfArea() * leftCount + b * (rightCount - 1);
         const float wholeRight = a * (leftCount - 1) + rightWhole.halfArea() * rightCount;
         if (range.room() == 0) cut = kHuge;
-        const bool toLeft = rightPart.empty() || (!leftPart.empty() && wholeLeft <= wholeRight && wholeLeft < cut);
+        const bool toLeft =
+            rightPart.empty() || (!leftPart.empty() && wholeLeft <= wholeRight && wholeLeft < cut);
         const bool toRight = !toLeft && (leftPart.empty() || wholeRight < cut);
         if (toLeft) {
             rightCount -= 1;
@@ -314,14 +329,15 @@ size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, 
     return r;
 }
 
-size_t partitionMedian(std::span<Reference> references, const RangeBounds& bounds, RangeBounds& left,
-                       RangeBounds& right)
+size_t partitionMedian(std::span<Reference> references, const RangeBounds& bounds,
+                       RangeBounds& left, RangeBounds& right)
 {
     const Float4 extent = bounds.centroids.high - bounds.centroids.low;
-    const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0 : (extent[1] >= extent[2] ? 1 : 2);
+    const int axis =
+        extent[0] >= extent[1] && extent[0] >= extent[2] ? 0 : (extent[1] >= extent[2] ? 1 : 2);
     const size_t middle = references.size() / 2;
-    std::nth_element(references.begin(), references.begin() + static_cast<std::ptrdiff_t>(middle), references.end(),
-                     [axis](const Reference& a, const Reference& b) {
+    std::nth_element(references.begin(), references.begin() + static_cast<std::ptrdiff_t>(middle),
+                     references.end(), [axis](const Reference& a, const Reference& b) {
                          const float ca = a.centroidTwice()[axis], cb = b.centroidTwice()[axis];
                          return ca != cb ? ca < cb : a.triangle() < b.triangle();
                      });
@@ -330,10 +346,12 @@ size_t partitionMedian(std::span<Reference> references, const RangeBounds& bound
     return middle;
 }
 
-Box clipTriangle(const Mesh& mesh, uint32_t triangle, const Box& box, int axis, float low, float high)
+Box clipTriangle(const Mesh& mesh, uint32_t triangle, const Box& box, int axis, float low,
+                 float high)
 {
     const WorldTriangle& t = mesh.triangles[triangle];
-    const std::array<Float4, 3> v{load(mesh.positions[t.v0]), load(mesh.positions[t.v1]), load(mesh.positions[t.v2])};
+    const std::array<Float4, 3> v{load(mesh.positions[t.v0]), load(mesh.positions[t.v1]),
+                                  load(mesh.positions[t.v2])};
     Box part;
     for (size_t i = 0; i < 3; ++i) {
         const Float4 a = v[i], b = v[i == 2 ? 0 : i + 1];
@@ -347,9 +365,11 @@ Box clipTriangle(const Mesh& mesh, uint32_t triangle, const Box& box, int axis, 
         }
     }
     if (part.empty()) return part;
-    // The intersections are rounded: a few units in the last place of the largest coordinate cover that.
+    // The intersections are rounded: a few units in the last place of the largest coordinate cover
+    // that.
     float magnitude = 0;
-    for (int i = 0; i < 3; ++i) magnitude = std::max({magnitude, std::abs(part.low[i]), std::abs(part.high[i])});
+    for (int i = 0; i < 3; ++i)
+        magnitude = std::max({magnitude, std::abs(part.low[i]), std::abs(part.high[i])});
     const float pad = 4.0f * 1.2e-7f * magnitude;
     part.low = part.low - splat(pad);
     part.high = part.high + splat(pad);

@@ -1,5 +1,5 @@
-// The work on ranges of references inside the BVH builder: finding an object or a spatial split, and carrying it out.
-// A reference is a box and the triangle that it is (a part of) the bounds of.
+// The work on ranges of references inside the BVH builder: finding an object or a spatial split,
+// and carrying it out. A reference is a box and the triangle that it is (a part of) the bounds of.
 #pragma once
 
 #include <bit>
@@ -13,8 +13,14 @@ namespace core::bvh {
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = int32_t __attribute__((vector_size(16)));
 
-inline Float4 minimum(Float4 a, Float4 b) { return a < b ? a : b; }
-inline Float4 maximum(Float4 a, Float4 b) { return a > b ? a : b; }
+inline Float4 minimum(Float4 a, Float4 b)
+{
+    return a < b ? a : b;
+}
+inline Float4 maximum(Float4 a, Float4 b)
+{
+    return a > b ? a : b;
+}
 
 constexpr float kHuge = 3.0e38f;
 
@@ -47,8 +53,8 @@ inline Box intersection(const Box& a, const Box& b)
     return {maximum(a.low, b.low), minimum(a.high, b.high)};
 }
 
-/// 32 bytes. The triangle sits in the fourth lane of `low`, offset so that as a float it is a normal number: arithmetic
-/// on the lane is then meaningless but not slow.
+/// 32 bytes. The triangle sits in the fourth lane of `low`, offset so that as a float it is a
+/// normal number: arithmetic on the lane is then meaningless but not slow.
 struct Reference {
     Float4 low, high;
 
@@ -93,9 +99,9 @@ struct Range {
 struct Split {
     float cost = kHuge;
     int axis = -1;
-    int bin = 0;           // object: the left side holds the bins below
+    int bin = 0;                  // object: the left side holds the bins below
     float origin = 0, scale = 0;  // object: bin = (doubled centroid - origin) * scale
-    float plane = 0;       // spatial: where it cuts
+    float plane = 0;              // spatial: where it cuts
     size_t leftCount = 0, rightCount = 0;
     Box left, right;
 };
@@ -116,19 +122,23 @@ Split findObjectSplit(std::span<const Reference> references, const RangeBounds& 
 Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, const Box& bounds);
 
 /// Carries out an object split; returns where the right side begins.
-size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left, RangeBounds& right);
+size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left,
+                        RangeBounds& right);
 
-/// Carries out a spatial split on `all[range]`, appending the parts of cut references to its end (range.end grows, at
-/// most to range.capacity; references that find no room, or that cost less whole, stay whole on one side). Returns
-/// where the right side begins.
-size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, const Split& split, RangeBounds& left,
-                      RangeBounds& right);
+/// Carries out a spatial split on `all[range]`, appending the parts of cut references to its end
+/// (range.end grows, at most to range.capacity; references that find no room, or that cost less
+/// whole, stay whole on one side). Returns where the right side begins.
+size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, const Split& split,
+                      RangeBounds& left, RangeBounds& right);
 
-/// Splits in the middle of the order of centroids along the widest axis: always possible from two references on.
-size_t partitionMedian(std::span<Reference> references, const RangeBounds& bounds, RangeBounds& left,
-                       RangeBounds& right);
+/// Splits in the middle of the order of centroids along the widest axis: always possible from two
+/// references on.
+size_t partitionMedian(std::span<Reference> references, const RangeBounds& bounds,
+                       RangeBounds& left, RangeBounds& right);
 
-/// Bounds of the part of a triangle between two planes perpendicular to `axis`, cut to `box`; conservative.
-Box clipTriangle(const Mesh& mesh, uint32_t triangle, const Box& box, int axis, float low, float high);
+/// Bounds of the part of a triangle between two planes perpendicular to `axis`, cut to `box`;
+/// conservative.
+Box clipTriangle(const Mesh& mesh, uint32_t triangle, const Box& box, int axis, float low,
+                 float high);
 
 }  // namespace core::bvh

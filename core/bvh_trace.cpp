@@ -11,7 +11,8 @@ using shared::uvec4;
 
 /// Visits leaves front to back; `leaf(slot)` returns true to stop, and may shorten tMax.
 template <class Leaf>
-void traverse(const Bvh& bvh, glm::vec3 origin, glm::vec3 direction, float tMin, float& tMax, const Leaf& leaf)
+void traverse(const Bvh& bvh, glm::vec3 origin, glm::vec3 direction, float tMin, float& tMax,
+              const Leaf& leaf)
 {
     if (!shared::isTraceable(origin, direction)) return;
     const shared::GridRay ray = shared::makeGridRay(origin, direction, bvh.gridLow, bvh.gridScale);
@@ -48,8 +49,9 @@ void traverse(const Bvh& bvh, glm::vec3 origin, glm::vec3 direction, float tMin,
 
 }  // namespace
 
-bool traceClosest(const Bvh& bvh, std::span<const glm::vec3> positions, std::span<const WorldTriangle> triangles,
-                  glm::vec3 origin, glm::vec3 direction, float tMin, float tMax, BvhHit& hit)
+bool traceClosest(const Bvh& bvh, std::span<const glm::vec3> positions,
+                  std::span<const WorldTriangle> triangles, glm::vec3 origin, glm::vec3 direction,
+                  float tMin, float tMax, BvhHit& hit)
 {
     hit = BvhHit{};
     if (!shared::isTraceable(origin, direction)) return false;
@@ -57,8 +59,8 @@ bool traceClosest(const Bvh& bvh, std::span<const glm::vec3> positions, std::spa
     traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot) {
         const WorldTriangle& t = triangles[bvh.slots[slot]];
         BvhHit h;
-        if (shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2], tMin, tMax, h.t,
-                                      h.barycentrics)) {
+        if (shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2], tMin,
+                                      tMax, h.t, h.barycentrics)) {
             h.slot = slot;
             hit = h;
             tMax = h.t;
@@ -68,8 +70,9 @@ bool traceClosest(const Bvh& bvh, std::span<const glm::vec3> positions, std::spa
     return hit.slot != shared::kNone;
 }
 
-bool traceAny(const Bvh& bvh, std::span<const glm::vec3> positions, std::span<const WorldTriangle> triangles,
-              glm::vec3 origin, glm::vec3 direction, float tMin, float tMax)
+bool traceAny(const Bvh& bvh, std::span<const glm::vec3> positions,
+              std::span<const WorldTriangle> triangles, glm::vec3 origin, glm::vec3 direction,
+              float tMin, float tMax)
 {
     if (!shared::isTraceable(origin, direction)) return false;
     const shared::ShearRay ray = shared::makeShearRay(origin, direction);
@@ -77,8 +80,8 @@ bool traceAny(const Bvh& bvh, std::span<const glm::vec3> positions, std::span<co
     traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot) {
         const WorldTriangle& t = triangles[bvh.slots[slot]];
         BvhHit h;
-        found = shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2], tMin, tMax, h.t,
-                                          h.barycentrics);
+        found = shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2],
+                                          tMin, tMax, h.t, h.barycentrics);
         return found;
     });
     return found;

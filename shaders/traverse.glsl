@@ -73,7 +73,7 @@ bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
             vec2 barycentrics;
             bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, hit.t, t, barycentrics);
             if (FEATURE(kFeatureAlpha)) {
-                if (found && (floatBitsToUint(v1.w) & 0x80000000u) != 0u) {
+                if (found && (floatBitsToUint(v1.w) & kTriangleAlphaBit) != 0u) {
                     found = alphaPasses(slot, barycentrics, alphaSeed);
                 }
             }
@@ -110,7 +110,7 @@ bool traceAny(Ray r, uint alphaSeed)
             vec2 barycentrics;
             bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, r.tMax, t, barycentrics);
             if (FEATURE(kFeatureAlpha)) {
-                if (found && (floatBitsToUint(v1.w) & 0x80000000u) != 0u) {
+                if (found && (floatBitsToUint(v1.w) & kTriangleAlphaBit) != 0u) {
                     found = alphaPasses(slot, barycentrics, alphaSeed);
                 }
             }

@@ -1,9 +1,11 @@
-// Rays against the boxes and the triangles of the flat BVH (core/bvh.h), one text for both languages.
+// Rays against the boxes and the triangles of the flat BVH (core/bvh.h), one text for both
+// languages.
 //   Boxes: slabs on the 16-bit grid; the slack makes them conservative for any origin.
-//   Triangles: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. The paper permutes the
-//   axes of every vertex; here shear and permutation are one 3x3 matrix per ray, since a product by 0 or 1 is exact and
-//   a permutation that differs between SIMD lanes is dear. Zero edge functions count as inside, so the paper's
-//   fall-back to double precision (which decides between two triangles) is not needed.
+//   Triangles: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. The
+//   paper permutes the axes of every vertex; here shear and permutation are one 3x3 matrix per ray,
+//   since a product by 0 or 1 is exact and a permutation that differs between SIMD lanes is dear.
+//   Zero edge functions count as inside, so the paper's fall-back to double precision (which
+//   decides between two triangles) is not needed.
 #ifndef REKINDLE_SHARED_INTERSECT_H
 #define REKINDLE_SHARED_INTERSECT_H
 
@@ -11,16 +13,18 @@
 
 SHARED_BEGIN
 
-/// Words of a child reference: a leaf has bit 31, its triangle count in bits 27..30 and its first slot below.
+/// Words of a child reference: a leaf has bit 31, its triangle count in bits 27..30 and its first
+/// slot below.
 SHARED_CONST uint kBvhLeaf = 0x80000000u;
 SHARED_CONST uint kBvhCountShift = 27u;
 SHARED_CONST uint kBvhCountMask = 15u;
 SHARED_CONST uint kBvhIndexMask = 0x07ffffffu;
-SHARED_CONST uint kBvhDone = 0xffffffffu;   // bottom of the stack; no child has this word
-SHARED_CONST uint kBvhStackSize = 64u;      // the builder's depth is at most kBvhMaxDepth
+SHARED_CONST uint kBvhDone = 0xffffffffu;  // bottom of the stack; no child has this word
+SHARED_CONST uint kBvhStackSize = 64u;     // the builder's depth is at most kBvhMaxDepth
 SHARED_CONST uint kBvhMaxDepth = 60u;
 
-/// A ray as boxes see it: t of a grid plane q is q * inverse - offset; the two offsets hold the slack.
+/// A ray as boxes see it: t of a grid plane q is q * inverse - offset; the two offsets hold the
+/// slack.
 struct GridRay {
     vec3 inverse;
     vec3 offsetNear;
@@ -29,8 +33,8 @@ struct GridRay {
     uvec3 shiftFar;
 };
 
-/// A ray as triangles see it: rows of the matrix that maps vertices, relative to the origin, to the plane
-/// perpendicular to the major axis (x, y) and to t (z).
+/// A ray as triangles see it: rows of the matrix that maps vertices, relative to the origin, to the
+/// plane perpendicular to the major axis (x, y) and to t (z).
 struct ShearRay {
     vec3 origin;
     vec3 rowX;
@@ -43,7 +47,8 @@ SHARED_FN bool isTraceable(vec3 origin, vec3 direction)
 {
     float o = abs(origin.x) + abs(origin.y) + abs(origin.z);
     float d = abs(direction.x) + abs(direction.y) + abs(direction.z);
-    bool finite = (floatAsUint(o) & 0x7f800000u) != 0x7f800000u && (floatAsUint(d) & 0x7f800000u) != 0x7f800000u;
+    bool finite = (floatAsUint(o) & 0x7f800000u) != 0x7f800000u &&
+                  (floatAsUint(d) & 0x7f800000u) != 0x7f800000u;
     return finite && d > 1e-30f;
 }
 
@@ -53,14 +58,16 @@ SHARED_FN GridRay makeGridRay(vec3 origin, vec3 direction, vec3 gridLow, vec3 gr
     GridRay r;
     vec3 o = (origin - gridLow) * gridScale;
     vec3 d = direction * gridScale;
-    // A vanishing component is replaced by one that moves the ray by less than 1e-6 cells across the whole grid.
+    // A vanishing component is replaced by one that moves the ray by less than 1e-6 cells across
+    // the whole grid.
     float tiny = 1e-12f * maxComponent(abs(d));
     d.x = abs(d.x) > tiny ? d.x : (d.x < 0.0f ? -tiny : tiny);
     d.y = abs(d.y) > tiny ? d.y : (d.y < 0.0f ? -tiny : tiny);
     d.z = abs(d.z) > tiny ? d.z : (d.z < 0.0f ? -tiny : tiny);
     r.inverse = vec3(1.0f) / d;
     vec3 offset = o * r.inverse;
-    // Rounding of the origin, of the product and of the difference, each half a unit in the last place of |o| or of 2^16.
+    // Rounding of the origin, of the product and of the difference, each half a unit in the last
+    // place of |o| or of 2^16.
     float slack = 0.02f + 5e-7f * maxComponent(abs(o));
     r.offsetNear = offset + slack * abs(r.inverse);
     r.offsetFar = offset - slack * abs(r.inverse);
@@ -91,16 +98,19 @@ SHARED_FN ShearRay makeShearRay(vec3 origin, vec3 direction)
     bool majorY = !majorX && a.y >= a.z;
     float inverse = 1.0f / (majorX ? direction.x : (majorY ? direction.y : direction.z));
     vec3 s = -direction * inverse;
-    r.rowX = majorX ? vec3(s.y, 1.0f, 0.0f) : (majorY ? vec3(0.0f, s.z, 1.0f) : vec3(1.0f, 0.0f, s.x));
-    r.rowY = majorX ? vec3(s.z, 0.0f, 1.0f) : (majorY ? vec3(1.0f, s.x, 0.0f) : vec3(0.0f, 1.0f, s.y));
-    r.rowZ = majorX ? vec3(inverse, 0.0f, 0.0f) : (majorY ? vec3(0.0f, inverse, 0.0f) : vec3(0.0f, 0.0f, inverse));
+    r.rowX =
+        majorX ? vec3(s.y, 1.0f, 0.0f) : (majorY ? vec3(0.0f, s.z, 1.0f) : vec3(1.0f, 0.0f, s.x));
+    r.rowY =
+        majorX ? vec3(s.z, 0.0f, 1.0f) : (majorY ? vec3(1.0f, s.x, 0.0f) : vec3(0.0f, 1.0f, s.y));
+    r.rowZ = majorX ? vec3(inverse, 0.0f, 0.0f)
+                    : (majorY ? vec3(0.0f, inverse, 0.0f) : vec3(0.0f, 0.0f, inverse));
     return r;
 }
 
-/// Both sides of the triangle, tMin < t < tMax. `barycentrics` are the weights of v1 and v2. Outputs are
-/// meaningful only when it returns true. A triangle seen edge-on is missed.
-SHARED_FN bool intersectTriangle(ShearRay r, vec3 v0, vec3 v1, vec3 v2, float tMin, float tMax, OUT(float) t,
-                                 OUT(vec2) barycentrics)
+/// Both sides of the triangle, tMin < t < tMax. `barycentrics` are the weights of v1 and v2.
+/// Outputs are meaningful only when it returns true. A triangle seen edge-on is missed.
+SHARED_FN bool intersectTriangle(ShearRay r, vec3 v0, vec3 v1, vec3 v2, float tMin, float tMax,
+                                 OUT(float) t, OUT(vec2) barycentrics)
 {
     vec3 a = v0 - r.origin;
     vec3 b = v1 - r.origin;
@@ -111,8 +121,8 @@ SHARED_FN bool intersectTriangle(ShearRay r, vec3 v0, vec3 v1, vec3 v2, float tM
     PRECISE float by = r.rowY.x * b.x + r.rowY.y * b.y + r.rowY.z * b.z;
     PRECISE float cx = r.rowX.x * c.x + r.rowX.y * c.y + r.rowX.z * c.z;
     PRECISE float cy = r.rowY.x * c.x + r.rowY.y * c.y + r.rowY.z * c.z;
-    // Separately rounded products order as the exact ones do, so the sign is right or zero, and the neighbour across an
-    // edge gets exactly the opposite value.
+    // Separately rounded products order as the exact ones do, so the sign is right or zero, and the
+    // neighbour across an edge gets exactly the opposite value.
     PRECISE float u = cx * by - cy * bx;
     PRECISE float v = ax * cy - ay * cx;
     PRECISE float w = bx * ay - by * ax;
