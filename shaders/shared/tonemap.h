@@ -37,7 +37,7 @@ SHARED_FN vec3 toneAces(vec3 rgb)
     vec3 v = vec3(0.59719f * rgb.x + 0.35458f * rgb.y + 0.04823f * rgb.z,
                   0.07600f * rgb.x + 0.90834f * rgb.y + 0.01566f * rgb.z,
                   0.02840f * rgb.x + 0.13383f * rgb.y + 0.83777f * rgb.z);
-    // Written by 1/v at large v, where squares would overflow; both forms are the same fraction.
+    // The curve has long been flat where squares would overflow.
     v = min(v, vec3(1.0e6f));
     v = (v * (v + vec3(0.0245786f)) - vec3(0.000090537f)) /
         (v * (0.983729f * v + vec3(0.4329510f)) + vec3(0.238081f));
