@@ -1,0 +1,389 @@
+// Progressive path tracing in batches of lanes. Two ways to run a batch: one kernel per bounce with the surviving
+// paths closed up in between (Laine, Karras, Aila, "Megakernels Considered Harmful", 2013, with the stages fused), or one
+// kernel for whole paths. Both run the same text in the same order per path and give the same image.
+// Batches are sized by the time that the last one took, so that no submission holds the device for long.
+#include "app/gpu/gpu_path.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "app/gpu/gpu_scene.h"
+#include "spirv/accumulate.h"
+#include "spirv/aov.h"
+#include "spirv/bounce.h"
+#include "spirv/megakernel.h"
+
+namespace gpu {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+constexpr uint32_t kMaxLanes = 1u << 18;
+constexpr double kTargetSeconds = 0.1;      // of one submission
+constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
+
+class PathRenderer final : public core::Renderer {
+public:
+    explicit PathRenderer(const DeviceOptions& options);
+
+    void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override;
+    void setView(const core::Camera& camera, uint32_t width, uint32_t height,
+                 const core::PathParams& params) override;
+    void advance(uint32_t samples, std::stop_token stop) override;
+    uint64_t samples() const override { return samples_; }
+    void readFilm(core::Film& film) override;
+    core::Aovs aovs() override;
+    core::RenderStats stats() const override;
+
+private:
+    struct Kernels {
+        Pipeline bounce, megakernel, aov;
+    };
+
+    void makeBuffers();
+    void warmUp();
+    void chooseKernel();
+    double runBatch(const shared::Batch& batch);
+    void recordMegakernel(VkCommandBuffer commands, shared::Batch batch);
+    double runWavefront(shared::Batch batch);
+    void recordAccumulate(VkCommandBuffer commands, const shared::Batch& batch);
+    void dispatch(VkCommandBuffer commands, const Pipeline& pipeline, const Bindings& bindings,
+                  const shared::Batch& batch, uint32_t lanes);
+    void drainCounters();
+    void bindAll(uint32_t binding, const Buffer& buffer);
+    uint32_t tileCount() const { return frame_.tilesPerRow * ((frame_.settings.imageHeight + 7) / 8); }
+
+    Device device_;
+    KernelLayout layout_;
+    std::array<Bindings, 2> bindings_;  // they differ in which buffer of paths is read and which is written
+    Pipeline accumulate_;
+    std::map<Specialization, Kernels> kernels_;
+    Kernels* current_ = nullptr;
+    std::unique_ptr<GpuScene> scene_;
+    std::shared_ptr<const core::World> world_;
+    std::array<Buffer, 2> states_;
+    Buffer radiance_, queues_, frameBuffer_, counters_;
+    std::array<Buffer, 3> film_;
+    shared::FrameData frame_{};
+    core::PathParams params_;
+    bool wavefront_ = true, kernelChosen_ = false;
+    uint64_t samples_ = 0;
+    uint32_t lanesPerBatch_ = 1u << 14;
+    core::RenderStats stats_;
+    core::FilmCounters filmCounters_;
+};
+
+PathRenderer::PathRenderer(const DeviceOptions& options)
+    : device_(options), layout_(device_), bindings_{Bindings(device_, layout_), Bindings(device_, layout_)},
+      accumulate_(device_, layout_, k_accumulate, {}),
+      queues_(device_, "the queues", (kBouncesPerSubmit + 2) * sizeof(shared::QueueHead)),
+      frameBuffer_(device_, "the frame's settings", sizeof(shared::FrameData)),
+      counters_(device_, "the counters", sizeof(shared::Counters))
+{
+    bindAll(shared::kBindFrame, frameBuffer_);
+    bindAll(shared::kBindQueues, queues_);
+    bindAll(shared::kBindCounters, counters_);
+    stats_.device = device_.info().name;
+    stats_.driver = device_.info().driver;
+}
+
+void PathRenderer::bindAll(uint32_t binding, const Buffer& buffer)
+{
+    for (Bindings& bindings : bindings_) bindings.bind(binding, buffer);
+}
+
+void PathRenderer::setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress)
+{
+    scene_.reset();  // two scenes at once might not fit
+    scene_ = std::make_unique<GpuScene>(device_, *world, progress);
+    world_ = std::move(world);
+    for (Bindings& bindings : bindings_) scene_->bind(bindings);
+    stats_.buildSeconds = scene_->buildSeconds();
+    current_ = nullptr;
+    samples_ = 0;
+}
+
+void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t height,
+                           const core::PathParams& params)
+{
+    CHECK(world_ != nullptr && width > 0 && height > 0);
+    params_ = params;
+    frame_ = {};
+    frame_.settings = core::worldSettings(*world_);
+    frame_.settings.seed = params.seed;
+    frame_.settings.samplerKind = static_cast<uint32_t>(params.sampler);
+    frame_.settings.strategy = static_cast<uint32_t>(params.strategy);
+    frame_.settings.maxDepth = params.maxDepth;
+    frame_.settings.rouletteDepth = params.rouletteDepth;
+    frame_.settings.clampIndirect = params.clampIndirect;
+    frame_.settings.imageWidth = width;
+    frame_.settings.imageHeight = height;
+    frame_.camera = core::cameraData(camera, width, height);
+    frame_.gridLow = scene_->gridLow();
+    frame_.gridScale = scene_->gridScale();
+    frame_.triangleCount = scene_->triangleCount();
+    frame_.tilesPerRow = (width + 7) / 8;
+    frameBuffer_.write(std::as_bytes(std::span(&frame_, 1)));
+
+    Specialization wanted;
+    wanted.features = scene_->features();
+    if (camera.apertureRadius > 0) wanted.features |= shared::kFeatureThinLens;
+    wanted.sampler = static_cast<uint32_t>(params.sampler);
+    const auto [entry, fresh] = kernels_.try_emplace(wanted);
+    if (fresh) {
+        entry->second = {Pipeline(device_, layout_, k_bounce, wanted), Pipeline(device_, layout_, k_megakernel, wanted),
+                         Pipeline(device_, layout_, k_aov, wanted)};
+    }
+    current_ = &entry->second;
+    makeBuffers();
+    if (fresh) warmUp();
+    chooseKernel();
+}
+
+void PathRenderer::makeBuffers()
+{
+    const uint64_t pixels = uint64_t(frame_.settings.imageWidth) * frame_.settings.imageHeight;
+    const uint32_t lanes = static_cast<uint32_t>(
+        std::min<uint64_t>(kMaxLanes, std::max<uint64_t>(uint64_t(tileCount()) * shared::kGroupSize, 1u << 16)));
+    lanesPerBatch_ = std::min(lanesPerBatch_, lanes);
+    if (radiance_.bytes() < lanes * sizeof(glm::vec4)) {
+        for (uint32_t i = 0; i < 2; ++i) {
+            states_[i] = {};
+            states_[i] = Buffer(device_, "the paths", uint64_t(lanes) * shared::kStateWords * 16,
+                                texelFormat(shared::kBindStateTexels));
+        }
+        radiance_ = {};
+        radiance_ = Buffer(device_, "the paths' radiance", lanes * sizeof(glm::vec4));
+        bindAll(shared::kBindRadiance, radiance_);
+        for (uint32_t i = 0; i < 2; ++i) {
+            bindings_[i].bind(shared::kBindStateTexels, states_[i]);
+            bindings_[i].bind(shared::kBindStates, states_[1 - i]);
+        }
+    }
+    if (film_[0].bytes() != std::max<uint64_t>(pixels * sizeof(glm::vec4), 16)) {
+        for (uint32_t i = 0; i < 3; ++i) {
+            film_[i] = {};
+            film_[i] = Buffer(device_, "the film", pixels * sizeof(glm::vec4));
+            bindAll(shared::kBindFilm0 + i, film_[i]);
+        }
+    }
+    device_.submit([&](VkCommandBuffer commands) {
+        for (const Buffer& buffer : film_) vkCmdFillBuffer(commands, buffer.get(), 0, VK_WHOLE_SIZE, 0);
+        vkCmdFillBuffer(commands, counters_.get(), 0, VK_WHOLE_SIZE, 0);
+        barrier(commands);
+    });
+    samples_ = 0;
+    filmCounters_ = {};
+}
+
+void PathRenderer::dispatch(VkCommandBuffer commands, const Pipeline& pipeline, const Bindings& bindings,
+                            const shared::Batch& batch, uint32_t lanes)
+{
+    bindings.use(commands, layout_);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
+    vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch), &batch);
+    vkCmdDispatch(commands, (lanes + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1);
+}
+
+/// Software drivers compile at the first dispatch: an empty batch makes them do it now.
+void PathRenderer::warmUp()
+{
+    const auto start = Clock::now();
+    const shared::Batch empty{0, 1, 0, 0, 0};
+    device_.submit([&](VkCommandBuffer commands) {
+        vkCmdFillBuffer(commands, queues_.get(), 0, VK_WHOLE_SIZE, 0);
+        barrier(commands);
+        for (const Pipeline* pipeline : {&current_->bounce, &current_->megakernel, &current_->aov, &accumulate_}) {
+            dispatch(commands, *pipeline, bindings_[0], empty, shared::kGroupSize);
+            barrier(commands);
+        }
+    });
+    stats_.compileSeconds += since(start);
+}
+
+/// Megakernels save traffic while paths are short; from a few bounces on, closing the gaps wins. A GPU is
+/// measured; on software devices the threshold was measured once (README, "Performance").
+void PathRenderer::chooseKernel()
+{
+    wavefront_ = params_.kernel == core::Kernel::wavefront ||
+                 (params_.kernel == core::Kernel::automatic && params_.maxDepth > 2);
+    kernelChosen_ = params_.kernel != core::Kernel::automatic;
+    stats_.kernel = wavefront_ ? "wavefront" : "megakernel";
+}
+
+void PathRenderer::recordAccumulate(VkCommandBuffer commands, const shared::Batch& batch)
+{
+    dispatch(commands, accumulate_, bindings_[0], batch, batch.tileCount * shared::kGroupSize);
+    barrier(commands);
+}
+
+void PathRenderer::recordMegakernel(VkCommandBuffer commands, shared::Batch batch)
+{
+    const uint32_t lanes = batch.tileCount * batch.sampleCount * shared::kGroupSize;
+    dispatch(commands, current_->megakernel, bindings_[0], batch, lanes);
+    barrier(commands);
+    recordAccumulate(commands, batch);
+}
+
+/// Bounces are submitted sixteen at a time; the sizes of their queues stay on the device.
+double PathRenderer::runWavefront(shared::Batch batch)
+{
+    const uint32_t lanes = batch.tileCount * batch.sampleCount * shared::kGroupSize;
+    const std::vector<shared::QueueHead> empty(kBouncesPerSubmit + 2, {0, 1, 1, 0});
+    double seconds = 0;
+    uint32_t side = 0;
+    uint64_t waiting = lanes;
+    for (uint64_t done = 0; waiting > 0 && done <= params_.maxDepth; done += kBouncesPerSubmit) {
+        const auto count =
+            static_cast<uint32_t>(std::min<uint64_t>(kBouncesPerSubmit, params_.maxDepth + 1 - done));
+        const bool last = done + count > params_.maxDepth;
+        seconds += device_.submit([&](VkCommandBuffer commands) {
+            std::vector<shared::QueueHead> heads = empty;
+            if (done > 0) {
+                heads[0] = {static_cast<uint32_t>((waiting + 63) / 64), 1, 1, static_cast<uint32_t>(waiting)};
+            }
+            vkCmdUpdateBuffer(commands, queues_.get(), 0, heads.size() * sizeof(heads[0]), heads.data());
+            barrier(commands);
+            for (uint32_t b = 0; b < count; ++b, side = 1 - side) {
+                batch.bounce = b;
+                bindings_[side].use(commands, layout_);
+                const bool first = done == 0 && b == 0;
+                const Pipeline& pipeline = current_->bounce;
+                if (first) {
+                    dispatch(commands, pipeline, bindings_[side], batch, lanes);
+                } else {
+                    shared::Batch later = batch;
+                    later.bounce = b | shared::kBatchContinues;
+                    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
+                    vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(later), &later);
+                    vkCmdDispatchIndirect(commands, queues_.get(), b * sizeof(shared::QueueHead));
+                }
+                barrier(commands);
+            }
+            if (last) recordAccumulate(commands, batch);
+        });
+        if (last) return seconds;
+        shared::QueueHead head;
+        queues_.read(std::as_writable_bytes(std::span(&head, 1)), count * sizeof(head));
+        waiting = head.count;
+    }
+    return seconds + device_.submit([&](VkCommandBuffer commands) { recordAccumulate(commands, batch); });
+}
+
+double PathRenderer::runBatch(const shared::Batch& batch)
+{
+    if (wavefront_) return runWavefront(batch);
+    return device_.submit([&](VkCommandBuffer commands) { recordMegakernel(commands, batch); });
+}
+
+void PathRenderer::advance(uint32_t samples, std::stop_token stop)
+{
+    CHECK(current_ != nullptr);
+    const auto start = Clock::now();
+    const uint32_t tiles = tileCount();
+    uint32_t left = samples;
+    while (left > 0 && !stop.stop_requested()) {
+        const uint32_t tilesPerBatch = std::max(lanesPerBatch_ / shared::kGroupSize, 1u);
+        const uint32_t perBatch = tilesPerBatch >= tiles ? std::min(tilesPerBatch / tiles, left) : 1;
+        // Whole samples only: once begun, a round over all tiles is finished even when a stop is requested.
+        for (uint32_t tile = 0; tile < tiles;) {
+            const uint32_t count = std::min(std::max(lanesPerBatch_ / (shared::kGroupSize * perBatch), 1u), tiles - tile);
+            const shared::Batch batch{tile, count, static_cast<uint32_t>(samples_), perBatch, 0};
+            const double seconds = runBatch(batch);
+            const double lanes = double(count) * perBatch * shared::kGroupSize;
+            const double wanted = lanes * std::clamp(kTargetSeconds / std::max(seconds, 1e-5), 0.25, 2.0);
+            const double most = double(radiance_.bytes() / sizeof(glm::vec4));
+            lanesPerBatch_ = static_cast<uint32_t>(std::clamp(wanted, 4096.0, most));
+            tile += count;
+        }
+        samples_ += perBatch;
+        left -= perBatch;
+        drainCounters();
+    }
+    stats_.renderSeconds += since(start);
+}
+
+/// Moves the device's 32-bit counts to the host's 64-bit ones.
+void PathRenderer::drainCounters()
+{
+    shared::Counters counts;
+    counters_.read(std::as_writable_bytes(std::span(&counts, 1)));
+    const shared::Counters zero{};
+    counters_.write(std::as_bytes(std::span(&zero, 1)));
+    filmCounters_.nan += counts.nan;
+    filmCounters_.inf += counts.inf;
+    filmCounters_.negative += counts.negative;
+    filmCounters_.stackOverflow += counts.stackOverflow;
+    stats_.rays += uint64_t(counts.closestRays) + counts.shadowRays;
+}
+
+void PathRenderer::readFilm(core::Film& film)
+{
+    const auto start = Clock::now();
+    film.reset(frame_.settings.imageWidth, frame_.settings.imageHeight);
+    film.samples = samples_;
+    film.counters = filmCounters_;
+    const size_t pixels = film.sum.size();
+    std::array<std::vector<glm::vec4>, 3> words;
+    for (uint32_t i = 0; i < 3; ++i) {
+        words[i].resize(pixels);
+        film_[i].read(std::as_writable_bytes(std::span(words[i])));
+    }
+    for (size_t p = 0; p < pixels; ++p) {
+        const glm::dvec4 a = words[0][p], b = words[1][p], c = words[2][p];
+        film.sum[p] = glm::dvec3(a.x, a.y, a.z) - glm::dvec3(a.w, b.x, b.y);
+        film.sumOfSquares[p] = glm::dvec3(b.z, b.w, c.x) - glm::dvec3(c.y, c.z, c.w);
+    }
+    stats_.readbackSeconds += since(start);
+}
+
+core::Aovs PathRenderer::aovs()
+{
+    const uint32_t width = frame_.settings.imageWidth, height = frame_.settings.imageHeight;
+    const Buffer output(device_, "the AOVs", uint64_t(width) * height * 3 * sizeof(glm::vec4));
+    bindAll(shared::kBindOutput, output);
+    const shared::Batch batch{0, tileCount(), 0, 1, 0};
+    device_.submit([&](VkCommandBuffer commands) {
+        dispatch(commands, current_->aov, bindings_[0], batch, batch.tileCount * shared::kGroupSize);
+        barrier(commands);
+    });
+    std::vector<glm::vec4> words(size_t(width) * height * 3);
+    output.read(std::as_writable_bytes(std::span(words)));
+    core::Aovs aovs{core::Image(width, height, 1), core::Image(width, height, 3), core::Image(width, height, 3),
+                    core::Image(width, height, 3)};
+    for (size_t p = 0; p < size_t(width) * height; ++p) {
+        const glm::vec4 a = words[3 * p], b = words[3 * p + 1], c = words[3 * p + 2];
+        aovs.depth.pixels[p] = a.x;
+        for (int k = 0; k < 3; ++k) {
+            aovs.normal.pixels[3 * p + size_t(k)] = a[k + 1];
+            aovs.albedo.pixels[3 * p + size_t(k)] = b[k];
+            aovs.ids.pixels[3 * p + size_t(k)] = c[k];
+        }
+    }
+    return aovs;
+}
+
+core::RenderStats PathRenderer::stats() const
+{
+    core::RenderStats stats = stats_;
+    stats.paths = samples_ * frame_.settings.imageWidth * frame_.settings.imageHeight;
+    stats.peakDeviceBytes = device_.peakBytes;
+    return stats;
+}
+
+}  // namespace
+
+std::unique_ptr<core::Renderer> makePathRenderer(const DeviceOptions& options)
+{
+    return std::make_unique<PathRenderer>(options);
+}
+
+}  // namespace gpu

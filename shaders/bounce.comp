@@ -1,0 +1,87 @@
+// One bounce of every path that is still alive: read its state, extend it, and append the survivors to the next queue,
+// closed up so that no lane idles. Bounce 0 begins the paths. States are three words: origin and lane; direction and
+// pdf; beta and depth.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_basic : require
+
+#include "path_common.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = kBindStateTexels) uniform usamplerBuffer stateWords;
+
+layout(set = 0, binding = kBindStates, scalar) writeonly buffer StateBlock
+{
+    uvec4 nextStates[];
+};
+
+layout(set = 0, binding = kBindQueues, scalar) buffer QueueBlock
+{
+    QueueHead queues[];
+};
+
+/// Appends the lanes that are `alive` to the queue of the next bounce: one atomic per subgroup, no barrier.
+uint queueSlot(bool alive, uint next)
+{
+    const uvec4 ballot = subgroupBallot(alive);
+    const uint count = subgroupBallotBitCount(ballot);
+    uint base = 0u;
+    if (subgroupElect() && count > 0u) {
+        base = atomicAdd(queues[next].count, count);
+        atomicMax(queues[next].groupsX, (base + count + kGroupSize - 1u) / kGroupSize);
+    }
+    return subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
+}
+
+void main()
+{
+    const uint index = gl_GlobalInvocationID.x;
+    const bool first = (batch.bounce & kBatchContinues) == 0u;
+    const uint queue = batch.bounce & ~kBatchContinues;
+    const uint waiting = first ? laneCount() : queues[queue].count;
+    bool alive = index < waiting;
+    uint lane = index;
+    PathState path;
+    SampleStream stream;
+    if (alive) {
+        if (first) {
+            const uvec2 pixel = lanePixel(lane);
+            alive = insideImage(pixel);
+            stream = laneStream(lane, pixel);
+            path = beginPath(frame.camera, frame.settings, pixel, stream);
+        } else {
+            const uvec4 a = texelFetch(stateWords, int(kStateWords * index));
+            const uvec4 b = texelFetch(stateWords, int(kStateWords * index + 1u));
+            const uvec4 c = texelFetch(stateWords, int(kStateWords * index + 2u));
+            lane = a.w;
+            stream = laneStream(lane, lanePixel(lane));
+            path = PathState(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz),
+                             uintBitsToFloat(b.w), c.w);
+        }
+    }
+    const uint closestRays = subgroupAdd(alive ? 1u : 0u);
+    uint shadowRays = 0u;
+    if (alive) {
+        // A path's sum starts at zero in its first bounce and is touched again only by what brings light. It goes
+        // on from the stored value so that the order of additions is that of the megakernel.
+        vec3 L = first ? vec3(0.0) : radiance[lane].xyz;
+        const vec3 before = L;
+        alive = extendPath(stream, path, L, shadowRays);
+        if (first || any(notEqual(L, before))) radiance[lane] = vec4(L, 0.0);
+    }
+    const uint slot = queueSlot(alive, queue + 1u);
+    if (alive) {
+        nextStates[kStateWords * slot] = uvec4(floatBitsToUint(path.origin), lane);
+        nextStates[kStateWords * slot + 1u] = uvec4(floatBitsToUint(path.direction), floatBitsToUint(path.pdf));
+        nextStates[kStateWords * slot + 2u] = uvec4(floatBitsToUint(path.beta), path.depth);
+    }
+    shadowRays = subgroupAdd(shadowRays);
+    if (subgroupElect()) {
+        atomicAdd(counters.closestRays, closestRays);
+        atomicAdd(counters.shadowRays, shadowRays);
+    }
+}

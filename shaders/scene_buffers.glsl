@@ -1,0 +1,83 @@
+// The scene as kernels see it: texel buffers behind the fetch functions of shared/scene.h, and the frame's uniforms.
+#include "shared/bindings.h"
+#include "shared/scene.h"
+
+layout(set = 0, binding = kBindNodes) uniform usamplerBuffer nodeWords;
+layout(set = 0, binding = kBindTriangles) uniform usamplerBuffer triangleWords;
+layout(set = 0, binding = kBindIndices) uniform usamplerBuffer indexWords;
+layout(set = 0, binding = kBindAttributes) uniform usamplerBuffer attributeWords;
+layout(set = 0, binding = kBindExtra) uniform usamplerBuffer extraWords;
+layout(set = 0, binding = kBindMaterials) uniform usamplerBuffer materialWords;
+layout(set = 0, binding = kBindTextureReferences) uniform usamplerBuffer textureReferenceWords;
+layout(set = 0, binding = kBindEmitters) uniform usamplerBuffer emitterWords;
+layout(set = 0, binding = kBindTexels) uniform samplerBuffer texels;
+layout(set = 0, binding = kBindEmitterCdf) uniform samplerBuffer emitterCdf;
+layout(set = 0, binding = kBindEnvironment) uniform samplerBuffer environmentTexels;
+layout(set = 0, binding = kBindEnvironmentCdf) uniform samplerBuffer environmentCdf;
+layout(set = 0, binding = kBindFrame, scalar) uniform FrameBlock
+{
+    FrameData frame;
+};
+
+uvec4 fetchTriangleIndices(uint triangle)
+{
+    return texelFetch(indexWords, int(triangle));
+}
+
+vec4 fetchTriangleVertex(uint slot, uint k)
+{
+    return uintBitsToFloat(texelFetch(triangleWords, int(3u * slot + k)));
+}
+
+VertexAttributes fetchVertexAttributes(uint vertex)
+{
+    const uvec4 word = texelFetch(attributeWords, int(vertex));
+    return VertexAttributes(word.x, uintBitsToFloat(word.y), uintBitsToFloat(word.z), word.w);
+}
+
+VertexExtra fetchVertexExtra(uint vertex)
+{
+    const uvec4 word = texelFetch(extraWords, int(vertex));
+    return VertexExtra(uintBitsToFloat(word.x), uintBitsToFloat(word.y), word.z, word.w);
+}
+
+vec4 fetchMaterial(uint material, uint word)
+{
+    return uintBitsToFloat(texelFetch(materialWords, int(material * kMaterialWords + word)));
+}
+
+uvec4 fetchTextureReference(uint reference, uint word)
+{
+    return texelFetch(textureReferenceWords, int(reference * kTextureReferenceWords + word));
+}
+
+vec4 fetchTexel(uint texel)
+{
+    return texelFetch(texels, int(texel));
+}
+
+Emitter fetchEmitter(uint emitter)
+{
+    const int first = int(emitter * kEmitterWords);
+    const uvec4 a = texelFetch(emitterWords, first);
+    const uvec4 b = texelFetch(emitterWords, first + 1);
+    const uvec4 c = texelFetch(emitterWords, first + 2);
+    const uvec4 d = texelFetch(emitterWords, first + 3);
+    return Emitter(uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xyz), b.w, uintBitsToFloat(c.xyz),
+                   uintBitsToFloat(c.w), uintBitsToFloat(d.xyz), uintBitsToFloat(d.w));
+}
+
+float fetchEmitterCdf(uint i)
+{
+    return texelFetch(emitterCdf, int(i)).x;
+}
+
+vec4 fetchEnvironmentTexel(uint i)
+{
+    return texelFetch(environmentTexels, int(i));
+}
+
+float fetchEnvironmentCdf(uint i)
+{
+    return texelFetch(environmentCdf, int(i)).x;
+}
