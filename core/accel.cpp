@@ -3,6 +3,7 @@
 // never meet a filter function.
 #include "core/accel.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <string>
@@ -188,6 +189,68 @@ bool Accel::occluded(const Ray& ray) const
              ray.tMax,        0xffffffffu,     ray.seed,        0};
     rtcOccluded1(impl_->scene, &context.embree, &r);
     return r.tfar < 0.0f;
+}
+
+namespace {
+
+constexpr size_t kPacket = 16;
+
+/// Fills lanes [0, count) of a packet; the others are switched off.
+void fillPacket(std::span<const Ray> rays, int* valid, RTCRay16& packet)
+{
+    for (size_t i = 0; i < kPacket; ++i) {
+        const Ray& ray = rays[std::min(i, rays.size() - 1)];
+        valid[i] = i < rays.size() ? -1 : 0;
+        packet.org_x[i] = ray.origin.x;
+        packet.org_y[i] = ray.origin.y;
+        packet.org_z[i] = ray.origin.z;
+        packet.tnear[i] = 0.0f;
+        packet.dir_x[i] = ray.direction.x;
+        packet.dir_y[i] = ray.direction.y;
+        packet.dir_z[i] = ray.direction.z;
+        packet.time[i] = 0.0f;
+        packet.tfar[i] = ray.tMax;
+        packet.mask[i] = 0xffffffffu;
+        packet.id[i] = ray.seed;
+        packet.flags[i] = 0;
+    }
+}
+
+}  // namespace
+
+void Accel::closest(std::span<const Ray> rays, shared::Hit* hits) const
+{
+    Context context = impl_->context();
+    alignas(64) int valid[kPacket];
+    RTCRayHit16 packet;
+    for (size_t first = 0; first < rays.size(); first += kPacket) {
+        const size_t count = std::min(kPacket, rays.size() - first);
+        fillPacket(rays.subspan(first, count), valid, packet.ray);
+        std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
+        rtcIntersect16(valid, impl_->scene, &context.embree, &packet);
+        for (size_t i = 0; i < count; ++i) {
+            shared::Hit& hit = hits[first + i];
+            const unsigned geometry = packet.hit.geomID[i];
+            hit.t = packet.ray.tfar[i];
+            hit.barycentrics = {packet.hit.u[i], packet.hit.v[i]};
+            hit.slot = geometry == RTC_INVALID_GEOMETRY_ID
+                           ? shared::kNone
+                           : packet.hit.primID[i] + (geometry == 1 ? impl_->opaque : 0);
+        }
+    }
+}
+
+void Accel::occluded(std::span<const Ray> rays, uint8_t* blocked) const
+{
+    Context context = impl_->context();
+    alignas(64) int valid[kPacket];
+    RTCRay16 packet;
+    for (size_t first = 0; first < rays.size(); first += kPacket) {
+        const size_t count = std::min(kPacket, rays.size() - first);
+        fillPacket(rays.subspan(first, count), valid, packet);
+        rtcOccluded16(valid, impl_->scene, &context.embree, &packet);
+        for (size_t i = 0; i < count; ++i) blocked[first + i] = packet.tfar[i] < 0.0f;
+    }
 }
 
 AccelStats Accel::stats() const

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <stop_token>
 
 #include "core/world.h"
@@ -45,6 +46,12 @@ public:
 
     /// True when something lies in (0, tMax).
     bool occluded(const Ray& ray) const;
+
+    /// The same for many rays at once, in packets of 16: hits[i].slot is kNone where there is none;
+    /// blocked[i] is 1 or 0. Which rays stand together may decide the last bit of a hit: keep it a
+    /// function of the image alone.
+    void closest(std::span<const Ray> rays, shared::Hit* hits) const;
+    void occluded(std::span<const Ray> rays, uint8_t* blocked) const;
 
     AccelStats stats() const;
     const World& world() const;

@@ -12,12 +12,20 @@
 
 #define SHARED_BEGIN namespace shared {
 #define SHARED_END }
-#define SHARED_FN inline
 #define SHARED_CONST inline constexpr
 #define OUT(T) T&
 #define INOUT(T) T&
 #define PRECISE
+
+// A source file may define REKINDLE_FEATURES (kFeature bits) before it includes anything: the functions are then its
+// own and hold code for these bits only, as a specialised pipeline does.
+#ifdef REKINDLE_FEATURES
+#define SHARED_FN static inline
+#define FEATURE(bit) (((REKINDLE_FEATURES) & (bit)) != 0u)
+#else
+#define SHARED_FN inline
 #define FEATURE(bit) true
+#endif
 
 namespace shared {
 using namespace glm;  // the mathematics below is written in GLSL's vocabulary

@@ -1,0 +1,15 @@
+// First-hit data of the CPU renderers.
+#pragma once
+
+#include "core/accel.h"
+#include "core/renderer.h"
+
+namespace core {
+
+/// What the ray through each pixel's centre meets. Normals are the shading normals that the
+/// estimator uses (normal maps included), on the side of the camera; albedo is shared::albedoBsdf.
+/// Rays that hit nothing leave zeros and ids -1.
+Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t width,
+               uint32_t height);
+
+}  // namespace core
