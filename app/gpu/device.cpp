@@ -108,6 +108,7 @@ DeviceInfo describe(VkPhysicalDevice physical)
     Features features;
     vkGetPhysicalDeviceFeatures2(physical, &features.all);
     if (features.v12.scalarBlockLayout == VK_FALSE) info.missing.emplace_back("scalarBlockLayout");
+    if (features.v13.maintenance4 == VK_FALSE) info.missing.emplace_back("maintenance4");
     const VkSubgroupFeatureFlags needed = VK_SUBGROUP_FEATURE_BALLOT_BIT | VK_SUBGROUP_FEATURE_ARITHMETIC_BIT;
     if ((subgroup.supportedOperations & needed) != needed) {
         info.missing.emplace_back("subgroup ballot and arithmetic");
@@ -266,6 +267,7 @@ Device::Device(const DeviceOptions& options)
         queue.pQueuePriorities = &priority;
         Features features;
         features.v12.scalarBlockLayout = VK_TRUE;
+        features.v13.maintenance4 = VK_TRUE;  // SPIR-V 1.6 states the group size by LocalSizeId
         VkDeviceCreateInfo create{};
         create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
         create.pNext = &features.all;

@@ -28,6 +28,7 @@ double since(Clock::time_point start)
 
 constexpr uint32_t kMaxLanes = 1u << 18;
 constexpr double kTargetSeconds = 0.1;      // of one submission
+constexpr uint32_t kMeasuredLanes = 1u << 14;
 constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
 
 class PathRenderer final : public core::Renderer {
@@ -50,14 +51,14 @@ private:
 
     void makeBuffers();
     void warmUp();
-    void chooseKernel();
-    double runBatch(const shared::Batch& batch);
-    void recordMegakernel(VkCommandBuffer commands, shared::Batch batch);
-    double runWavefront(shared::Batch batch);
-    void recordAccumulate(VkCommandBuffer commands, const shared::Batch& batch);
+    void chooseKernel(uint32_t samples);
+    double tracePaths(const shared::Batch& batch);
+    double traceByBounces(shared::Batch batch);
+    double accumulate(const shared::Batch& batch);
     void dispatch(VkCommandBuffer commands, const Pipeline& pipeline, const Bindings& bindings,
                   const shared::Batch& batch, uint32_t lanes);
     void drainCounters();
+    void clearCounters();
     void bindAll(uint32_t binding, const Buffer& buffer);
     uint32_t tileCount() const { return frame_.tilesPerRow * ((frame_.settings.imageHeight + 7) / 8); }
 
@@ -145,7 +146,7 @@ void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t 
     current_ = &entry->second;
     makeBuffers();
     if (fresh) warmUp();
-    chooseKernel();
+    kernelChosen_ = false;
 }
 
 void PathRenderer::makeBuffers()
@@ -209,85 +210,82 @@ void PathRenderer::warmUp()
     stats_.compileSeconds += since(start);
 }
 
-/// Megakernels save traffic while paths are short; from a few bounces on, closing the gaps wins. A GPU is
-/// measured; on software devices the threshold was measured once (README, "Performance").
-void PathRenderer::chooseKernel()
+/// Which kernel is faster depends on the scene, the depth and the driver, so it is measured: on one batch from the
+/// middle of the image, twice, in turns, the results thrown away. Not for renders that would be over as soon.
+void PathRenderer::chooseKernel(uint32_t samples)
 {
-    wavefront_ = params_.kernel == core::Kernel::wavefront ||
-                 (params_.kernel == core::Kernel::automatic && params_.maxDepth > 2);
-    kernelChosen_ = params_.kernel != core::Kernel::automatic;
+    kernelChosen_ = true;
+    wavefront_ = params_.kernel != core::Kernel::megakernel;
+    const uint32_t tiles = tileCount();
+    const uint32_t count = std::min(tiles, kMeasuredLanes / shared::kGroupSize);
+    if (params_.kernel == core::Kernel::automatic && params_.maxDepth <= 1) wavefront_ = false;
+    if (params_.kernel == core::Kernel::automatic && uint64_t(samples) * tiles > 40 * uint64_t(count)) {
+        const shared::Batch batch{(tiles - count) / 2, count, 0, 1, 0};
+        double best[2] = {1e30, 1e30};
+        for (int round = 0; round < 4; ++round) {
+            wavefront_ = round % 2 == 0;
+            best[round % 2] = std::min(best[round % 2], tracePaths(batch));
+        }
+        wavefront_ = best[0] <= best[1];
+        clearCounters();
+    }
     stats_.kernel = wavefront_ ? "wavefront" : "megakernel";
 }
 
-void PathRenderer::recordAccumulate(VkCommandBuffer commands, const shared::Batch& batch)
-{
-    dispatch(commands, accumulate_, bindings_[0], batch, batch.tileCount * shared::kGroupSize);
-    barrier(commands);
-}
-
-void PathRenderer::recordMegakernel(VkCommandBuffer commands, shared::Batch batch)
-{
-    const uint32_t lanes = batch.tileCount * batch.sampleCount * shared::kGroupSize;
-    dispatch(commands, current_->megakernel, bindings_[0], batch, lanes);
-    barrier(commands);
-    recordAccumulate(commands, batch);
-}
-
 /// Bounces are submitted sixteen at a time; the sizes of their queues stay on the device.
-double PathRenderer::runWavefront(shared::Batch batch)
+double PathRenderer::traceByBounces(shared::Batch batch)
 {
     const uint32_t lanes = batch.tileCount * batch.sampleCount * shared::kGroupSize;
-    const std::vector<shared::QueueHead> empty(kBouncesPerSubmit + 2, {0, 1, 1, 0});
     double seconds = 0;
-    uint32_t side = 0;
-    uint64_t waiting = lanes;
+    uint32_t side = 0, waiting = lanes;
     for (uint64_t done = 0; waiting > 0 && done <= params_.maxDepth; done += kBouncesPerSubmit) {
-        const auto count =
-            static_cast<uint32_t>(std::min<uint64_t>(kBouncesPerSubmit, params_.maxDepth + 1 - done));
-        const bool last = done + count > params_.maxDepth;
+        const auto count = static_cast<uint32_t>(std::min<uint64_t>(kBouncesPerSubmit, params_.maxDepth + 1 - done));
+        std::array<shared::QueueHead, kBouncesPerSubmit + 1> heads;
+        heads.fill({0, 1, 1, 0});
+        heads[0] = {(waiting + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1, waiting};
         seconds += device_.submit([&](VkCommandBuffer commands) {
-            std::vector<shared::QueueHead> heads = empty;
-            if (done > 0) {
-                heads[0] = {static_cast<uint32_t>((waiting + 63) / 64), 1, 1, static_cast<uint32_t>(waiting)};
-            }
-            vkCmdUpdateBuffer(commands, queues_.get(), 0, heads.size() * sizeof(heads[0]), heads.data());
-            barrier(commands);
+            vkCmdUpdateBuffer(commands, queues_.get(), 0, sizeof(heads), heads.data());
+            vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, current_->bounce.get());
             for (uint32_t b = 0; b < count; ++b, side = 1 - side) {
-                batch.bounce = b;
-                bindings_[side].use(commands, layout_);
-                const bool first = done == 0 && b == 0;
-                const Pipeline& pipeline = current_->bounce;
-                if (first) {
-                    dispatch(commands, pipeline, bindings_[side], batch, lanes);
-                } else {
-                    shared::Batch later = batch;
-                    later.bounce = b | shared::kBatchContinues;
-                    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
-                    vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(later), &later);
-                    vkCmdDispatchIndirect(commands, queues_.get(), b * sizeof(shared::QueueHead));
-                }
                 barrier(commands);
+                batch.bounce = b | (done + b > 0 ? shared::kBatchContinues : 0);
+                bindings_[side].use(commands, layout_);
+                vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch), &batch);
+                vkCmdDispatchIndirect(commands, queues_.get(), b * sizeof(shared::QueueHead));
             }
-            if (last) recordAccumulate(commands, batch);
+            barrier(commands);
         });
-        if (last) return seconds;
-        shared::QueueHead head;
-        queues_.read(std::as_writable_bytes(std::span(&head, 1)), count * sizeof(head));
-        waiting = head.count;
+        shared::QueueHead next;
+        queues_.read(std::as_writable_bytes(std::span(&next, 1)), count * sizeof(next));
+        waiting = next.count;
     }
-    return seconds + device_.submit([&](VkCommandBuffer commands) { recordAccumulate(commands, batch); });
+    return seconds;
 }
 
-double PathRenderer::runBatch(const shared::Batch& batch)
+/// Leaves the radiance of every lane of the batch in its buffer; returns the seconds that it took.
+double PathRenderer::tracePaths(const shared::Batch& batch)
 {
-    if (wavefront_) return runWavefront(batch);
-    return device_.submit([&](VkCommandBuffer commands) { recordMegakernel(commands, batch); });
+    if (wavefront_) return traceByBounces(batch);
+    return device_.submit([&](VkCommandBuffer commands) {
+        dispatch(commands, current_->megakernel, bindings_[0], batch,
+                 batch.tileCount * batch.sampleCount * shared::kGroupSize);
+        barrier(commands);
+    });
+}
+
+double PathRenderer::accumulate(const shared::Batch& batch)
+{
+    return device_.submit([&](VkCommandBuffer commands) {
+        dispatch(commands, accumulate_, bindings_[0], batch, batch.tileCount * shared::kGroupSize);
+        barrier(commands);
+    });
 }
 
 void PathRenderer::advance(uint32_t samples, std::stop_token stop)
 {
     CHECK(current_ != nullptr);
     const auto start = Clock::now();
+    if (!kernelChosen_) chooseKernel(samples);
     const uint32_t tiles = tileCount();
     uint32_t left = samples;
     while (left > 0 && !stop.stop_requested()) {
@@ -297,7 +295,7 @@ void PathRenderer::advance(uint32_t samples, std::stop_token stop)
         for (uint32_t tile = 0; tile < tiles;) {
             const uint32_t count = std::min(std::max(lanesPerBatch_ / (shared::kGroupSize * perBatch), 1u), tiles - tile);
             const shared::Batch batch{tile, count, static_cast<uint32_t>(samples_), perBatch, 0};
-            const double seconds = runBatch(batch);
+            const double seconds = tracePaths(batch) + accumulate(batch);
             const double lanes = double(count) * perBatch * shared::kGroupSize;
             const double wanted = lanes * std::clamp(kTargetSeconds / std::max(seconds, 1e-5), 0.25, 2.0);
             const double most = double(radiance_.bytes() / sizeof(glm::vec4));
@@ -316,8 +314,7 @@ void PathRenderer::drainCounters()
 {
     shared::Counters counts;
     counters_.read(std::as_writable_bytes(std::span(&counts, 1)));
-    const shared::Counters zero{};
-    counters_.write(std::as_bytes(std::span(&zero, 1)));
+    clearCounters();
     filmCounters_.nan += counts.nan;
     filmCounters_.inf += counts.inf;
     filmCounters_.negative += counts.negative;
@@ -369,6 +366,12 @@ core::Aovs PathRenderer::aovs()
         }
     }
     return aovs;
+}
+
+void PathRenderer::clearCounters()
+{
+    const shared::Counters zero{};
+    counters_.write(std::as_bytes(std::span(&zero, 1)));
 }
 
 core::RenderStats PathRenderer::stats() const
