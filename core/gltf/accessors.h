@@ -1,0 +1,61 @@
+// Buffers, buffer views and accessors: resolved, checked once in 64 bits, then read without further
+// doubt.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/gltf/load.h"
+
+namespace core::gltf {
+
+enum ComponentType : uint32_t {
+    kByte = 5120,
+    kUnsignedByte = 5121,
+    kShort = 5122,
+    kUnsignedShort = 5123,
+    kUnsignedInt = 5125,
+    kFloat = 5126,
+};
+
+/// A typed view of bytes that are known to be there.
+struct Accessor {
+    uint64_t count = 0;
+    uint32_t componentType = kFloat;
+    uint32_t components = 1;  // 1..4, 4, 9, 16
+    bool matrix = false;
+    bool normalized = false;
+    const std::byte* data = nullptr;  // null: zeros
+    size_t stride = 0;
+
+    // Sparse replacement: `sparseCount` elements, ascending indices.
+    uint64_t sparseCount = 0;
+    uint32_t sparseType = kUnsignedInt;
+    const std::byte* sparseIndices = nullptr;
+    const std::byte* sparseValues = nullptr;
+
+    uint32_t elementBytes() const;
+    /// Component type and shape are among those that glTF (and KHR_mesh_quantization) allow for it.
+    bool isFloat() const { return componentType == kFloat; }
+    bool hasData() const { return data != nullptr || sparseCount > 0; }
+};
+
+/// Reads every buffer of the document into load.buffers. Refuses what is missing, outside or too
+/// short.
+void readBuffers(Load& load);
+
+/// The bytes of buffer view `index` (of any use). Refuses bad references and extents.
+std::span<const std::byte> bufferViewBytes(Load& load, size_t index);
+
+/// Reads and checks all accessors of the document.
+std::vector<Accessor> readAccessors(Load& load);
+
+/// Elements [first, first + count) as floats, `components` of each (the accessor has at least so
+/// many); normalised integers become [0,1] or [-1,1], others keep their value.
+void readFloats(const Accessor& accessor, uint64_t first, uint64_t count, uint32_t components,
+                float* out);
+
+/// All elements of a scalar accessor of unsigned integers.
+std::vector<uint32_t> readIndices(const Accessor& accessor);
+
+}  // namespace core::gltf

@@ -1,0 +1,166 @@
+// Keyframes of nodes. A channel with a fault is left out and told; the node then keeps its rest
+// pose.
+#include <algorithm>
+#include <cmath>
+
+#include "core/gltf/parts.h"
+
+namespace core::gltf {
+
+namespace {
+
+using Channel = AnimationChannel;
+
+struct Keys {
+    std::vector<float> times;
+    std::vector<glm::vec4> values;
+    std::string fault;
+};
+
+/// Times and values of a sampler for a property of `width` components.
+Keys readKeys(const Accessor& input, const Accessor& output, uint32_t width,
+              Channel::Interpolation interpolation)
+{
+    Keys keys;
+    const uint64_t perKey = interpolation == Channel::Interpolation::cubicSpline ? 3 : 1;
+    if (input.components != 1 || !input.isFloat()) {
+        keys.fault = "its times are not floats";
+        return keys;
+    }
+    if (output.components != width || output.matrix) {
+        keys.fault = "its values do not have " + std::to_string(width) + " components";
+        return keys;
+    }
+    if (output.count != input.count * perKey) {
+        keys.fault = "it has " + std::to_string(input.count) + " times and " +
+                     std::to_string(output.count) + " values";
+        return keys;
+    }
+    keys.times.resize(input.count);
+    readFloats(input, 0, input.count, 1, keys.times.data());
+    for (size_t i = 0; i < keys.times.size(); ++i)
+        if (!std::isfinite(keys.times[i]) || keys.times[i] < 0 ||
+            (i > 0 && keys.times[i] <= keys.times[i - 1]))
+            keys.fault = "its times do not increase from 0";
+    std::vector<float> flat(output.count * width);
+    readFloats(output, 0, output.count, width, flat.data());
+    if (!std::all_of(flat.begin(), flat.end(), [](float v) { return std::abs(v) < 1e18f; }))
+        keys.fault = "it has values that are not finite or beyond 1e18";
+    keys.values.resize(output.count);
+    for (size_t i = 0; i < keys.values.size(); ++i)
+        for (uint32_t k = 0; k < width; ++k)
+            keys.values[i][static_cast<int>(k)] = flat[i * width + k];
+    return keys;
+}
+
+/// Rotations are unit quaternions; tangents of splines are not.
+bool normaliseRotations(Channel& channel)
+{
+    const size_t step = channel.interpolation == Channel::Interpolation::cubicSpline ? 3 : 1;
+    for (size_t i = step == 3 ? 1 : 0; i < channel.values.size(); i += step) {
+        const float length = glm::length(channel.values[i]);
+        if (!(length > 1e-6f)) return false;
+        channel.values[i] /= length;
+    }
+    return true;
+}
+
+class Reader {
+public:
+    Reader(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan)
+        : load_(load), accessors_(accessors), plan_(plan)
+    {}
+
+    Animation read(const Object& object)
+    {
+        Animation animation;
+        animation.name = object.softString("name");
+        const size_t count = object.array("channels").size();
+        for (size_t i = 0; i < count; ++i) {
+            std::optional<Channel> channel = readChannel(object, object.element("channels", i));
+            if (!channel) continue;
+            animation.duration =
+                std::max(animation.duration, static_cast<double>(channel->times.back()));
+            animation.channels.push_back(std::move(*channel));
+        }
+        return animation;
+    }
+
+private:
+    std::optional<Channel> readChannel(const Object& animation, const Object& object)
+    {
+        const std::optional<Object> target = object.object("target");
+        if (!target) load_.refuse("UNDEFINED_PROPERTY", object.pointer(), "'target' is missing");
+        const int sampler =
+            object.requiredIndex("sampler", animation.array("samplers").size(), "sampler");
+        const Object source = animation.element("samplers", static_cast<size_t>(sampler));
+        const int input = source.requiredIndex("input", accessors_.size(), "accessor");
+        const int output = source.requiredIndex("output", accessors_.size(), "accessor");
+        const int node = target->index("node", plan_.sceneNode.size(), "node");
+        if (node < 0) return std::nullopt;  // allowed: an extension may say what moves
+        Channel channel;
+        channel.node = plan_.sceneNode[static_cast<size_t>(node)];
+        if (channel.node < 0) return std::nullopt;  // of another scene
+
+        const std::string path = target->requiredString("path");
+        if (path == "translation")
+            channel.path = Channel::Path::translation;
+        else if (path == "rotation")
+            channel.path = Channel::Path::rotation;
+        else if (path == "scale")
+            channel.path = Channel::Path::scale;
+        else if (path == "weights")
+            return skip("MORPH_ANIMATION_IGNORED", target->at("path"),
+                        "animated morph weights are not supported");
+        else
+            return skip("VALUE_NOT_IN_LIST", target->at("path"),
+                        describe(Json(path)) + " is not a property of nodes");
+        if (load_.scene.nodes[static_cast<size_t>(channel.node)].local.matrix)
+            return skip("ANIMATION_CHANNEL_TARGET_NODE_MATRIX", target->at("node"),
+                        "the node has a matrix, which cannot be animated");
+
+        const std::string interpolation = source.softString("interpolation");
+        if (interpolation == "STEP")
+            channel.interpolation = Channel::Interpolation::step;
+        else if (interpolation == "CUBICSPLINE")
+            channel.interpolation = Channel::Interpolation::cubicSpline;
+        else if (!interpolation.empty() && interpolation != "LINEAR")
+            return skip("VALUE_NOT_IN_LIST", source.at("interpolation"),
+                        describe(Json(interpolation)) + " is not known");
+
+        Keys keys = readKeys(
+            accessors_[static_cast<size_t>(input)], accessors_[static_cast<size_t>(output)],
+            channel.path == Channel::Path::rotation ? 4 : 3, channel.interpolation);
+        if (!keys.fault.empty())
+            return skip("ANIMATION_SAMPLER_INVALID", source.pointer(), keys.fault);
+        channel.times = std::move(keys.times);
+        channel.values = std::move(keys.values);
+        if (channel.path == Channel::Path::rotation && !normaliseRotations(channel))
+            return skip("ANIMATION_SAMPLER_INVALID", source.pointer(),
+                        "it has a rotation of length 0");
+        return channel;
+    }
+
+    std::nullopt_t skip(const char* code, const std::string& pointer, const std::string& what)
+    {
+        load_.warn(code, pointer, what + " — this channel is ignored");
+        return std::nullopt;
+    }
+
+    Load& load_;
+    const std::vector<Accessor>& accessors_;
+    const NodePlan& plan_;
+};
+
+}  // namespace
+
+void readAnimations(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan)
+{
+    Reader reader(load, accessors, plan);
+    for (size_t i = 0; i < countOf(load, "animations"); ++i) {
+        Animation animation = reader.read(topLevel(load, "animations", i));
+        if (!animation.channels.empty()) load.scene.animations.push_back(std::move(animation));
+    }
+}
+
+}  // namespace core::gltf

@@ -1,0 +1,270 @@
+// The door of the loader: container, syntax, version and extensions of the document.
+#include <algorithm>
+#include <cstring>
+
+#include "core/gltf/guard.h"
+#include "core/gltf/json.h"
+
+namespace core::gltf {
+
+namespace {
+
+constexpr uint64_t kMaxTextBytes = 256u << 20;
+constexpr int kMaxDepth = 64;
+
+constexpr std::array<std::string_view, 14> kKnownExtensions{
+    "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    // These describe nothing that a picture shows.
+    "KHR_materials_variants",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+};
+
+/// How a person can get rid of an extension that is required.
+std::string wayOut(const std::string& extension)
+{
+    if (extension == "KHR_draco_mesh_compression")
+        return "decode it first, e.g. gltf-transform copy in.glb out.glb";
+    if (extension == "EXT_meshopt_compression" || extension == "KHR_meshopt_compression")
+        return "decode it first, e.g. gltf-transform copy in.glb out.glb";
+    if (extension == "EXT_texture_webp" || extension == "EXT_texture_avif" ||
+        extension == "KHR_texture_basisu")
+        return "convert the images to PNG or JPEG first";
+    return "export without it, or try --ignore-required";
+}
+
+uint32_t word(std::span<const std::byte> bytes, size_t offset)
+{
+    uint32_t value = 0;  // little endian, as glTF and every machine we build for
+    std::memcpy(&value, bytes.data() + offset, 4);
+    return value;
+}
+
+std::string_view textOf(std::span<const std::byte> bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// "line 3, column 14" of an offset.
+std::string placeOf(std::string_view text, size_t offset)
+{
+    const std::string_view before = text.substr(0, offset);
+    const auto lines = std::count(before.begin(), before.end(), '\n');
+    const size_t lineStart = before.rfind('\n');
+    const size_t column = lineStart == std::string_view::npos ? offset + 1 : offset - lineStart;
+    return "line " + std::to_string(lines + 1) + ", column " + std::to_string(column);
+}
+
+/// One pass over the text, outside of strings: nesting depth, and how much memory its tree will
+/// take.
+void scanText(Load& load, std::string_view text)
+{
+    // Sizes of nlohmann's nodes on 64 bits: a value in an array, a key-value node, an object's or
+    // array's header.
+    constexpr uint64_t kValueBytes = 32, kKeyBytes = 80, kContainerBytes = 48;
+    int depth = 0;
+    bool inString = false;
+    uint64_t bytes = text.size();
+    for (size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (inString) {
+            if (c == '\\')
+                ++i;
+            else if (c == '"')
+                inString = false;
+            continue;
+        }
+        switch (c) {
+        case '"':
+            inString = true;
+            break;
+        case ',':
+            bytes += kValueBytes;
+            break;
+        case ':':
+            bytes += kKeyBytes;
+            break;
+        case '{':
+        case '[':
+            bytes += kContainerBytes;
+            if (++depth > kMaxDepth)
+                load.refuse("INVALID_JSON", "",
+                            "nested deeper than " + std::to_string(kMaxDepth) + " levels at " +
+                                placeOf(text, i));
+            break;
+        case '}':
+        case ']':
+            --depth;
+            break;
+        default:
+            break;
+        }
+    }
+    load.reserveMemory(bytes, "");
+}
+
+/// What the JSON parser said, in printable characters and of bearable length.
+std::string tidy(std::string text)
+{
+    constexpr size_t kLongest = 200;
+    if (const size_t bracket = text.find("] "); bracket != std::string::npos)
+        text.erase(0, bracket + 2);
+    text = text.substr(0, kLongest);
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = '?';
+    return text;
+}
+
+std::vector<std::string> strings(const Load& load, const char* key)
+{
+    std::vector<std::string> result;
+    for (size_t i = 0; i < countOf(load, key); ++i) {
+        const Json& name = load.document.at(key).at(i);
+        if (!name.is_string())
+            load.refuse("TYPE_MISMATCH", child(std::string("/") + key, i),
+                        "is " + describe(name) + ", must be a string");
+        result.push_back(name.get<std::string>());
+    }
+    return result;
+}
+
+/// The number before the point of "2.0"; -1 when there is none.
+int majorVersion(const std::string& version)
+{
+    if (version.size() < 3 || version[1] != '.') return -1;
+    return version[0] >= '0' && version[0] <= '9' ? version[0] - '0' : -1;
+}
+
+}  // namespace
+
+std::string_view openContainer(Load& load, std::span<const std::byte> bytes)
+{
+    if (bytes.empty()) load.refuse("EMPTY_FILE", "", "file is empty");
+    if (bytes.size() < 4 || std::memcmp(bytes.data(), "glTF", 4) != 0) {
+        std::string_view text = textOf(bytes);
+        if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+        const size_t first = text.find_first_not_of(" \t\r\n");
+        if (first == std::string_view::npos)
+            load.refuse("INVALID_JSON", "", "file holds only white space");
+        if (text[first] != '{')
+            load.refuse("INVALID_JSON", "",
+                        "not glTF 2.0: " + placeOf(text, first) +
+                            ": a JSON object must begin with '{'",
+                        "give a .gltf or .glb file");
+        return text;
+    }
+
+    constexpr size_t kHeader = 12, kChunkHeader = 8;
+    if (bytes.size() < kHeader + kChunkHeader)
+        load.refuse("GLB_UNEXPECTED_END_OF_HEADER", "",
+                    "GLB of only " + std::to_string(bytes.size()) + " bytes");
+    if (word(bytes, 4) != 2)
+        load.refuse("GLB_UNKNOWN_VERSION", "",
+                    "GLB version " + std::to_string(word(bytes, 4)) + ", needs version 2");
+    const uint64_t length = word(bytes, 8);
+    if (length > bytes.size() || length < kHeader + kChunkHeader)
+        load.refuse("GLB_LENGTH_MISMATCH", "",
+                    "GLB header says " + std::to_string(length) + " bytes, the file has " +
+                        std::to_string(bytes.size()));
+    if (length < bytes.size())
+        load.warn("GLB_LENGTH_MISMATCH", "",
+                  std::to_string(bytes.size() - length) +
+                      " bytes after the end of the GLB — ignored");
+
+    std::string_view text;
+    size_t index = 0;
+    for (uint64_t offset = kHeader; offset < length; ++index) {
+        if (offset + kChunkHeader > length)
+            load.refuse("GLB_UNEXPECTED_END_OF_CHUNK_HEADER", "",
+                        "GLB chunk " + std::to_string(index) + " is cut off at byte " +
+                            std::to_string(offset));
+        const uint64_t size = word(bytes, offset);
+        const uint32_t type = word(bytes, offset + 4);
+        offset += kChunkHeader;
+        if (size > length - offset)
+            load.refuse("GLB_CHUNK_TOO_BIG", "",
+                        "GLB chunk " + std::to_string(index) + " has " + std::to_string(size) +
+                            " bytes, " + std::to_string(length - offset) + " are left");
+        constexpr uint32_t kJson = 0x4e4f534a, kBinary = 0x004e4942;
+        if (index == 0 && type != kJson)
+            load.refuse("GLB_UNEXPECTED_FIRST_CHUNK", "", "the first GLB chunk is not JSON");
+        if (index == 0 && size == 0)
+            load.refuse("GLB_EMPTY_CHUNK", "", "the JSON chunk of the GLB is empty");
+        if (index == 0) text = textOf(bytes.subspan(offset, size));
+        if (index == 1 && type == kBinary) load.binaryChunk = bytes.subspan(offset, size);
+        offset += size;
+    }
+    return text;
+}
+
+void parseDocument(Load& load, std::string_view text)
+{
+    if (text.size() > kMaxTextBytes)
+        load.refuse("INVALID_JSON", "",
+                    "JSON of " + formatBytes(text.size()) + ", allowed are " +
+                        formatBytes(kMaxTextBytes));
+    scanText(load, text);
+    try {
+        load.document = Json::parse(text.begin(), text.end());
+    } catch (const Json::exception& error) {
+        load.refuse("INVALID_JSON", "", tidy(error.what()));
+    }
+    if (!load.document.is_object())
+        load.refuse("INVALID_JSON", "",
+                    "the document is " + describe(load.document) + ", must be an object");
+}
+
+void checkVersionAndExtensions(Load& load)
+{
+    const Object root(load, load.document, "");
+    const std::optional<Object> asset = root.object("asset");
+    if (!asset) load.refuse("UNDEFINED_PROPERTY", "", "'asset' is missing: not glTF 2.0");
+    const std::string version = asset->requiredString("version");
+    if (majorVersion(version) != 2)
+        load.refuse("UNKNOWN_ASSET_MAJOR_VERSION", "/asset/version",
+                    "is \"" + tidy(version) + "\", needs 2.x", "convert the file to glTF 2.0");
+    if (asset->has("minVersion")) {
+        const std::string minimum = asset->requiredString("minVersion");
+        if (minimum != "2.0")
+            load.refuse("UNKNOWN_ASSET_MAJOR_VERSION", "/asset/minVersion",
+                        "is \"" + tidy(minimum) + "\", this loader reads 2.0",
+                        "convert the file to glTF 2.0");
+    }
+
+    const auto known = [](const std::string& name) {
+        return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) !=
+               kKnownExtensions.end();
+    };
+    const std::vector<std::string> required = strings(load, "extensionsRequired");
+    for (size_t i = 0; i < required.size(); ++i) {
+        if (known(required[i])) continue;
+        const std::string pointer = child("/extensionsRequired", i);
+        if (!load.options.ignoreRequired)
+            load.refuse("UNSUPPORTED_EXTENSION", pointer,
+                        "the file requires " + tidy(required[i]) + ", which is not supported",
+                        wayOut(required[i]));
+        load.warn("UNSUPPORTED_EXTENSION", pointer,
+                  "the file requires " + tidy(required[i]) +
+                      ", which is not supported — ignored as asked");
+    }
+    const std::vector<std::string> used = strings(load, "extensionsUsed");
+    for (size_t i = 0; i < used.size(); ++i) {
+        if (known(used[i]) ||
+            std::find(required.begin(), required.end(), used[i]) != required.end())
+            continue;
+        load.warn("UNSUPPORTED_EXTENSION", child("/extensionsUsed", i),
+                  tidy(used[i]) + " is not supported — the file is shown without it");
+    }
+}
+
+}  // namespace core::gltf

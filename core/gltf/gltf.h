@@ -1,0 +1,60 @@
+// glTF 2.0 (.gltf, .glb) to core::Scene. Structure errors refuse the whole file; faults of an
+// asset's quality are repaired, counted in Scene::warnings and told. Everything that is read is
+// checked before it is believed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <string>
+
+#include "core/check.h"
+#include "core/scene.h"
+
+namespace core {
+
+struct LoadOptions {
+    uint64_t maxFileMb = 2048;    // of each file that is read
+    uint64_t maxMemoryMb = 8192;  // of the scene in memory, estimated before anything is allocated
+    uint32_t maxTextureSize = 16384;  // width and height in pixels
+    bool allowOutside = false;        // let URIs leave the folder of the scene
+    bool strict = false;              // a warning refuses the file
+    bool ignoreRequired = false;      // try although an extension is required that we do not know
+};
+
+/// A refusal. what() is "<file>: <JSON pointer>: <what is wrong> — <what to do>"; `code` follows
+/// the names of the Khronos validator where it has one.
+class LoadError : public Error {
+public:
+    LoadError(std::string code, std::string pointer, const std::string& message)
+        : Error(message), code_(std::move(code)), pointer_(std::move(pointer))
+    {}
+    const std::string& code() const { return code_; }
+    const std::string& pointer() const { return pointer_; }
+
+private:
+    std::string code_, pointer_;
+};
+
+/// Called on the loading thread only: the stage and the fraction of it that is done, in [0,1].
+using LoadProgress = std::function<void(const char* stage, double fraction)>;
+
+/// Reads a scene with all its files. Throws LoadError (bad file) or Error with
+/// ExitCode::interrupted when `stop` is requested (noticed within 100 ms). Lengths stay in the
+/// file's units; world.h rescales.
+std::shared_ptr<const Scene> loadGltf(const std::filesystem::path& file,
+                                      const LoadOptions& options = {},
+                                      const LoadProgress& progress = {}, std::stop_token stop = {});
+
+/// The same for the bytes of a .gltf or .glb; `label` stands for the file's name. Other files are
+/// not read: a buffer in one refuses the document, an image in one is repaired.
+std::shared_ptr<const Scene> loadGltfFromMemory(std::span<const std::byte> bytes,
+                                                const std::string& label,
+                                                const LoadOptions& options = {},
+                                                std::stop_token stop = {});
+
+}  // namespace core

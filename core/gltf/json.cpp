@@ -1,0 +1,267 @@
+// Checked reading of JSON objects.
+#include "core/gltf/json.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace core::gltf {
+
+std::string child(const std::string& pointer, std::string_view token)
+{
+    std::string result = pointer + '/';
+    for (const char c : token) {
+        if (c == '~')
+            result += "~0";
+        else if (c == '/')
+            result += "~1";
+        else
+            result += c;
+    }
+    return result;
+}
+
+std::string child(const std::string& pointer, size_t index)
+{
+    return pointer + '/' + std::to_string(index);
+}
+
+std::optional<uint64_t> wholeNumber(const Json& value)
+{
+    if (value.is_number_unsigned()) return value.get<uint64_t>();
+    if (!value.is_number_float()) return std::nullopt;  // a signed integer is negative here
+    const double number = value.get<double>();
+    if (!(number >= 0 && number < 9.0e15) || number != std::floor(number)) return std::nullopt;
+    return static_cast<uint64_t>(number);
+}
+
+std::string describe(const Json& value)
+{
+    constexpr size_t kLongest = 40;
+    if (value.is_object()) return "an object";
+    if (value.is_array()) return "an array of " + std::to_string(value.size());
+    std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
+    return text;
+}
+
+size_t countOf(const Load& load, const char* key)
+{
+    const auto found = load.document.find(key);
+    if (found == load.document.end()) return 0;
+    if (!found->is_array())
+        load.refuse("TYPE_MISMATCH", std::string("/") + key,
+                    "is " + describe(*found) + ", must be an array");
+    return found->size();
+}
+
+Object topLevel(Load& load, const char* key, size_t i)
+{
+    return {load, load.document.at(key).at(i), child(std::string("/") + key, i)};
+}
+
+Object::Object(Load& load, const Json& value, std::string pointer)
+    : load_(&load), value_(&value), pointer_(std::move(pointer))
+{
+    if (!value.is_object())
+        load.refuse("TYPE_MISMATCH", pointer_, "is " + describe(value) + ", must be an object");
+}
+
+const Json* Object::find(const char* key) const
+{
+    const auto found = value_->find(key);
+    return found == value_->end() ? nullptr : &*found;
+}
+
+// --- structure -----------------------------------------------------------------------------------
+
+uint64_t Object::integer(const char* key, uint64_t fallback) const
+{
+    return has(key) ? requiredInteger(key) : fallback;
+}
+
+uint64_t Object::requiredInteger(const char* key) const
+{
+    const Json* value = find(key);
+    if (!value)
+        load_->refuse("UNDEFINED_PROPERTY", pointer_, std::string("'") + key + "' is missing");
+    const std::optional<uint64_t> whole = wholeNumber(*value);
+    if (!whole)
+        load_->refuse("TYPE_MISMATCH", at(key),
+                      "is " + describe(*value) + ", must be a whole number, not negative");
+    return *whole;
+}
+
+int Object::index(const char* key, size_t limit, const char* array) const
+{
+    if (!has(key)) return -1;
+    const uint64_t value = requiredInteger(key);
+    if (value >= limit)
+        load_->refuse("UNRESOLVED_REFERENCE", at(key),
+                      "refers to " + std::string(array) + " " + std::to_string(value) +
+                          ", there are " + std::to_string(limit));
+    return static_cast<int>(value);
+}
+
+int Object::requiredIndex(const char* key, size_t limit, const char* array) const
+{
+    requiredInteger(key);
+    return index(key, limit, array);
+}
+
+std::string Object::requiredString(const char* key) const
+{
+    const Json* value = find(key);
+    if (!value)
+        load_->refuse("UNDEFINED_PROPERTY", pointer_, std::string("'") + key + "' is missing");
+    if (!value->is_string())
+        load_->refuse("TYPE_MISMATCH", at(key), "is " + describe(*value) + ", must be a string");
+    return value->get<std::string>();
+}
+
+bool Object::boolean(const char* key, bool fallback) const
+{
+    const Json* value = find(key);
+    if (!value) return fallback;
+    if (!value->is_boolean())
+        load_->refuse("TYPE_MISMATCH", at(key),
+                      "is " + describe(*value) + ", must be true or false");
+    return value->get<bool>();
+}
+
+std::optional<Object> Object::object(const char* key) const
+{
+    const Json* value = find(key);
+    if (!value) return std::nullopt;
+    return Object(*load_, *value, at(key));
+}
+
+bool Object::numbers(const char* key, double* out, size_t count) const
+{
+    const Json* value = find(key);
+    if (!value) return false;
+    if (!value->is_array() || value->size() != count)
+        load_->refuse("ARRAY_LENGTH_NOT_IN_LIST", at(key),
+                      "is " + describe(*value) + ", must be an array of " + std::to_string(count) +
+                          " numbers");
+    for (size_t i = 0; i < count; ++i) {
+        const Json& number = (*value)[i];
+        if (!number.is_number())
+            load_->refuse("TYPE_MISMATCH", child(at(key), i),
+                          "is " + describe(number) + ", must be a number");
+        out[i] = number.get<double>();
+    }
+    return true;
+}
+
+const Json& Object::array(const char* key) const
+{
+    static const Json empty = Json::array();
+    const Json* value = find(key);
+    if (!value) return empty;
+    if (!value->is_array())
+        load_->refuse("TYPE_MISMATCH", at(key), "is " + describe(*value) + ", must be an array");
+    return *value;
+}
+
+Object Object::element(const char* key, size_t i) const
+{
+    return {*load_, array(key).at(i), child(at(key), i)};
+}
+
+// --- quality -------------------------------------------------------------------------------------
+
+std::string Object::softString(const char* key) const
+{
+    const Json* value = find(key);
+    if (!value) return {};
+    if (value->is_string()) return value->get<std::string>();
+    load_->warn("TYPE_MISMATCH", at(key),
+                "is " + describe(*value) + ", must be a string — ignored");
+    return {};
+}
+
+bool Object::softBoolean(const char* key, bool fallback) const
+{
+    const Json* value = find(key);
+    if (!value) return fallback;
+    if (value->is_boolean()) return value->get<bool>();
+    load_->warn("TYPE_MISMATCH", at(key),
+                "is " + describe(*value) + ", must be true or false — ignored");
+    return fallback;
+}
+
+double Object::softNumber(const char* key, double fallback, double low, double high) const
+{
+    const Json* value = find(key);
+    if (!value) return fallback;
+    if (!value->is_number()) {
+        load_->warn("TYPE_MISMATCH", at(key),
+                    "is " + describe(*value) + ", must be a number — ignored");
+        return fallback;
+    }
+    const double number = value->get<double>();
+    if (number >= low && number <= high) return number;
+    const double clamped = std::clamp(number, low, high);
+    load_->warn("VALUE_NOT_IN_RANGE", at(key),
+                "is " + describe(*value) + ", must be in [" + describe(Json(low)) + ", " +
+                    describe(Json(high)) + "] — clamped");
+    return clamped;
+}
+
+void Object::softNumbers(const char* key, double* values, size_t count, double low,
+                         double high) const
+{
+    const Json* value = find(key);
+    if (!value) return;
+    const bool isNumbers = value->is_array() && value->size() == count &&
+                           std::all_of(value->begin(), value->end(),
+                                       [](const Json& number) { return number.is_number(); });
+    if (!isNumbers) {
+        load_->warn("ARRAY_LENGTH_NOT_IN_LIST", at(key),
+                    "is " + describe(*value) + ", must be an array of " + std::to_string(count) +
+                        " numbers — ignored");
+        return;
+    }
+    bool clamped = false;
+    for (size_t i = 0; i < count; ++i) {
+        const double number = (*value)[i].get<double>();
+        values[i] = std::clamp(number, low, high);
+        clamped = clamped || values[i] != number;
+    }
+    if (clamped)
+        load_->warn("VALUE_NOT_IN_RANGE", at(key),
+                    "has values outside [" + describe(Json(low)) + ", " + describe(Json(high)) +
+                        "] — clamped");
+}
+
+std::optional<Object> Object::softObject(const char* key) const
+{
+    const Json* value = find(key);
+    if (!value) return std::nullopt;
+    if (value->is_object()) return Object(*load_, *value, at(key));
+    load_->warn("TYPE_MISMATCH", at(key),
+                "is " + describe(*value) + ", must be an object — ignored");
+    return std::nullopt;
+}
+
+int Object::softIndex(const char* key, size_t limit, const char* array,
+                      const char* consequence) const
+{
+    const Json* value = find(key);
+    if (!value) return -1;
+    const std::optional<uint64_t> whole = wholeNumber(*value);
+    if (whole && *whole < limit) return static_cast<int>(*whole);
+    load_->warn("UNRESOLVED_REFERENCE", at(key),
+                "is " + describe(*value) + ", there are " + std::to_string(limit) + " " + array +
+                    " — " + consequence);
+    return -1;
+}
+
+std::optional<Object> Object::extension(const char* name) const
+{
+    const Json* extensions = find("extensions");
+    if (!extensions || !extensions->is_object()) return std::nullopt;
+    return Object(*load_, *extensions, at("extensions")).softObject(name);
+}
+
+}  // namespace core::gltf

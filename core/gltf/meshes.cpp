@@ -1,0 +1,376 @@
+// From primitives of the document to meshes of the scene: only what is shown, and of it only what
+// its material needs.
+#include <algorithm>
+#include <map>
+
+#include "core/gltf/geometry.h"
+#include "core/gltf/parts.h"
+
+namespace core::gltf {
+
+namespace {
+
+/// What the textures of a material ask of vertices.
+struct Needs {
+    bool set0 = false, set1 = false, tangents = false;
+    bool tangentsFromSet1 = false;
+};
+
+Needs needsOf(const Scene& scene, const Material& material)
+{
+    Needs needs;
+    for (size_t slot = 0; slot < material.textures.size(); ++slot) {
+        if (material.textures[slot] < 0) continue;
+        const TextureUse& use = scene.textureUses[static_cast<size_t>(material.textures[slot])];
+        const bool set1 = (use.record.flags & shared::kTextureTexCoord1) != 0;
+        (set1 ? needs.set1 : needs.set0) = true;
+        if (slot == shared::kTextureNormal) {
+            needs.tangents = true;
+            needs.tangentsFromSet1 = set1;
+        }
+    }
+    return needs;
+}
+
+/// Triangles as the file orders them, with vertex numbers starting at `first`.
+struct Topology {
+    std::vector<glm::uvec3> triangles;
+    uint64_t first = 0, count = 0;  // the range of vertices in use
+};
+
+class Reader {
+public:
+    Reader(Load& load, const std::vector<Accessor>& accessors, const MaterialPlan& materials)
+        : load_(load), accessors_(accessors), materials_(materials)
+    {}
+
+    std::optional<Mesh> read(const Object& primitive, const std::vector<double>& weights)
+    {
+        const uint64_t mode = primitive.integer("mode", kTriangles);
+        if (mode > kFan)
+            load_.refuse("VALUE_NOT_IN_LIST", primitive.at("mode"),
+                         "is " + std::to_string(mode) + ", must be 0..6");
+        const std::optional<Object> attributes = primitive.object("attributes");
+        const Accessor* position = attributes ? accessor(*attributes, "POSITION") : nullptr;
+        const int indices = primitive.index("indices", accessors_.size(), "accessor");
+        if (!position) {
+            load_.warn("MESH_PRIMITIVE_NO_POSITION", primitive.pointer(),
+                       "has no positions — skipped");
+            return std::nullopt;
+        }
+        if (position->components != 3 || position->matrix)
+            load_.refuse(
+                "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT", attributes->at("POSITION"),
+                "has " + std::to_string(position->components) + " components, must have 3");
+        requireDecoded(primitive, *position);
+        if (mode < kTriangles) {
+            load_.warn("PRIMITIVE_MODE_IGNORED", primitive.pointer(),
+                       "is of points or lines — skipped");
+            return std::nullopt;
+        }
+        std::optional<Topology> topology = readTopology(primitive, mode, indices, *position);
+        if (!topology) return std::nullopt;
+
+        const int material = materialOf(primitive);
+        const Needs needs =
+            needsOf(load_.scene, load_.scene.materials[static_cast<size_t>(material)]);
+        range_ = {topology->first, topology->count};
+        Primitive p;
+        p.triangles = std::move(topology->triangles);
+        readVertices(*attributes, *position, needs, p);
+        morph(primitive, weights, p);
+        repair(primitive, p, needs);
+        Mesh mesh = packMesh(std::move(p));
+        mesh.material = material;
+        return mesh;
+    }
+
+private:
+    static constexpr uint64_t kTriangles = 4, kFan = 6;
+
+    struct Range {
+        uint64_t first = 0, count = 0;
+    };
+
+    const Accessor* accessor(const Object& attributes, const char* name) const
+    {
+        const int index = attributes.index(name, accessors_.size(), "accessor");
+        return index < 0 ? nullptr : &accessors_[static_cast<size_t>(index)];
+    }
+
+    /// Geometry that only an extension can decode looks like zeros otherwise.
+    void requireDecoded(const Object& primitive, const Accessor& position) const
+    {
+        if (position.hasData() || !primitive.extension("KHR_draco_mesh_compression")) return;
+        load_.refuse("UNSUPPORTED_EXTENSION",
+                     primitive.at("extensions") + "/KHR_draco_mesh_compression",
+                     "the only geometry is compressed with KHR_draco_mesh_compression, which is "
+                     "not supported",
+                     "decode it first, e.g. gltf-transform copy in.glb out.glb");
+    }
+
+    std::optional<Topology> readTopology(const Object& primitive, uint64_t mode, int indices,
+                                         const Accessor& position)
+    {
+        Topology result;
+        if (indices < 0) {
+            if (position.count > std::numeric_limits<uint32_t>::max())
+                load_.refuse("ACCESSOR_TOO_LONG", primitive.pointer(),
+                             "has more than 2^32 vertices");
+            load_.reserveMemory(12 * position.count, primitive.pointer());
+            warnIncomplete(primitive, mode, position.count);
+            result.triangles = assembleTriangles(mode, nullptr, position.count);
+            result.count = position.count;
+        } else {
+            const Accessor& source = accessors_[static_cast<size_t>(indices)];
+            const bool unsignedType = source.componentType == kUnsignedByte ||
+                                      source.componentType == kUnsignedShort ||
+                                      source.componentType == kUnsignedInt;
+            if (!unsignedType || source.components != 1 || source.normalized)
+                load_.refuse(
+                    "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT", primitive.at("indices"),
+                    "accessor " + std::to_string(indices) + " must hold unsigned integer scalars");
+            load_.reserveMemory(16 * source.count, primitive.pointer());
+            const std::vector<uint32_t> values = readIndices(source);
+            const auto [low, high] = std::minmax_element(values.begin(), values.end());
+            if (*high >= position.count)
+                load_.refuse("ACCESSOR_INDEX_OOB",
+                             child("/accessors", static_cast<size_t>(indices)),
+                             "index " + std::to_string(high - values.begin()) + " is " +
+                                 std::to_string(*high) + ", there are " +
+                                 std::to_string(position.count) + " vertices");
+            warnIncomplete(primitive, mode, values.size());
+            result.first = *low;
+            result.count = *high - *low + 1;
+            result.triangles = assembleTriangles(mode, values.data(), values.size());
+            if (result.first > 0)
+                for (glm::uvec3& t : result.triangles)
+                    t -= glm::uvec3(static_cast<uint32_t>(result.first));
+        }
+        if (result.triangles.empty()) return std::nullopt;
+        return result;
+    }
+
+    void warnIncomplete(const Object& primitive, uint64_t mode, uint64_t count)
+    {
+        const bool complete = mode == kTriangles ? count % 3 == 0 : count >= 3;
+        if (!complete)
+            load_.warn("MESH_PRIMITIVE_INCOMPATIBLE_MODE", primitive.pointer(),
+                       "has " + std::to_string(count) +
+                           " vertices, which are no whole triangles — the rest is dropped");
+    }
+
+    int materialOf(const Object& primitive)
+    {
+        const int index = primitive.softIndex("material", materials_.sceneMaterial.size(),
+                                              "materials", "default material");
+        return index < 0 ? materials_.fallback
+                         : materials_.sceneMaterial[static_cast<size_t>(index)];
+    }
+
+    /// An attribute that fits the positions, or null (with a warning when it is there but wrong).
+    const Accessor* attribute(const Object& attributes, const char* name, const Accessor& position,
+                              std::initializer_list<uint32_t> components, const char* consequence)
+    {
+        const Accessor* source = accessor(attributes, name);
+        if (!source) return nullptr;
+        const bool shape = !source->matrix && std::find(components.begin(), components.end(),
+                                                        source->components) != components.end();
+        if (shape && source->count == position.count && source->componentType != kUnsignedInt)
+            return source;
+        load_.warn("MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT", attributes.at(name),
+                   "has " + std::to_string(source->count) + " elements of " +
+                       std::to_string(source->components) + " components for " +
+                       std::to_string(position.count) + " positions — " + consequence);
+        return nullptr;
+    }
+
+    template <class T> std::vector<T> values(const Accessor& source) const
+    {
+        constexpr auto components = static_cast<uint32_t>(sizeof(T) / sizeof(float));
+        std::vector<T> result(range_.count);
+        readFloats(source, range_.first, range_.count, components, &result[0][0]);
+        return result;
+    }
+
+    void readVertices(const Object& attributes, const Accessor& position, const Needs& needs,
+                      Primitive& p)
+    {
+        load_.reserveMemory(range_.count * (sizeof(glm::vec3) + sizeof(shared::VertexAttributes) +
+                                            sizeof(shared::VertexExtra) + 64),
+                            attributes.pointer());
+        p.positions = values<glm::vec3>(position);
+        if (const Accessor* normal =
+                attribute(attributes, "NORMAL", position, {3}, "flat shading instead"))
+            p.normals = values<glm::vec3>(*normal);
+        tolerance_ = 0.05;
+        if (const Accessor* normal = accessor(attributes, "NORMAL"); normal && normal->isFloat())
+            tolerance_ = 0.01;
+        if (needs.set0) p.uv0 = coordinates(attributes, "TEXCOORD_0", position);
+        if (needs.set1) p.uv1 = coordinates(attributes, "TEXCOORD_1", position);
+        // Tangents without normals mean nothing (glTF 3.7.2.1).
+        if (needs.tangents && !p.normals.empty())
+            if (const Accessor* tangent =
+                    attribute(attributes, "TANGENT", position, {4}, "computed instead"))
+                p.tangents = values<glm::vec4>(*tangent);
+        readColors(attributes, position, p);
+    }
+
+    std::vector<glm::vec2> coordinates(const Object& attributes, const char* name,
+                                       const Accessor& position)
+    {
+        if (const Accessor* source = attribute(attributes, name, position, {2}, "all are (0, 0)"))
+            return values<glm::vec2>(*source);
+        if (!attributes.has(name))
+            load_.warn("MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", attributes.pointer(),
+                       std::string("has no ") + name +
+                           ", which a texture of its material needs — all are (0, 0)");
+        return std::vector<glm::vec2>(range_.count, glm::vec2(0));
+    }
+
+    void readColors(const Object& attributes, const Accessor& position, Primitive& p)
+    {
+        const Accessor* color = attribute(attributes, "COLOR_0", position, {3, 4}, "white instead");
+        if (!color) return;
+        if (color->components == 4) {
+            p.colors = values<glm::vec4>(*color);
+        } else {
+            const std::vector<glm::vec3> rgb = values<glm::vec3>(*color);
+            p.colors.reserve(rgb.size());
+            for (const glm::vec3& c : rgb) p.colors.emplace_back(c, 1.0f);
+        }
+        size_t bad = 0;
+        bool white = true;
+        for (glm::vec4& c : p.colors) {
+            if (!(c.r >= 0 && c.g >= 0 && c.b >= 0 && c.a >= 0 && c.r + c.g + c.b + c.a < 1e30f)) {
+                ++bad;
+                c = glm::vec4(1);
+            }
+            white = white && c == glm::vec4(1);
+        }
+        if (bad > 0)
+            load_.warn("ACCESSOR_INVALID_FLOAT", attributes.at("COLOR_0"),
+                       std::to_string(bad) + " colours are negative or not finite — white instead");
+        if (white) p.colors.clear();
+    }
+
+    /// Adds the weighted morph targets. Attributes other than positions, normals and tangents stay.
+    void morph(const Object& primitive, const std::vector<double>& weights, Primitive& p)
+    {
+        const size_t targets = primitive.array("targets").size();
+        for (size_t i = 0; i < targets && i < weights.size(); ++i) {
+            const Object target = primitive.element("targets", i);
+            if (weights[i] == 0) continue;
+            const auto weight = static_cast<float>(weights[i]);
+            addTarget(target, "POSITION", weight, p.positions);
+            if (!p.normals.empty()) addTarget(target, "NORMAL", weight, p.normals);
+            if (p.tangents.empty()) continue;
+            std::vector<glm::vec3> directions(p.tangents.size(), glm::vec3(0));
+            addTarget(target, "TANGENT", weight, directions);
+            for (size_t v = 0; v < directions.size(); ++v)
+                p.tangents[v] += glm::vec4(directions[v], 0);
+        }
+        morphed_ = std::any_of(weights.begin(), weights.end(), [](double w) { return w != 0; });
+    }
+
+    void addTarget(const Object& target, const char* name, float weight, std::vector<glm::vec3>& to)
+    {
+        const Accessor* source = accessor(target, name);
+        if (!source) return;
+        if (source->components != 3 || source->matrix ||
+            source->count < range_.first + range_.count) {
+            load_.warn("MESH_PRIMITIVE_MORPH_TARGET_INVALID", target.at(name),
+                       "does not fit the mesh — ignored");
+            return;
+        }
+        const std::vector<glm::vec3> offsets = values<glm::vec3>(*source);
+        for (size_t v = 0; v < to.size(); ++v) to[v] += weight * offsets[v];
+    }
+
+    void repair(const Object& primitive, Primitive& p, const Needs& needs)
+    {
+        if (const size_t dropped = dropNonFinite(p))
+            load_.warn(
+                "ACCESSOR_INVALID_FLOAT", primitive.pointer(),
+                std::to_string(dropped) +
+                    " triangles have positions that are not finite or beyond 1e18 — dropped");
+        size_t rescaled = 0;
+        const size_t replaced = repairNormals(p, tolerance_, rescaled);
+        if (replaced > 0)
+            load_.warn("ACCESSOR_INVALID_FLOAT", primitive.at("attributes") + "/NORMAL",
+                       std::to_string(replaced) +
+                           " normals are zero or not finite — those of the faces instead");
+        if (rescaled > 0 && !morphed_)
+            load_.warn("ACCESSOR_VECTOR3_NON_UNIT", primitive.at("attributes") + "/NORMAL",
+                       std::to_string(rescaled) + " normals are not of unit length — normalised");
+        if (!needs.tangents) return;
+        const bool given = !p.tangents.empty();
+        if (!given) makeTangents(p, needs.tangentsFromSet1 ? p.uv1 : p.uv0);
+        const size_t bad = repairTangents(p);
+        // Computed ones may be undefined, where the coordinates are: that is no fault of the file.
+        if (given && bad > 0)
+            load_.warn("ACCESSOR_VECTOR3_NON_UNIT", primitive.at("attributes") + "/TANGENT",
+                       std::to_string(bad) +
+                           " tangents have no direction or handedness — replaced");
+    }
+
+    Load& load_;
+    const std::vector<Accessor>& accessors_;
+    const MaterialPlan& materials_;
+    Range range_;
+    double tolerance_ = 0.01;
+    bool morphed_ = false;
+};
+
+/// Every primitive must at least refer to things that exist, also in meshes that are not shown.
+void checkReferences(const Object& mesh, size_t accessorCount)
+{
+    for (size_t i = 0; i < mesh.array("primitives").size(); ++i) {
+        const Object primitive = mesh.element("primitives", i);
+        primitive.index("indices", accessorCount, "accessor");
+        const auto check = [&](const Object& attributes) {
+            for (const auto& [name, value] : attributes.json().items())
+                attributes.index(name.c_str(), accessorCount, "accessor");
+        };
+        if (const std::optional<Object> attributes = primitive.object("attributes"))
+            check(*attributes);
+        for (size_t k = 0; k < primitive.array("targets").size(); ++k)
+            check(primitive.element("targets", k));
+    }
+}
+
+}  // namespace
+
+void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan,
+                const MaterialPlan& materials)
+{
+    for (size_t i = 0; i < countOf(load, "meshes"); ++i)
+        checkReferences(topLevel(load, "meshes", i), accessors.size());
+    Reader reader(load, accessors, materials);
+    std::map<std::pair<size_t, std::vector<double>>, std::vector<int>> made;
+    size_t done = 0;
+    for (const MeshUse& use : plan.meshUses) {
+        load.stage("meshes",
+                   static_cast<double>(done++) / static_cast<double>(plan.meshUses.size()));
+        const auto [entry, isNew] = made.try_emplace({use.mesh, use.weights});
+        if (isNew) {
+            const Object source = topLevel(load, "meshes", use.mesh);
+            const std::string name = source.softString("name");
+            const size_t count = source.array("primitives").size();
+            if (count == 0)
+                load.warn("EMPTY_ENTITY", source.pointer(), "has no primitives — skipped");
+            for (size_t i = 0; i < count; ++i) {
+                load.checkpoint();
+                std::optional<Mesh> mesh =
+                    reader.read(source.element("primitives", i), use.weights);
+                if (!mesh) continue;
+                mesh->name = name;
+                entry->second.push_back(static_cast<int>(load.scene.meshes.size()));
+                load.scene.meshes.push_back(std::move(*mesh));
+            }
+        }
+        load.scene.nodes[static_cast<size_t>(use.node)].meshes = entry->second;
+    }
+}
+
+}  // namespace core::gltf

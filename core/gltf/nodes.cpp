@@ -1,0 +1,281 @@
+// The forest of nodes: checked iteratively (no recursion, one parent each, no loops), then cut to
+// the shown scene.
+#include <algorithm>
+#include <cmath>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "core/gltf/parts.h"
+
+namespace core::gltf {
+
+namespace {
+
+constexpr size_t kMaxDepth = 4096;
+constexpr size_t kMaxNodes = 1'000'000;
+
+/// Parent and children of every node of the document.
+struct Forest {
+    std::vector<int> parent;
+    std::vector<std::vector<int>> children;
+};
+
+int referenceIn(Load& load, const Json& value, const std::string& pointer, size_t limit,
+                const char* array)
+{
+    const std::optional<uint64_t> index = wholeNumber(value);
+    if (!index)
+        load.refuse("TYPE_MISMATCH", pointer,
+                    "is " + describe(value) + ", must be a whole number, not negative");
+    if (*index >= limit)
+        load.refuse("UNRESOLVED_REFERENCE", pointer,
+                    "refers to " + std::string(array) + " " + std::to_string(*index) +
+                        ", there are " + std::to_string(limit));
+    return static_cast<int>(*index);
+}
+
+Forest readForest(Load& load)
+{
+    const size_t count = countOf(load, "nodes");
+    Forest forest{std::vector<int>(count, -1), std::vector<std::vector<int>>(count)};
+    for (size_t i = 0; i < count; ++i) {
+        const Object node = topLevel(load, "nodes", i);
+        const Json& children = node.array("children");
+        for (size_t k = 0; k < children.size(); ++k) {
+            const std::string pointer = child(node.at("children"), k);
+            const auto c =
+                static_cast<size_t>(referenceIn(load, children[k], pointer, count, "node"));
+            if (c == i)
+                load.refuse("NODE_LOOP", pointer,
+                            "node " + std::to_string(i) + " is its own child");
+            if (forest.parent[c] >= 0) {
+                load.warn("NODE_PARENT_OVERRIDE", pointer,
+                          "node " + std::to_string(c) + " already is a child of node " +
+                              std::to_string(forest.parent[c]) + " — this one is ignored");
+                continue;
+            }
+            forest.parent[c] = static_cast<int>(i);
+            forest.children[i].push_back(static_cast<int>(c));
+        }
+    }
+    return forest;
+}
+
+/// With one parent each, nodes that no root reaches are in a loop or below one.
+void requireNoLoops(Load& load, const Forest& forest)
+{
+    const size_t count = forest.parent.size();
+    std::vector<int> reached;
+    reached.reserve(count);
+    std::vector<size_t> depth(count, 0);
+    for (size_t i = 0; i < count; ++i)
+        if (forest.parent[i] < 0) reached.push_back(static_cast<int>(i));
+    for (size_t next = 0; next < reached.size(); ++next) {
+        const auto node = static_cast<size_t>(reached[next]);
+        for (const int c : forest.children[node]) {
+            const auto below = static_cast<size_t>(c);
+            depth[below] = depth[node] + 1;
+            if (depth[below] > kMaxDepth)
+                load.refuse("NODE_TOO_DEEP", child("/nodes", below),
+                            "lies deeper than " + std::to_string(kMaxDepth) + " levels");
+            reached.push_back(c);
+        }
+    }
+    if (reached.size() == count) return;
+    std::vector<bool> fine(count, false);
+    for (const int node : reached) fine[static_cast<size_t>(node)] = true;
+    const auto bad = static_cast<size_t>(std::find(fine.begin(), fine.end(), false) - fine.begin());
+    load.refuse("NODE_LOOP", child("/nodes", bad), "is in a loop of nodes, or below one");
+}
+
+/// A quaternion of length 1, whatever the file has.
+glm::dquat readRotation(Load& load, const Object& node)
+{
+    std::array<double, 4> q{0, 0, 0, 1};
+    if (!node.numbers("rotation", q)) return {1, 0, 0, 0};
+    // Scaled by the largest component first, so that 1e-200 and 1e200 have a length.
+    const double largest =
+        std::max({std::abs(q[0]), std::abs(q[1]), std::abs(q[2]), std::abs(q[3])});
+    if (!(largest > 0) || !std::isfinite(largest)) {
+        load.warn("ROTATION_NON_UNIT", node.at("rotation"), "has length 0 — no rotation instead");
+        return {1, 0, 0, 0};
+    }
+    const glm::dquat scaled(q[3] / largest, q[0] / largest, q[1] / largest, q[2] / largest);
+    const double length = glm::length(scaled) * largest;
+    constexpr double kTolerance = 0.00769;  // of the Khronos validator
+    if (std::abs(length - 1) > kTolerance)
+        load.warn("ROTATION_NON_UNIT", node.at("rotation"),
+                  "has length " + std::to_string(length) + " — normalised");
+    return glm::normalize(scaled);
+}
+
+glm::dvec3 readVector(Load& load, const Object& node, const char* key, double fallback)
+{
+    std::array<double, 3> v{fallback, fallback, fallback};
+    if (!node.numbers(key, v)) return glm::dvec3(fallback);
+    glm::dvec3 result{v[0], v[1], v[2]};
+    if (std::abs(v[0]) > kHuge || std::abs(v[1]) > kHuge || std::abs(v[2]) > kHuge) {
+        load.warn("VALUE_NOT_IN_RANGE", node.at(key), "has values beyond 1e18 — clamped");
+        result = glm::clamp(result, -kHuge, kHuge);
+    }
+    return result;
+}
+
+Transform readTransform(Load& load, const Object& node)
+{
+    Transform transform;
+    std::array<double, 16> m{};
+    if (node.numbers("matrix", m)) {
+        for (const char* key : {"translation", "rotation", "scale"})
+            if (node.has(key))
+                load.refuse("NODE_MATRIX_TRS", node.pointer(),
+                            std::string("has a 'matrix' and a '") + key +
+                                "': one excludes the other");
+        bool clamped = false;
+        for (double& value : m) {
+            clamped = clamped || std::abs(value) > kHuge;
+            value = std::clamp(value, -kHuge, kHuge);
+        }
+        if (clamped)
+            load.warn("VALUE_NOT_IN_RANGE", node.at("matrix"), "has values beyond 1e18 — clamped");
+        glm::dmat4 matrix(1);
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 4; ++row)
+                matrix[column][row] = m[static_cast<size_t>(4 * column + row)];
+        const bool affine = m[3] == 0 && m[7] == 0 && m[11] == 0 && m[15] == 1;
+        if (!affine) {
+            // An all-zero matrix is told of where the scene is flattened: nothing of it is left to
+            // see.
+            if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 0)
+                load.warn("NODE_MATRIX_NON_TRS", node.at("matrix"),
+                          "has a last row other than 0 0 0 1 — taken as that");
+            for (int column = 0; column < 4; ++column) matrix[column][3] = column == 3 ? 1 : 0;
+        }
+        transform.matrix = matrix;
+        return transform;
+    }
+    transform.translation = readVector(load, node, "translation", 0);
+    transform.rotation = readRotation(load, node);
+    transform.scale = readVector(load, node, "scale", 1);
+    return transform;
+}
+
+std::vector<double> readWeights(const Object& holder, size_t targets)
+{
+    if (!holder.has("weights")) return {};
+    const Json& weights = holder.array("weights");
+    std::vector<double> result;
+    for (size_t i = 0; i < weights.size(); ++i) {
+        if (!weights[i].is_number() || weights.size() != targets) {
+            holder.load().warn("MESH_INVALID_WEIGHTS_COUNT", holder.at("weights"),
+                               "is " + describe(weights) + " for " + std::to_string(targets) +
+                                   " morph targets — ignored");
+            return {};
+        }
+        result.push_back(std::clamp(weights[i].get<double>(), -kHuge, kHuge));
+    }
+    return result;
+}
+
+/// Morph targets of a mesh: those of its first primitive (all must have as many).
+size_t targetCount(const Object& mesh)
+{
+    const Json& primitives = mesh.array("primitives");
+    if (primitives.empty()) return 0;
+    return mesh.element("primitives", 0).array("targets").size();
+}
+
+void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
+{
+    const int mesh = node.index("mesh", countOf(load, "meshes"), "mesh");
+    const int skin = node.index("skin", countOf(load, "skins"), "skin");
+    if (mesh < 0) return;
+    if (skin >= 0)
+        load.warn("SKIN_IGNORED", node.at("skin"),
+                  "skins are not supported — the mesh is shown in its bind pose");
+    const Object source = topLevel(load, "meshes", static_cast<size_t>(mesh));
+    const size_t targets = targetCount(source);
+    std::vector<double> weights = readWeights(node, targets);
+    if (weights.empty()) weights = readWeights(source, targets);
+    if (std::all_of(weights.begin(), weights.end(), [](double w) { return w == 0; }))
+        weights.clear();
+    plan.meshUses.push_back({sceneNode, static_cast<size_t>(mesh), std::move(weights)});
+}
+
+/// Document indices of the scene's roots.
+std::vector<int> readRoots(Load& load, const Forest& forest)
+{
+    std::vector<int> roots;
+    const std::optional<Object> scene = shownScene(load);
+    if (!scene) {
+        for (size_t i = 0; i < forest.parent.size(); ++i)
+            if (forest.parent[i] < 0) roots.push_back(static_cast<int>(i));
+        return roots;
+    }
+    const Json& nodes = scene->array("nodes");
+    for (size_t i = 0; i < nodes.size(); ++i)
+        roots.push_back(referenceIn(load, nodes[i], child(scene->at("nodes"), i),
+                                    forest.parent.size(), "node"));
+    return roots;
+}
+
+}  // namespace
+
+std::optional<Object> shownScene(Load& load)
+{
+    const Object root(load, load.document, "");
+    const size_t count = countOf(load, "scenes");
+    const int index = root.index("scene", count, "scene");
+    if (count == 0) return std::nullopt;
+    return topLevel(load, "scenes", static_cast<size_t>(std::max(index, 0)));
+}
+
+NodePlan readNodes(Load& load)
+{
+    const Forest forest = readForest(load);
+    requireNoLoops(load, forest);
+    NodePlan plan;
+    plan.sceneNode.assign(forest.parent.size(), -1);
+    struct Visit {
+        int node, parent;  // of the document, of the scene
+    };
+    std::vector<Visit> stack;
+    const std::vector<int> roots = readRoots(load, forest);
+    for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({*root, -1});
+    while (!stack.empty()) {
+        const Visit visit = stack.back();
+        stack.pop_back();
+        const auto source = static_cast<size_t>(visit.node);
+        if (plan.sceneNode[source] >= 0) {
+            load.warn("SCENE_NON_ROOT_NODE", child("/nodes", source),
+                      "is listed by the scene twice, or is a child as well — shown once");
+            continue;
+        }
+        const auto index = static_cast<int>(load.scene.nodes.size());
+        if (load.scene.nodes.size() == kMaxNodes)
+            load.refuse("TOO_MANY_NODES", "/nodes",
+                        "the scene has more than " + std::to_string(kMaxNodes) + " nodes");
+        plan.sceneNode[source] = index;
+        plan.sourceNode.push_back(source);
+        const Object object = topLevel(load, "nodes", source);
+        Node node;
+        node.name = object.softString("name");
+        node.parent = visit.parent;
+        node.local = readTransform(load, object);
+        load.scene.nodes.push_back(std::move(node));
+        if (visit.parent < 0)
+            load.scene.roots.push_back(index);
+        else
+            load.scene.nodes[static_cast<size_t>(visit.parent)].children.push_back(index);
+        readMeshUse(load, object, index, plan);
+        const std::vector<int>& children = forest.children[source];
+        for (auto c = children.rbegin(); c != children.rend(); ++c) stack.push_back({*c, index});
+    }
+    load.scene.name = load.file.stem().string();
+    if (const std::optional<Object> scene = shownScene(load))
+        if (const std::string name = scene->softString("name"); !name.empty())
+            load.scene.name = name;
+    return plan;
+}
+
+}  // namespace core::gltf

@@ -1,0 +1,60 @@
+// The parts of a load in the order in which they run; each fills its piece of load.scene.
+#pragma once
+
+#include <vector>
+
+#include "core/gltf/accessors.h"
+#include "core/gltf/json.h"
+
+namespace core::gltf {
+
+/// A mesh of the document as a node shows it. Nodes with equal weights share what is made of it.
+struct MeshUse {
+    int node = -1;  // of the scene
+    size_t mesh = 0;
+    std::vector<double> weights;  // of its morph targets
+};
+
+/// How the nodes of the document became those of the scene.
+struct NodePlan {
+    std::vector<int> sceneNode;      // per node of the document, -1: not in the scene
+    std::vector<size_t> sourceNode;  // per node of the scene
+    std::vector<MeshUse> meshUses;
+};
+
+/// Nodes of the scene that is shown, parents before children. Refuses loops, bad references and
+/// depth above 4096.
+NodePlan readNodes(Load& load);
+
+/// Translation, rotation and scale channels of nodes in the scene.
+void readAnimations(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan);
+
+void readCameras(Load& load, const NodePlan& plan);
+void readLights(Load& load, const NodePlan& plan);
+
+/// Which materials of the document became which of the scene, and the images that they need.
+struct MaterialPlan {
+    std::vector<int> sceneMaterial;  // per material of the document, -1: not used
+    int fallback = -1;               // glTF's default material, when used
+};
+
+/// Materials and texture uses of everything that `plan` shows.
+MaterialPlan readMaterials(Load& load, const NodePlan& plan);
+
+/// Writes the texture slots of a material into its record.
+void packTextures(Material& material);
+
+/// Decodes the images of scene.textures that readMaterials asked for, on all cores.
+void readTextures(Load& load);
+
+/// The meshes that `plan` shows: fills scene.meshes and the nodes' lists.
+void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan,
+                const MaterialPlan& materials);
+
+/// scenes[].extras.environment and .sun.
+void readEnvironment(Load& load);
+
+/// The scene object that is shown, if the document has scenes.
+std::optional<Object> shownScene(Load& load);
+
+}  // namespace core::gltf
