@@ -42,9 +42,14 @@ struct Grid {
     {
         if (bounds.empty()) return;
         const Float4 e = bounds.high - bounds.low;
-        // A flat axis gets cells no finer than 2^-16 of the others', and never so fine that the
-        // scale overflows.
-        const float floorExtent = std::max(std::max({e[0], e[1], e[2]}) / 65536.0f, 1e-30f);
+        // A flat axis gets cells in proportion to the other axes and to its place, so that neither
+        // the scale overflows nor a cell is finer than rounding can tell.
+        const float size = std::max({e[0], e[1], e[2]});
+        float place = 0;
+        for (int a = 0; a < 3; ++a) {
+            place = std::max({place, std::abs(bounds.low[a]), std::abs(bounds.high[a])});
+        }
+        const float floorExtent = std::max({size / 65536.0f, place * 1e-6f, 1e-30f});
         for (int a = 0; a < 3; ++a) {
             const float extent = std::max(e[a], floorExtent);
             scale[a] = kGridCells / extent;
