@@ -42,6 +42,13 @@ bool hasAlpha(const World& world, const WorldTriangle& triangle)
     return (world.materials[triangle.material].flags & flags) != 0;
 }
 
+/// Embree must not see rays that are no numbers (its Debian build asserts): they meet nothing.
+bool isTraceable(const Ray& ray)
+{
+    const glm::vec3 size = glm::abs(ray.origin) + glm::abs(ray.direction);
+    return size.x + size.y + size.z < 1e18f && ray.tMax > 0.0f;
+}
+
 struct BuildMonitor {
     const std::function<void(const char*, double)>& progress;
     std::stop_token stop;
@@ -167,6 +174,7 @@ Accel::~Accel() = default;
 
 bool Accel::closest(const Ray& ray, shared::Hit& hit) const
 {
+    if (!isTraceable(ray)) return false;
     Context context = impl_->context();
     RTCRayHit r;
     r.ray = {ray.origin.x,    ray.origin.y,    ray.origin.z,    0.0f,
@@ -183,6 +191,7 @@ bool Accel::closest(const Ray& ray, shared::Hit& hit) const
 
 bool Accel::occluded(const Ray& ray) const
 {
+    if (!isTraceable(ray)) return false;
     Context context = impl_->context();
     RTCRay r{ray.origin.x,    ray.origin.y,    ray.origin.z,    0.0f,
              ray.direction.x, ray.direction.y, ray.direction.z, 0.0f,
@@ -200,7 +209,7 @@ void fillPacket(std::span<const Ray> rays, int* valid, RTCRay16& packet)
 {
     for (size_t i = 0; i < kPacket; ++i) {
         const Ray& ray = rays[std::min(i, rays.size() - 1)];
-        valid[i] = i < rays.size() ? -1 : 0;
+        valid[i] = i < rays.size() && isTraceable(ray) ? -1 : 0;
         packet.org_x[i] = ray.origin.x;
         packet.org_y[i] = ray.origin.y;
         packet.org_z[i] = ray.origin.z;

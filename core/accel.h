@@ -41,7 +41,8 @@ public:
     Accel(const Accel&) = delete;
     Accel& operator=(const Accel&) = delete;
 
-    /// The nearest hit in (0, tMax]; false when there is none (`hit` then holds no meaning).
+    /// The nearest hit in (0, tMax]; false when there is none (`hit` then holds no meaning). Rays that are no numbers
+    /// meet nothing.
     bool closest(const Ray& ray, shared::Hit& hit) const;
 
     /// True when something lies in (0, tMax).

@@ -8,7 +8,7 @@
 
 #include "shared/warp.h"
 
-namespace test {
+namespace tests {
 
 core::Material lambert(glm::vec3 albedo)
 {
@@ -177,4 +177,4 @@ std::shared_ptr<const core::World> SceneBuilder::world(double time) const
     return core::makeWorld(std::make_shared<core::Scene>(scene), time);
 }
 
-}  // namespace test
+}  // namespace tests

@@ -7,7 +7,7 @@
 #include "core/scene.h"
 #include "core/world.h"
 
-namespace test {
+namespace tests {
 
 /// Purely diffuse: glTF roughness 1 with specular 0.
 core::Material lambert(glm::vec3 albedo);
@@ -53,4 +53,4 @@ public:
     std::shared_ptr<const core::World> world(double time = 0) const;
 };
 
-}  // namespace test
+}  // namespace tests
