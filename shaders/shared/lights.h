@@ -91,7 +91,7 @@ SHARED_FN float pdfEnvironment(SCENE_PARAM PathSettings settings, vec3 d)
     const float row = fetchEnvironmentCdf(SCENE_ARG y + 1u) - fetchEnvironmentCdf(SCENE_ARG y);
     const uint first = height + 1u + y * (width + 1u) + x;
     const float column = fetchEnvironmentCdf(SCENE_ARG first + 1u) - fetchEnvironmentCdf(SCENE_ARG first);
-    return environmentDensity(settings, row * column, sqrt(max(1.0f - d.y * d.y, 0.0f)));
+    return environmentDensity(settings, row * column, sqrt(d.x * d.x + d.z * d.z));
 }
 
 /// Picks a texel by its power and a point in it.
@@ -107,7 +107,7 @@ SHARED_FN bool sampleEnvironment(SCENE_PARAM PathSettings settings, vec2 u, OUT(
                                      (float(y) + v.y) / float(settings.environmentHeight)));
     s.distance = kDistant;
     s.barycentrics = vec2(0.0f, 0.0f);
-    s.pdf = environmentDensity(settings, row * column, sqrt(max(1.0f - s.wi.y * s.wi.y, 0.0f)));
+    s.pdf = environmentDensity(settings, row * column, sqrt(s.wi.x * s.wi.x + s.wi.z * s.wi.z));
     s.radiance = environmentRadiance(SCENE_ARG settings, s.wi);
     return s.pdf > 0.0f;
 }
