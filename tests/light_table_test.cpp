@@ -179,14 +179,14 @@ TEST_P(EnvironmentTable, TexelsAreDrawnByTheirDensity)
     const uint32_t across = 2 * width, down = 2 * height;
     std::vector<double> observed(size_t(across) * down), expected(observed.size());
     const int draws = 1'000'000;
+    int moved = 0;  // into another texel by rounding
     std::mt19937 random(11);
     for (int i = 0; i < draws; ++i) {
         const glm::vec2 u(static_cast<float>(random() >> 8) * 0x1p-24f,
                           static_cast<float>(random() >> 8) * 0x1p-24f);
         shared::EmitterSample s;
         if (!shared::sampleEnvironment(scene, settings, u, s)) continue;
-        ASSERT_NEAR(shared::pdfEnvironment(scene, settings, s.wi) / s.pdf, 1.0,
-                    0.5);  // same texel, or its neighbour
+        moved += std::abs(shared::pdfEnvironment(scene, settings, s.wi) / s.pdf - 1) > 1e-3f;
         const glm::vec2 uv = shared::environmentUv(s.wi);
         const auto x =
             std::min(static_cast<uint32_t>(uv.x * static_cast<float>(across)), across - 1);
@@ -215,6 +215,7 @@ TEST_P(EnvironmentTable, TexelsAreDrawnByTheirDensity)
     EXPECT_NEAR(total, 1.0, 1e-4);  // the density is normalised
     const ChiSquare test = chiSquareTest(observed, expected);
     EXPECT_GT(test.p, kLevel) << "chi-square " << test.statistic << " of " << test.degreesOfFreedom;
+    EXPECT_LE(moved, 1e-4 * draws);
     // Rounding may carry a sample over the border of a texel that is never drawn.
     EXPECT_LE(test.outside, 1e-5 * draws);
 }
@@ -263,7 +264,7 @@ TEST_P(EnvironmentTable, EstimatesItsOwnPower)
     }
     Moments estimate;
     std::mt19937 random(17);
-    for (int i = 0; i < 400'000; ++i) {
+    for (int i = 0; i < 1'000'000; ++i) {
         const glm::vec2 u(static_cast<float>(random() >> 8) * 0x1p-24f,
                           static_cast<float>(random() >> 8) * 0x1p-24f);
         shared::EmitterSample s;
@@ -276,7 +277,7 @@ TEST_P(EnvironmentTable, EstimatesItsOwnPower)
     EXPECT_LT(c.detectable, 0.01) << "underpowered";
     // What the table believes the environment sends is what it sends, up to the sine inside a
     // texel.
-    EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0) / exact, 1.0, 0.1);
+    EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0) / exact, 1.0, 0.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(T13, EnvironmentTable, testing::ValuesIn(kEnvironments),
