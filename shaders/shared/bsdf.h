@@ -5,13 +5,15 @@
 // What differs from the glTF appendix, and why:
 // - Fresnel of dielectrics is the exact curve, remapped: t = (F - r0) / (1 - r0), then f0 -> f90 by
 // t. It agrees
-//   with Schlick's at both ends, and with glass.
-// - Diffuse is c/pi * (1-F(o)) (1-F(i)) / (1-Favg) rather than c/pi * (1-F(h)): the latter is
-// brighter than
-//   white at grazing angles. This one is reciprocal, exactly white over a smooth interface, and
-//   needs no table. (Favg is the cosine mean of F: with 1/(1-Favg) a smooth coat over white
-//   reflects F + (1-F) = 1.)
-// - A coat darkens its base by 1 - coat * max(F(o), F(i)): reciprocal, never brighter than 1.
+//   with Schlick's at both ends, and with glass. Opaque surfaces take it of an index in [1, 3.5].
+// - Diffuse is c/pi * (1-R(o)) (1-R(i)) / (1-Ravg), R the albedo of the interface, rather than c/pi
+// * (1-F(h)):
+//   the latter is brighter than white at grazing angles. This one is reciprocal and white under a
+//   white surface (exactly over a smooth interface, 1 % less over a rough one). R and its cosine
+//   mean Ravg are algebraic bounds fitted to quadrature (roughAlbedo): R from above, Ravg from
+//   below, so that no albedo exceeds one by 0.001.
+// - A coat darkens its base by 1 - coat * max(R(o), R(i)): reciprocal, never brighter than 1.
+// - Energy that leaves a facet towards another one is lost (single scattering), as in glTF.
 //
 // Directions are local, z is the shading normal on wo's side, and both point away from the surface.
 // Inside a solid (`backFace`) the refraction index is inverted. Transmission carries radiance: it
@@ -42,6 +44,7 @@ SHARED_CONST uint kBsdfCoat = 32u;
 
 SHARED_CONST float kMinCosine = 1.0e-6f;
 SHARED_CONST float kCoatIor = 1.5f;
+SHARED_CONST float kCoatR0 = 0.04f;
 
 /// A material at a point, textures applied. flags: of Material. backFace: 1 when wo is on the
 /// geometric back.
@@ -62,17 +65,17 @@ struct BsdfInputs {
 /// Prepared for any pair of directions.
 struct Bsdf {
     vec3 diffuse;       // albedo of the Lambertian part under a perfect window
-    float diffuseNorm;  // 1 / (1 - Favg)
+    float diffuseNorm;  // 1 / (1 - Ravg)
     vec3 f0;            // reflection of the dielectric part at normal incidence, times its share
     float f90;          // and at grazing, times its share
     vec3 metal;         // the same of the metallic part: base colour times its share
     float metalShare;
-    vec3 transmit;    // tint of the transmitted part, times its share
-    float alpha;      // GGX width; 0 = delta
-    float eta;        // refraction index of the far side over the near side
-    float r0;         // exact reflectance at normal incidence
-    float through0;   // what the interface passes to what lies below: 1 - F at normal incidence,
-    float through90;  // and at grazing
+    vec3 transmit;     // tint of the transmitted part, times its share
+    float alpha;       // GGX width; 0 = delta
+    float eta;         // refraction index of the far side over the near side
+    float r0;          // exact reflectance at normal incidence
+    float strength0;   // what the interface takes from what lies below at normal incidence,
+    float strength90;  // and at grazing
     float coat;
     float coatAlpha;  // 0 = delta
     uint parts;
@@ -107,27 +110,35 @@ SHARED_FN float fresnelDielectric(float c, float eta)
     return min(0.5f * a * a * (1.0f + b * b), 1.0f);
 }
 
-/// Cosine-weighted mean of fresnelDielectric over the hemisphere: fits by d'Eon & Irving (2011),
-/// within 0.15 %.
-SHARED_FN float fresnelMean(float eta)
+/// Exact Fresnel reflectance as the share t of the way from normal to grazing reflection.
+SHARED_FN float fresnelShare(float exact, float r0)
 {
-    return eta >= 1.0f ? (eta - 1.0f) / (4.08567f + 1.00071f * eta)
-                       : 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f));
+    return clamp((exact - r0) / (1.0f - r0), 0.0f, 1.0f);
 }
 
-/// Colour that the main interface reflects at cosine c, and the share (a scalar, so that the
-/// complement of a coloured reflection does not tint what lies below) that passes through it.
-SHARED_FN void interfaceFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
+/// Bounds on what single-scattering GGX reflects in all directions, as f0 * x + (f90 - f0 * x) * y:
+/// x for a constant reflectance, y of the Fresnel share t at the same cosine. Both are fits from
+/// above to quadrature over cosines, alphas and indices 1.05 to 3.5, which they exceed by 0.01 on
+/// average and miss by 0.0008 at worst.
+SHARED_FN vec2 roughAlbedo(float c, float t, float alpha)
 {
-    float exact = fresnelDielectric(c, b.eta);
-    float t = clamp((exact - b.r0) / (1.0f - b.r0), 0.0f, 1.0f);
-    reflected = b.f0 + (vec3(b.f90) - b.f0) * t;
-    through = b.through0 + (b.through90 - b.through0) * t;
-    if (FEATURE(kFeatureTransmission) && (b.parts & kBsdfInside) != 0u && exact >= 1.0f) {
-        reflected =
-            vec3(1.0f - b.metalShare);  // total reflection, whatever the specular factor says
-        through = 0.0f;
-    }
+    float narrow = (1.0f - c) * alpha / (alpha + 0.29f * (1.0f - alpha) * c);
+    float y = t / (1.0f + 15.5f * alpha * narrow * narrow) + 0.004f * min(1.0f, 4.0f * alpha) * c;
+    return vec2(1.0f - 0.65f * alpha * alpha * c * (2.0f - c), min(y, 1.0f));
+}
+
+/// Cosine means of roughAlbedo, from below: the mean of t by index (a fit), thinned by roughness.
+SHARED_FN vec2 roughAlbedoMean(float eta, float alpha)
+{
+    float d = eta - 1.0f;
+    float gloss = 0.296f * d * (1.0f - 0.305f * d) / (1.0f + 2.77f * d);
+    return vec2(1.0f - 0.5417f * alpha * alpha,
+                gloss / (1.0f + 9.4f * alpha * alpha / (alpha + 0.09f)));
+}
+
+/// Adds the metallic part's reflection at cosine c (Schlick) to `reflected`.
+SHARED_FN void addMetal(Bsdf b, float c, INOUT(vec3) reflected)
+{
     if (FEATURE(kFeatureMetal)) {
         float m = 1.0f - c;
         float m2 = m * m;
@@ -135,15 +146,56 @@ SHARED_FN void interfaceFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float)
     }
 }
 
-/// Reflectance of the coat at cosine c.
-SHARED_FN float coatFresnel(Bsdf b, float c)
+/// True inside a solid past the critical angle, where everything is reflected whatever the specular
+/// factor says.
+SHARED_FN bool isTotal(Bsdf b, float exact)
 {
-    return b.coat * fresnelDielectric(c, kCoatIor);
+    return FEATURE(kFeatureTransmission) && (b.parts & kBsdfSolid) != 0u && exact >= 1.0f;
+}
+
+/// Colour that a facet of the main interface reflects at cosine c, and the share (a scalar, so that
+/// the complement of a coloured reflection does not tint what lies below) that passes through it.
+SHARED_FN void facetFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
+{
+    float exact = fresnelDielectric(c, b.eta);
+    float t = fresnelShare(exact, b.r0);
+    reflected = b.f0 + (vec3(b.f90) - b.f0) * t;
+    through = 1.0f - b.strength0 - (b.strength90 - b.strength0) * t;
+    if (isTotal(b, exact)) {
+        reflected = vec3(1.0f - b.metalShare);
+        through = 0.0f;
+    }
+    addMetal(b, c, reflected);
+}
+
+/// The same for the whole rough interface seen at cosine c: its albedo, and what reaches the
+/// diffuse part below.
+SHARED_FN void interfaceAlbedo(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
+{
+    float exact = fresnelDielectric(c, b.eta);
+    float t = fresnelShare(exact, b.r0);
+    // From the dense side the fits do not hold; there diffuse goes without its gain instead
+    // (makeBsdf).
+    vec2 xy = b.eta >= 1.0f ? roughAlbedo(c, t, b.alpha) : vec2(1.0f, t);
+    reflected = b.f0 * xy.x + (vec3(b.f90) - b.f0 * xy.x) * xy.y;
+    through = 1.0f - b.strength0 * xy.x - (b.strength90 - b.strength0 * xy.x) * xy.y;
+    if (isTotal(b, exact)) {
+        reflected = vec3(1.0f - b.metalShare);
+        through = 0.0f;
+    }
+    addMetal(b, c, reflected);
+}
+
+/// Albedo of the coat at cosine c.
+SHARED_FN float coatAlbedo(Bsdf b, float c)
+{
+    vec2 xy = roughAlbedo(c, fresnelShare(fresnelDielectric(c, kCoatIor), kCoatR0), b.coatAlpha);
+    return b.coat * (kCoatR0 * xy.x + (1.0f - kCoatR0 * xy.x) * xy.y);
 }
 
 /// What the coat leaves to its base for light that goes by cosines co and ci (signed). It lies on
-/// the outside of a solid and on both sides of anything else. The largest Fresnel term belongs to
-/// the smallest cosine.
+/// the outside of a solid and on both sides of anything else. The largest albedo belongs to the
+/// smallest cosine.
 SHARED_FN float coatThrough(Bsdf b, float co, float ci)
 {
     bool inside = (b.parts & kBsdfInside) != 0u;
@@ -152,7 +204,7 @@ SHARED_FN float coatThrough(Bsdf b, float co, float ci)
     if (!solid || (ci > 0.0f) != inside) {
         lowest = min(lowest, abs(ci));
     }
-    return lowest > 1.0f ? 1.0f : 1.0f - coatFresnel(b, lowest);
+    return lowest > 1.5f ? 1.0f : 1.0f - coatAlbedo(b, lowest);
 }
 
 // --- construction
@@ -187,8 +239,8 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
     b.alpha = 0.0f;
     b.eta = 1.5f;
     b.r0 = 0.04f;
-    b.through0 = 1.0f;
-    b.through90 = 1.0f;
+    b.strength0 = 0.0f;
+    b.strength90 = 0.0f;
     b.coat = 0.0f;
     b.coatAlpha = 0.0f;
     b.parts = maxComponent(b.diffuse) > 0.0f ? kBsdfDiffuse : 0u;
@@ -200,16 +252,24 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
         bool inside = solid && m.backFace != 0u;
         float root = (ior - 1.0f) / (ior + 1.0f);
         float specular = clamp(m.specular, 0.0f, 1.0f);
-        b.eta = inside ? 1.0f / ior : ior;
-        b.r0 = root * root;
-        vec3 f0 = clamp(b.r0 * m.specularColor, vec3(0.0f), vec3(1.0f)) * specular;
+        vec3 f0 = clamp(root * root * m.specularColor, vec3(0.0f), vec3(1.0f)) * specular;
         b.f0 = f0 * body;
         b.f90 = specular * body;
-        b.through0 = 1.0f - maxComponent(f0);
-        b.through90 = 1.0f - specular;
-        float t = clamp((fresnelMean(b.eta) - b.r0) / (1.0f - b.r0), 0.0f, 1.0f);
-        b.diffuseNorm = 1.0f / max(b.through0 + (b.through90 - b.through0) * t, 1.0e-3f);
+        b.strength0 = maxComponent(f0);
+        b.strength90 = specular;
         b.alpha = interfaceAlpha(m.roughness, ior, solid);
+        float curve = min(max(ior, 1.0f / ior),
+                          3.5f);  // of an opaque surface or a thin wall: no critical angle
+        if (!solid) {
+            root = (curve - 1.0f) / (curve + 1.0f);
+        }
+        b.eta = !solid ? curve : inside ? 1.0f / ior : ior;
+        b.r0 = root * root;
+        if (b.eta >= 1.0f && b.eta <= 3.5f) {
+            vec2 xy = roughAlbedoMean(b.eta, b.alpha);
+            float taken = b.strength0 * xy.x + (specular - b.strength0 * xy.x) * xy.y;
+            b.diffuseNorm = 1.0f / max(1.0f - taken, 1.0e-2f);
+        }
         b.parts |= kBsdfMicrofacet;
         if (maxComponent(b.transmit) > 0.0f) {
             b.parts |= kBsdfTransmission;
@@ -329,7 +389,7 @@ struct LobeChoice {
     float coat;
     float facet;
     float diffuse;
-    float through;  // the interface's, at wo
+    float through;  // to the diffuse part, at wo
 };
 
 SHARED_FN LobeChoice chooseLobes(Bsdf b, vec3 wo)
@@ -338,13 +398,13 @@ SHARED_FN LobeChoice chooseLobes(Bsdf b, vec3 wo)
     vec3 reflected = vec3(0.0f);
     c.through = 1.0f;
     if ((b.parts & kBsdfMicrofacet) != 0u) {
-        interfaceFresnel(b, wo.z, reflected, c.through);
+        interfaceAlbedo(b, wo.z, reflected, c.through);
     }
     c.facet = maxComponent(reflected) + maxComponent(b.transmit) * c.through;
     c.diffuse = maxComponent(b.diffuse) * c.through;
     c.coat = 0.0f;
     if (FEATURE(kFeatureClearcoat) && (b.parts & (kBsdfCoat | kBsdfInside)) == kBsdfCoat) {
-        c.coat = coatFresnel(b, wo.z);
+        c.coat = coatAlbedo(b, wo.z);
         c.facet *= 1.0f - c.coat;
         c.diffuse *= 1.0f - c.coat;
     }
@@ -384,7 +444,7 @@ SHARED_FN void addFacet(Bsdf b, float probability, vec3 wo, vec3 wi, INOUT(vec3)
     }
     vec3 reflected;
     float through;
-    interfaceFresnel(b, facet.cosine, reflected, through);
+    facetFresnel(b, facet.cosine, reflected, through);
     float share = reflectShare(b, reflected, through);
     f += (up ? reflected : b.transmit * through) * facet.value;
     pdf += probability * (up ? share : 1.0f - share) * facet.pdf;
@@ -416,7 +476,7 @@ SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf
         float through = 1.0f;
         if ((b.parts & kBsdfMicrofacet) != 0u) {
             vec3 unused;
-            interfaceFresnel(b, wi.z, unused, through);
+            interfaceAlbedo(b, wi.z, unused, through);
         }
         f = b.diffuse * (c.through * through * b.diffuseNorm * kInvPi);
         pdf = c.diffuse * wi.z * kInvPi;
@@ -428,7 +488,7 @@ SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf
         f *= coatThrough(b, wo.z, wi.z);
         if (b.coatAlpha > 0.0f && wi.z > 0.0f && (b.parts & kBsdfInside) == 0u) {
             Facet facet = reflectFacet(wo, wi, b.coatAlpha);
-            f += vec3(coatFresnel(b, facet.cosine) * facet.value);
+            f += vec3(b.coat * fresnelDielectric(facet.cosine, kCoatIor) * facet.value);
             pdf += c.coat * facet.pdf;
         }
     }
@@ -502,12 +562,12 @@ SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) 
         s.flags = kLobeSpecular;
         s.wi = mirrorAbout(wo, h);
         if (inCoat) {
-            deltaWeight = vec3(coatFresnel(b, wo.z));
+            deltaWeight = vec3(b.coat * fresnelDielectric(wo.z, kCoatIor));
             deltaProbability = c.coat;
         } else {
             vec3 reflected;
             float through;
-            interfaceFresnel(b, min(dot(wo, h), 1.0f), reflected, through);
+            facetFresnel(b, min(dot(wo, h), 1.0f), reflected, through);
             float share = reflectShare(b, reflected, through);
             bool up = uLobe - c.coat < share * c.facet;
             if (!up) {
@@ -558,13 +618,13 @@ SHARED_FN vec3 albedoBsdf(Bsdf b, vec3 wo)
     float through = 1.0f;
     float c = clamp(wo.z, 0.0f, 1.0f);
     if ((b.parts & kBsdfMicrofacet) != 0u) {
-        interfaceFresnel(b, c, reflected, through);
+        interfaceAlbedo(b, c, reflected, through);
     }
     vec3 base = reflected + (b.diffuse + b.transmit) * through;
     if (!FEATURE(kFeatureClearcoat) || (b.parts & (kBsdfCoat | kBsdfInside)) != kBsdfCoat) {
         return base;
     }
-    float coat = coatFresnel(b, c);
+    float coat = coatAlbedo(b, c);
     return base * (1.0f - coat) + vec3(coat);
 }
 
