@@ -69,7 +69,8 @@ bool extendPath(SampleStream stream, inout PathState path, inout vec3 L, inout u
     }
     ShadowRay shadow;
     const uint depth = path.depth;
-    const bool goesOn = shadeSurface(frame.settings, stream, hit, path, shadow, L);
+    const VertexNumbers numbers = drawVertexNumbers(stream, depth);
+    const bool goesOn = shadeSurface(frame.settings, numbers, hit, path, shadow, L);
     if (any(notEqual(shadow.contribution, vec3(0.0)))) {
         ++shadowRays;
         const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);

@@ -14,10 +14,18 @@ namespace {
 
 constexpr size_t kWave = size_t(kPathTile) * kPathTile;
 
+/// A pattern of the sampler at many paths.
+struct Pattern {
+    std::array<float, kWave> x, y;
+};
+
 /// The paths of one wave; `active` lists those that go on, in order.
 struct Wave {
     std::array<shared::PathState, kWave> paths;
-    std::array<shared::SampleStream, kWave> streams;
+    shared::SampleStream stream;  // of every path, but for its pixel
+    std::array<uint32_t, kWave> pixels;
+    std::array<uint32_t, kWave> drawPixels;  // of the active paths, one after the other
+    Pattern bsdf, lobe, light, choice;
     std::array<glm::vec3, kWave> radiance;
     std::array<uint32_t, kWave> active;
     std::array<Ray, kWave> rays;
@@ -25,8 +33,57 @@ struct Wave {
     std::array<glm::vec3, kWave> contributions;  // of the shadow rays
     std::array<uint32_t, kWave> shadowOwner;
     std::array<uint8_t, kWave> blocked;
-    size_t count = 0, activeCount = 0, shadowCount = 0;
+    size_t activeCount, shadowCount;
+    uint32_t depth;  // of all active paths
 };
+
+/// Draws one pattern for `count` pixels: a loop that compilers turn into vectors, which is why it
+/// is apart.
+[[gnu::flatten]] void drawPattern(uint32_t kind, shared::SampleStream stream, uint32_t dimension,
+                                  const uint32_t* pixels, size_t count, Pattern& pattern)
+{
+    stream.kind = kind;
+    for (size_t k = 0; k < count; ++k) {
+        stream.pixel = pixels[k];
+        const glm::vec2 u = shared::streamVec2(stream, dimension);
+        pattern.x[k] = u.x;
+        pattern.y[k] = u.y;
+    }
+}
+
+/// Draws one pattern for the active paths.
+void drawForActive(Wave& wave, uint32_t dimension, Pattern& pattern)
+{
+    // Two calls with a constant kind: the choice stays out of the loop.
+    const uint32_t* pixels = wave.drawPixels.data();
+    if (wave.stream.kind == shared::kSamplerSobol) {
+        drawPattern(shared::kSamplerSobol, wave.stream, dimension, pixels, wave.activeCount,
+                    pattern);
+    } else {
+        drawPattern(shared::kSamplerIndependent, wave.stream, dimension, pixels, wave.activeCount,
+                    pattern);
+    }
+}
+
+/// What drawVertexNumbers gives, for all active paths; they are at the same depth.
+void drawNumbers(Wave& wave)
+{
+    for (size_t k = 0; k < wave.activeCount; ++k) wave.drawPixels[k] = wave.pixels[wave.active[k]];
+    const uint32_t dimension = shared::kDimensionPath + wave.depth * shared::kDimensionsPerVertex;
+    drawForActive(wave, dimension + shared::kDimensionBsdf, wave.bsdf);
+    drawForActive(wave, dimension + shared::kDimensionLobe, wave.lobe);
+    drawForActive(wave, dimension + shared::kDimensionLight, wave.light);
+    if (FEATURE(shared::kFeatureManyEmitters)) {
+        drawForActive(wave, dimension + shared::kDimensionLightChoice, wave.choice);
+    }
+}
+
+shared::SampleStream streamOf(const Wave& wave, size_t i)
+{
+    shared::SampleStream stream = wave.stream;
+    stream.pixel = wave.pixels[i];
+    return stream;
+}
 
 void beginWave(const PathJob& job, const Tile& tile, uint32_t sample, Wave& wave)
 {
@@ -34,30 +91,36 @@ void beginWave(const PathJob& job, const Tile& tile, uint32_t sample, Wave& wave
     for (uint32_t y = tile.y0; y < tile.y1; ++y) {
         for (uint32_t x = tile.x0; x < tile.x1; ++x, ++i) {
             const glm::uvec2 pixel(x, y);
-            wave.streams[i] =
+            wave.stream =
                 shared::makeStream(job.settings.samplerKind, job.settings.seed, pixel, sample);
-            wave.paths[i] = shared::beginPath(job.camera, job.settings, pixel, wave.streams[i]);
+            wave.pixels[i] = wave.stream.pixel;
+            wave.paths[i] = shared::beginPath(job.camera, job.settings, pixel, wave.stream);
             wave.radiance[i] = glm::vec3(0);
             wave.active[i] = static_cast<uint32_t>(i);
         }
     }
-    wave.count = wave.activeCount = i;
+    wave.activeCount = i;
+    wave.depth = 0;
 }
 
-Ray makeRay(const glm::vec3& origin, const glm::vec3& direction, float tMax,
-            const shared::SampleStream& stream, uint32_t depth, uint32_t shadow)
+/// Sets one ray of the wave, from path `i`; `shadow` 1 for the connection to an emitter.
+void setRay(Wave& wave, size_t slot, const glm::vec3& origin, const glm::vec3& direction,
+            float tMax, size_t i, uint32_t shadow)
 {
-    return {origin, tMax, direction,
-            FEATURE(shared::kFeatureAlpha) ? shared::alphaSeed(stream, depth, shadow) : 0u};
+    Ray& ray = wave.rays[slot];
+    ray.origin = origin;
+    ray.direction = direction;
+    ray.tMax = tMax;
+    ray.seed = FEATURE(shared::kFeatureAlpha)
+                   ? shared::alphaSeed(streamOf(wave, i), wave.depth, shadow)
+                   : 0u;
 }
 
 void traceWave(const PathJob& job, Wave& wave)
 {
     for (size_t k = 0; k < wave.activeCount; ++k) {
         const uint32_t i = wave.active[k];
-        const shared::PathState& path = wave.paths[i];
-        wave.rays[k] =
-            makeRay(path.origin, path.direction, shared::kInfinity, wave.streams[i], path.depth, 0);
+        setRay(wave, k, wave.paths[i].origin, wave.paths[i].direction, shared::kInfinity, i, 0);
     }
     job.accel->closest({wave.rays.data(), wave.activeCount}, wave.hits.data());
 }
@@ -65,6 +128,7 @@ void traceWave(const PathJob& job, Wave& wave)
 /// Shades every active path; keeps those that go on and queues connections to emitters.
 void shadeWave(const PathJob& job, Wave& wave)
 {
+    drawNumbers(wave);
     size_t going = 0;
     wave.shadowCount = 0;
     for (size_t k = 0; k < wave.activeCount; ++k) {
@@ -74,20 +138,24 @@ void shadeWave(const PathJob& job, Wave& wave)
             wave.radiance[i] += shared::shadeMiss(job.scene, job.settings, path);
             continue;
         }
+        const shared::VertexNumbers numbers{{wave.bsdf.x[k], wave.bsdf.y[k]},
+                                            {wave.lobe.x[k], wave.lobe.y[k]},
+                                            {wave.light.x[k], wave.light.y[k]},
+                                            FEATURE(shared::kFeatureManyEmitters) ? wave.choice.x[k]
+                                                                                  : 0.0f};
         shared::ShadowRay shadow;
-        const uint32_t depth = path.depth;
-        const bool goes = shared::shadeSurface(job.scene, job.settings, wave.streams[i],
-                                               wave.hits[k], path, shadow, wave.radiance[i]);
-        if (shared::maxComponent(shadow.contribution) > 0.0f) {
+        const bool goes = shared::shadeSurface(job.scene, job.settings, numbers, wave.hits[k], path,
+                                               shadow, wave.radiance[i]);
+        if (shadow.contribution != glm::vec3(0)) {
             const size_t s = wave.shadowCount++;
-            wave.rays[s] =
-                makeRay(shadow.origin, shadow.direction, shadow.tMax, wave.streams[i], depth, 1);
+            setRay(wave, s, shadow.origin, shadow.direction, shadow.tMax, i, 1);
             wave.contributions[s] = shadow.contribution;
             wave.shadowOwner[s] = i;
         }
         if (goes) wave.active[going++] = i;
     }
     wave.activeCount = going;
+    ++wave.depth;
 }
 
 void connectWave(const PathJob& job, Wave& wave)
@@ -133,7 +201,7 @@ void addToFilm(const Wave& wave, const Tile& tile, Film& film, FilmCounters& cou
 PathTally renderTile(const PathJob& job, const Tile& tile, Film& film)
 {
     PathTally tally;
-    Wave wave;
+    static thread_local Wave wave;
     for (uint32_t sample = 0; sample < job.sampleCount; ++sample) {
         beginWave(job, tile, job.firstSample + sample, wave);
         while (wave.activeCount > 0) {

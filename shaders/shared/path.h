@@ -30,6 +30,27 @@ struct ShadowRay {
     vec3 contribution;
 };
 
+/// The random numbers of a path's vertex. Drawn before the vertex is shaded, so that a CPU can draw those of many
+/// paths together.
+struct VertexNumbers {
+    vec2 bsdf;
+    vec2 lobe;  // x which lobe, y roulette
+    vec2 light;
+    float choice;  // of the emitter
+};
+
+SHARED_FN VertexNumbers drawVertexNumbers(SampleStream stream, uint depth)
+{
+    const uint dimension = kDimensionPath + depth * kDimensionsPerVertex;
+    VertexNumbers n;
+    n.bsdf = streamVec2(stream, dimension + kDimensionBsdf);
+    n.lobe = streamVec2(stream, dimension + kDimensionLobe);
+    n.light = streamVec2(stream, dimension + kDimensionLight);
+    n.choice =
+        FEATURE(kFeatureManyEmitters) ? streamFloat(stream, dimension + kDimensionLightChoice) : 0.0f;
+    return n;
+}
+
 /// Seed of the alpha test for the rays that leave a vertex; `shadow` 1 for the connection to an emitter.
 SHARED_FN uint alphaSeed(SampleStream stream, uint depth, uint shadow)
 {
@@ -108,7 +129,7 @@ SHARED_FN vec3 shadeEmission(SCENE_PARAM PathSettings settings, PathState path, 
 }
 
 /// Connects the vertex to one emitter; contribution zero when nothing can come of it.
-SHARED_FN ShadowRay connectToEmitter(SCENE_PARAM PathSettings settings, SampleStream stream, PathState path,
+SHARED_FN ShadowRay connectToEmitter(SCENE_PARAM PathSettings settings, VertexNumbers numbers, PathState path,
                                      SurfacePoint s, Bsdf bsdf, vec3 wo)
 {
     ShadowRay shadow;
@@ -118,16 +139,13 @@ SHARED_FN ShadowRay connectToEmitter(SCENE_PARAM PathSettings settings, SampleSt
     shadow.contribution = vec3(0.0f, 0.0f, 0.0f);
     if (settings.emitterCount == 0u || isDelta(bsdf)) return shadow;
 
-    const uint dimension = kDimensionPath + path.depth * kDimensionsPerVertex;
     float pmf = 1.0f;
     uint emitter = 0u;
     if (FEATURE(kFeatureManyEmitters)) {
-        emitter = chooseEmitter(SCENE_ARG settings.emitterCount,
-                                streamFloat(stream, dimension + kDimensionLightChoice), pmf);
+        emitter = chooseEmitter(SCENE_ARG settings.emitterCount, numbers.choice, pmf);
     }
-    const vec2 u = streamVec2(stream, dimension + kDimensionLight);
     EmitterSample e;
-    if (!sampleEmitter(SCENE_ARG settings, emitter, s.position, u, e)) return shadow;
+    if (!sampleEmitter(SCENE_ARG settings, emitter, s.position, numbers.light, e)) return shadow;
     if (settings.strategy == kStrategyBsdf && e.pdf > 0.0f) return shadow;
 
     const vec3 wi = toLocal(s.frame, e.wi);
@@ -152,7 +170,7 @@ SHARED_FN ShadowRay connectToEmitter(SCENE_PARAM PathSettings settings, SampleSt
 
 /// One vertex of a path. Adds emission to L, sets the connection to an emitter, and moves `path` on to the next ray;
 /// returns false when the path ends here (the shadow ray still counts).
-SHARED_FN bool shadeSurface(SCENE_PARAM PathSettings settings, SampleStream stream, Hit hit,
+SHARED_FN bool shadeSurface(SCENE_PARAM PathSettings settings, VertexNumbers numbers, Hit hit,
                             INOUT(PathState) path, OUT(ShadowRay) shadow, INOUT(vec3) L)
 {
     SurfacePoint s = makeSurfacePoint(SCENE_ARG hit, path.direction);
@@ -172,12 +190,10 @@ SHARED_FN bool shadeSurface(SCENE_PARAM PathSettings settings, SampleStream stre
 
     const Bsdf bsdf = makeBsdf(shading.inputs);
     const vec3 wo = toLocal(s.frame, -path.direction);
-    shadow = connectToEmitter(SCENE_ARG settings, stream, path, s, bsdf, wo);
+    shadow = connectToEmitter(SCENE_ARG settings, numbers, path, s, bsdf, wo);
 
-    const uint dimension = kDimensionPath + path.depth * kDimensionsPerVertex;
-    const vec2 lobe = streamVec2(stream, dimension + kDimensionLobe);
     BsdfSample next;
-    if (!sampleBsdf(bsdf, wo, lobe.x, streamVec2(stream, dimension + kDimensionBsdf), next)) return false;
+    if (!sampleBsdf(bsdf, wo, numbers.lobe.x, numbers.bsdf, next)) return false;
     const vec3 wi = toWorld(s.frame, next.wi);
     const float side = dot(wi, s.normal) * (s.backFace != 0u ? -1.0f : 1.0f);
     if (!(side * next.wi.z > 0.0f)) return false;
@@ -189,7 +205,7 @@ SHARED_FN bool shadeSurface(SCENE_PARAM PathSettings settings, SampleStream stre
     path.depth += 1u;
     if (path.depth >= settings.rouletteDepth) {
         const float survival = min(maxComponent(path.beta), 1.0f);
-        if (!(lobe.y < survival)) return false;
+        if (!(numbers.lobe.y < survival)) return false;
         path.beta *= 1.0f / survival;
     }
     return maxComponent(path.beta) > 0.0f;
