@@ -144,7 +144,8 @@ int compareCommand(const std::filesystem::path& image, const std::filesystem::pa
            "difference of the image means over its standard deviation, largest channel"}}}};
     if (hasVariance(imageFile) && hasVariance(referenceFile))
         addWelch(json, a, b, imageFile, referenceFile);
-    out << json.dump(1) << '\n';
+    // File names may hold any bytes; JSON is UTF-8.
+    out << json.dump(1, ' ', false, Json::error_handler_t::replace) << '\n';
     return int(core::ExitCode::done);
 }
 

@@ -20,7 +20,7 @@ struct Image {
     const float* at(uint32_t x, uint32_t y) const { return &pixels[(size_t(y) * width + x) * channels]; }
 };
 
-/// Strings by name: everything needed to render an image again.
+/// Strings by name: everything needed to render an image again. An empty string is the same as none.
 using Metadata = std::map<std::string, std::string>;
 
 /// One named group of channels of an EXR: "" is the picture itself (R,G,B), "variance" becomes variance.R, .G, .B.
