@@ -222,12 +222,23 @@ SHARED_FN float interfaceAlpha(float roughness, float ior, bool solid)
     return min(alpha, 1.0f);
 }
 
+/// [0,1], and 0 for what is not a number: by the order of the arguments.
+SHARED_FN vec3 saturated(vec3 v)
+{
+    return min(max(vec3(0.0f), v), vec3(1.0f));
+}
+
+SHARED_FN float saturated(float x)
+{
+    return min(max(0.0f, x), 1.0f);
+}
+
 SHARED_FN Bsdf makeBsdf(BsdfInputs m)
 {
-    float metallic = FEATURE(kFeatureMetal) ? clamp(m.metallic, 0.0f, 1.0f) : 0.0f;
-    float transmission = FEATURE(kFeatureTransmission) ? clamp(m.transmission, 0.0f, 1.0f) : 0.0f;
+    float metallic = FEATURE(kFeatureMetal) ? saturated(m.metallic) : 0.0f;
+    float transmission = FEATURE(kFeatureTransmission) ? saturated(m.transmission) : 0.0f;
     float body = 1.0f - metallic;
-    vec3 color = clamp(m.baseColor, vec3(0.0f), vec3(1.0f));
+    vec3 color = saturated(m.baseColor);
     Bsdf b;
     b.diffuse = color * (body * (1.0f - transmission));
     b.diffuseNorm = 1.0f;
@@ -251,8 +262,8 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
         bool solid = transmission > 0.0f && body > 0.0f && (m.flags & kMaterialVolume) != 0u;
         bool inside = solid && m.backFace != 0u;
         float root = (ior - 1.0f) / (ior + 1.0f);
-        float specular = clamp(m.specular, 0.0f, 1.0f);
-        vec3 f0 = clamp(root * root * m.specularColor, vec3(0.0f), vec3(1.0f)) * specular;
+        float specular = saturated(m.specular);
+        vec3 f0 = saturated(root * root * m.specularColor) * specular;
         b.f0 = f0 * body;
         b.f90 = specular * body;
         b.strength0 = maxComponent(f0);
@@ -277,7 +288,7 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
         b.parts |= (solid ? kBsdfSolid : 0u) | (inside ? kBsdfInside : 0u);
     }
     if (FEATURE(kFeatureClearcoat) && m.clearcoat > 0.0f) {
-        b.coat = min(m.clearcoat, 1.0f);
+        b.coat = saturated(m.clearcoat);
         b.coatAlpha = interfaceAlpha(m.clearcoatRoughness, kCoatIor, false);
         b.parts |= kBsdfCoat;
     }
@@ -492,7 +503,7 @@ SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf
             pdf += c.coat * facet.pdf;
         }
     }
-    if (!(pdf < 1.0e30f)) {
+    if (!(pdf + f.x + f.y + f.z < 1.0e30f)) {
         f = vec3(0.0f);
         pdf = 0.0f;
     }
