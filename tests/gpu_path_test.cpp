@@ -41,7 +41,14 @@ core::Film render(core::Renderer& renderer, const core::World& world, uint32_t w
     return film;
 }
 
-class GpuPath : public testing::TestWithParam<const char*> {
+/// An asset, the samples per pixel that its test takes, and the relative bias of the mean that they can show.
+struct Case {
+    const char* name;
+    uint32_t samples;
+    double detectable;
+};
+
+class GpuPath : public testing::TestWithParam<Case> {
 protected:
     void TearDown() override { EXPECT_EQ(gpu::validationMessages(), 0u); }
 };
@@ -64,17 +71,20 @@ void expectAgreement(const char* name, uint32_t samples, double detectable)
 
 TEST_P(GpuPath, AgreesWithCpu)
 {
-    expectAgreement(GetParam(), 512, 0.02);
+    const Case c = GetParam();
+    expectAgreement(c.name, c.samples, c.detectable);
 }
 
 TEST_P(GpuPath, SlowAgreesWithCpu)
 {
-    expectAgreement(GetParam(), 8192, 0.01);
+    const Case c = GetParam();
+    const double factor = std::max(c.detectable / 0.01, 1.0);  // to see 1 %, with a tenth to spare
+    expectAgreement(c.name, static_cast<uint32_t>(1.1 * factor * factor * c.samples) + 1, std::min(c.detectable, 0.01));
 }
 
 TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
 {
-    const auto world = asset(GetParam());
+    const auto world = asset(GetParam().name);
     const uint32_t size = 256;
     gpuRenderer().setWorld(world, {});
     gpuRenderer().setView(world->cameras.at(0), size, size, {});
@@ -83,14 +93,15 @@ TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
     cpu->setWorld(world, {});
     cpu->setView(world->cameras.at(0), size, size, {});
     const core::Aovs b = cpu->aovs();
-    // Rays through an edge shared by two triangles may name either: they count as ties when all else is equal.
+    // Pixel centres on an edge that triangles share (the corners of a box, say) may name any of them: equal depth is a tie.
     size_t otherIds = 0, otherDepths = 0, otherNormals = 0, otherAlbedos = 0, hits = 0;
     for (size_t p = 0; p < size_t(size) * size; ++p) {
-        const bool same = a.ids.pixels[3 * p + 1] == b.ids.pixels[3 * p + 1];
-        otherIds += same ? 0 : 1;
+        const bool deeper = std::abs(a.depth.pixels[p] - b.depth.pixels[p]) > 1e-5f * b.depth.pixels[p];
+        const bool same = a.ids.pixels[3 * p] == b.ids.pixels[3 * p];
+        otherIds += !same && deeper ? 1 : 0;
         if (!same) continue;
         hits += a.depth.pixels[p] > 0 ? 1 : 0;
-        otherDepths += std::abs(a.depth.pixels[p] - b.depth.pixels[p]) > 1e-5f * b.depth.pixels[p] ? 1 : 0;
+        otherDepths += deeper ? 1 : 0;
         for (size_t k = 3 * p; k < 3 * p + 3; ++k) {
             otherNormals += std::abs(a.normal.pixels[k] - b.normal.pixels[k]) > 1e-3f ? 1 : 0;
             otherAlbedos += std::abs(a.albedo.pixels[k] - b.albedo.pixels[k]) > 1e-3f ? 1 : 0;
@@ -103,11 +114,15 @@ TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
     EXPECT_LE(otherAlbedos, 21u);
 }
 
+// The door's light comes through a gap: what a quick test can see of it is little, the slow one sees 1 %.
 INSTANTIATE_TEST_SUITE_P(Assets, GpuPath,
-                         testing::Values("cornell-diffuse", "cornell-glossy", "textured-box", "glass", "lights", "hall",
-                                         "door-ajar", "sky", "furnace-sphere"),
+                         testing::Values(Case{"cornell-diffuse", 900, 0.02}, Case{"cornell-glossy", 1500, 0.02},
+                                         Case{"textured-box", 512, 0.02}, Case{"glass", 512, 0.02},
+                                         Case{"lights", 1200, 0.02}, Case{"hall", 1000, 0.03},
+                                         Case{"door-ajar", 1000, 0.1}, Case{"sky", 512, 0.02},
+                                         Case{"furnace-sphere", 128, 0.01}),
                          [](const auto& info) {
-                             std::string name = info.param;
+                             std::string name = info.param.name;
                              std::replace(name.begin(), name.end(), '-', '_');
                              return name;
                          });

@@ -354,6 +354,7 @@ core::Aovs PathRenderer::aovs()
     });
     std::vector<glm::vec4> words(size_t(width) * height * 3);
     output.read(std::as_writable_bytes(std::span(words)));
+    for (Bindings& bindings : bindings_) bindings.unbind(shared::kBindOutput);
     core::Aovs aovs{core::Image(width, height, 1), core::Image(width, height, 3), core::Image(width, height, 3),
                     core::Image(width, height, 3)};
     for (size_t p = 0; p < size_t(width) * height; ++p) {

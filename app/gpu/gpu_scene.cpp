@@ -68,7 +68,12 @@ GpuScene::GpuScene(Device& device, const core::World& world, const core::Progres
 void GpuScene::bind(Bindings& bindings) const
 {
     for (uint32_t i = 0; i < buffers_.size(); ++i) {
-        if (buffers_[i].bytes() > 0) bindings.bind(i, buffers_[i]);
+        if (i == shared::kBindStateTexels) continue;  // the renderer's own
+        if (buffers_[i].bytes() > 0) {
+            bindings.bind(i, buffers_[i]);
+        } else {
+            bindings.unbind(i);
+        }
     }
 }
 

@@ -85,7 +85,7 @@ Pipeline::Pipeline(const Device& device, const KernelLayout& layout, std::span<c
 Bindings::Bindings(Device& device, const KernelLayout& layout)
     : device_(device.get()), nothing_(device, "placeholder", 256),
       noTexels_{Buffer(device, "placeholder", 16, VK_FORMAT_R32G32B32A32_UINT),
-                Buffer(device, "placeholder", 16, VK_FORMAT_R32G32B32A32_SFLOAT),
+                Buffer(device, "placeholder", 16, VK_FORMAT_R16G16B16A16_SFLOAT),
                 Buffer(device, "placeholder", 16, VK_FORMAT_R32_SFLOAT)}
 {
     const std::array<VkDescriptorPoolSize, 3> sizes{
@@ -107,14 +107,17 @@ Bindings::Bindings(Device& device, const KernelLayout& layout)
     allocate.descriptorSetCount = 1;
     allocate.pSetLayouts = &setLayout;
     VK_CHECK(vkAllocateDescriptorSets(device_, &allocate, &set_));
-    for (uint32_t i = 0; i < shared::kBindingCount; ++i) {
-        if (i >= shared::kTexelBindings) {
-            bind(i, nothing_);
-            continue;
-        }
-        const VkFormat format = texelFormat(i);
-        bind(i, noTexels_[format == VK_FORMAT_R32G32B32A32_UINT ? 0 : format == VK_FORMAT_R32_SFLOAT ? 2 : 1]);
+    for (uint32_t i = 0; i < shared::kBindingCount; ++i) unbind(i);
+}
+
+void Bindings::unbind(uint32_t binding)
+{
+    if (binding >= shared::kTexelBindings) {
+        bind(binding, nothing_);
+        return;
     }
+    const VkFormat format = texelFormat(binding);
+    bind(binding, noTexels_[format == VK_FORMAT_R32G32B32A32_UINT ? 0 : format == VK_FORMAT_R32_SFLOAT ? 2 : 1]);
 }
 
 void Bindings::bind(uint32_t binding, const Buffer& buffer)

@@ -46,6 +46,7 @@ class Bindings {
 public:
     Bindings(Device& device, const KernelLayout& layout);
     void bind(uint32_t binding, const Buffer& buffer);
+    void unbind(uint32_t binding);
     void use(VkCommandBuffer commands, const KernelLayout& layout) const;
 
 private:
