@@ -1,0 +1,95 @@
+// Texts of the command line: what a value should have been, and the help. See args_options.h.
+#include "app/args_options.h"
+
+#include <cstdio>
+#include <sstream>
+
+namespace app {
+
+static constexpr size_t kHelpWidth = 100, kNameColumn = 34;
+
+std::string numberText(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.10g", value);
+    return text;
+}
+
+std::string expectation(bool whole, core::Range range, double lowest, double highest)
+{
+    const std::string kind = whole ? "a whole number" : "a number";
+    const bool bounded = range.low != range.high;
+    if (!whole && !bounded) return kind;
+    return kind + " from " + numberText(bounded ? range.low : lowest) + " to " +
+           numberText(bounded ? range.high : highest);
+}
+
+/// Breaks `text` into lines at spaces, each led by `indent` spaces except for the first.
+static std::string wrap(const std::string& text, size_t indent)
+{
+    std::istringstream words(text);
+    std::string result, word;
+    size_t column = indent;
+    while (words >> word) {
+        if (column > indent && column + 1 + word.size() > kHelpWidth) {
+            result += '\n' + std::string(indent, ' ');
+            column = indent;
+        } else if (column > indent) {
+            result += ' ';
+            ++column;
+        }
+        result += word;
+        column += word.size();
+    }
+    return result;
+}
+
+/// One entry: the name on the left, wrapped help on the right (below a name that is too long).
+static std::string entry(const std::string& name, const std::string& help)
+{
+    std::string line = "  " + name;
+    if (line.size() + 2 > kNameColumn)
+        line += '\n' + std::string(kNameColumn, ' ');
+    else
+        line.resize(kNameColumn, ' ');
+    return line + wrap(help, kNameColumn) + '\n';
+}
+
+static std::string groupText(const CLI::App& app, const std::string& group)
+{
+    std::string text;
+    for (const CLI::Option* option : app.get_options()) {
+        if (option->get_group() != group) continue;
+        std::string name =
+            option->get_positional() ? option->get_name(true) : option->get_name(false, true);
+        if (!option->get_positional() && option->get_expected_min() > 0)
+            name += ' ' + option->get_type_name();
+        text += entry(name, option->get_description());
+    }
+    return text.empty() ? text : '\n' + group + ":\n" + text;
+}
+
+std::string helpText(const CLI::App& app, const std::string& usage)
+{
+    std::string text = "Usage: " + usage + "\n\n" + wrap(app.get_description(), 0) + '\n';
+    const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+    if (!commands.empty()) text += "\nCommands (each has its own --help):\n";
+    for (const CLI::App* command : commands)
+        text += entry(command->get_name(), command->get_description());
+    for (const std::string& group : app.get_groups())
+        if (!group.empty()) text += groupText(app, group);
+    if (!app.get_footer().empty()) text += '\n' + app.get_footer() + '\n';
+    return text;
+}
+
+std::vector<std::string> optionNames(const CLI::App& app)
+{
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options()) {
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+        for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+    }
+    return names;
+}
+
+}  // namespace app

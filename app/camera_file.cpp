@@ -1,0 +1,242 @@
+// Cameras and camera paths as JSON. See camera_file.h.
+#include "app/camera_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <glm/gtc/constants.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "app/files.h"
+#include "app/nearest.h"
+#include "core/check.h"
+
+namespace app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const std::vector<std::string> kMembers{
+    "name",   "position", "target",          "forward",        "up",   "yfov",
+    "aspect", "ymag",     "aperture_radius", "focus_distance", "frame"};
+
+Json vectorJson(glm::dvec3 v)
+{
+    return Json::array({v.x, v.y, v.z});
+}
+
+double readNumber(const Json& json, double low, double high, const std::string& place)
+{
+    const double value = json.is_number() ? json.get<double>() : std::nan("");
+    if (!(value >= low && value <= high)) {
+        char range[64];
+        std::snprintf(range, sizeof range, "a number from %g to %g", low, high);
+        throw core::Error(place + ": expected " + range);
+    }
+    return value;
+}
+
+glm::dvec3 readVector(const Json& json, const std::string& place)
+{
+    if (!json.is_array() || json.size() != 3) throw core::Error(place + ": expected [x, y, z]");
+    glm::dvec3 v;
+    for (int i = 0; i < 3; ++i) v[i] = readNumber(json[static_cast<size_t>(i)], -1e30, 1e30, place);
+    return v;
+}
+
+glm::dvec3 readDirection(const Json& json, const std::string& place)
+{
+    const glm::dvec3 v = readVector(json, place);
+    if (!(glm::length(v) > 1e-150))
+        throw core::Error(place + ": a direction cannot have length zero");
+    return glm::normalize(v);
+}
+
+glm::dvec3 toWorld(const core::Placement& placement, glm::dvec3 p)
+{
+    return (p - placement.centre) * placement.scale;
+}
+
+Json parse(const std::filesystem::path& file)
+{
+    try {
+        return Json::parse(readText(file));
+    } catch (const Json::parse_error& error) {
+        throw core::Error(file.string() + ": not JSON: at byte " + std::to_string(error.byte));
+    }
+}
+
+/// Rotation whose columns are right, up, backward.
+glm::dquat orientation(const core::Camera& camera)
+{
+    const glm::dvec3 forward = glm::normalize(camera.forward);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, camera.up));
+    return glm::normalize(glm::quat_cast(glm::dmat3(right, glm::cross(right, forward), -forward)));
+}
+
+/// Change of position per frame at key `i`: the slope between its neighbours.
+glm::dvec3 velocity(const std::vector<CameraPath::Key>& keys, size_t i)
+{
+    const CameraPath::Key& a = keys[i == 0 ? 0 : i - 1];
+    const CameraPath::Key& b = keys[std::min(i + 1, keys.size() - 1)];
+    return (b.camera.position - a.camera.position) / (b.frame - a.frame);
+}
+
+void readOptics(const Json& json, core::Camera& camera, const core::Placement& placement,
+                const std::string& place)
+{
+    if (json.contains("yfov")) {
+        camera.yfov = glm::radians(readNumber(json["yfov"], 1e-3, 179.9, place + "/yfov"));
+        camera.orthographic = false;
+    }
+    if (json.contains("ymag")) {
+        camera.ymag = readNumber(json["ymag"], 1e-12, 1e12, place + "/ymag") * placement.scale;
+        camera.orthographic = true;
+    }
+    if (json.contains("aspect"))
+        camera.aspect = readNumber(json["aspect"], 0, 1e4, place + "/aspect");
+    if (json.contains("aperture_radius"))
+        camera.apertureRadius =
+            readNumber(json["aperture_radius"], 0, 1e12, place + "/aperture_radius") *
+            placement.scale;
+    if (json.contains("focus_distance"))
+        camera.focusDistance =
+            readNumber(json["focus_distance"], 1e-12, 1e15, place + "/focus_distance") *
+            placement.scale;
+}
+
+}  // namespace
+
+Json cameraJson(const core::Camera& camera, const core::Placement& placement)
+{
+    Json json;
+    if (!camera.name.empty()) json["name"] = camera.name;
+    json["position"] = vectorJson(camera.position / placement.scale + placement.centre);
+    json["forward"] = vectorJson(camera.forward);
+    json["up"] = vectorJson(camera.up);
+    if (camera.orthographic)
+        json["ymag"] = camera.ymag / placement.scale;
+    else
+        json["yfov"] = glm::degrees(camera.yfov);
+    json["aspect"] = camera.aspect;
+    json["aperture_radius"] = camera.apertureRadius / placement.scale;
+    json["focus_distance"] = camera.focusDistance / placement.scale;
+    return json;
+}
+
+core::Camera cameraFromJson(const Json& json, const core::Camera& defaults,
+                            const core::Placement& placement, const std::string& place)
+{
+    if (!json.is_object()) throw core::Error(place + ": expected a camera, {\"position\": ...}");
+    for (const auto& [name, value] : json.items())
+        if (std::find(kMembers.begin(), kMembers.end(), name) == kMembers.end())
+            throw core::Error(place + ": a camera has no \"" + name + '"' +
+                              suggestion(name, kMembers));
+    core::Camera camera = defaults;
+    if (json.contains("name") && json["name"].is_string())
+        camera.name = json["name"].get<std::string>();
+    if (json.contains("position"))
+        camera.position = toWorld(placement, readVector(json["position"], place + "/position"));
+    if (json.contains("target")) {
+        const glm::dvec3 towards =
+            toWorld(placement, readVector(json["target"], place + "/target")) - camera.position;
+        if (!(glm::length(towards) > 1e-12))
+            throw core::Error(place + "/target: is the position itself");
+        camera.forward = glm::normalize(towards);
+    } else if (json.contains("forward")) {
+        camera.forward = readDirection(json["forward"], place + "/forward");
+    }
+    glm::dvec3 up = camera.up;
+    if (json.contains("up")) up = readDirection(json["up"], place + "/up");
+    const glm::dvec3 right = glm::cross(camera.forward, up);
+    if (!(glm::length(right) > 1e-9))
+        throw core::Error(place + "/up: is parallel to the direction of view");
+    camera.up = glm::cross(glm::normalize(right), camera.forward);
+    readOptics(json, camera, placement, place);
+    return camera;
+}
+
+core::Camera readCamera(const std::filesystem::path& file, const core::Camera& defaults,
+                        const core::Placement& placement)
+{
+    return cameraFromJson(parse(file), defaults, placement, file.string());
+}
+
+core::Camera chooseCamera(const core::World& world, const std::string& text)
+{
+    CHECK(!world.cameras.empty());
+    if (text.empty()) return world.cameras.front();
+    if (std::filesystem::path(text).extension() == ".json")
+        return readCamera(text, world.cameras.front(), world.placement);
+    std::vector<std::string> names;
+    for (const core::Camera& camera : world.cameras) {
+        if (camera.name == text) return camera;
+        names.push_back(camera.name);
+    }
+    size_t index = 0;
+    const char* end = text.data() + text.size();
+    const auto number = std::from_chars(text.data(), end, index);
+    if (number.ec == std::errc() && number.ptr == end && index < world.cameras.size())
+        return world.cameras[index];
+    std::string known;
+    for (size_t i = 0; i < std::min<size_t>(names.size(), 20); ++i)
+        known += (i ? ", " : "") + std::to_string(i) + " \"" + names[i] + '"';
+    throw core::Error("--camera '" + text + "': the scene has no such camera" +
+                          suggestion(text, names) + " — it has " + known +
+                          "; a file must end in .json",
+                      core::ExitCode::commandLine);
+}
+
+core::Camera CameraPath::at(double frame) const
+{
+    CHECK(!keys.empty());
+    if (frame <= keys.front().frame) return keys.front().camera;
+    if (frame >= keys.back().frame) return keys.back().camera;
+    const auto next = std::upper_bound(keys.begin(), keys.end(), frame,
+                                       [](double f, const Key& key) { return f < key.frame; });
+    const size_t i = static_cast<size_t>(next - keys.begin()) - 1;
+    const Key &a = keys[i], &b = keys[i + 1];
+    const double length = b.frame - a.frame, t = (frame - a.frame) / length, t2 = t * t,
+                 t3 = t2 * t;
+    core::Camera camera = a.camera;
+    camera.position =
+        (2 * t3 - 3 * t2 + 1) * a.camera.position + (t3 - 2 * t2 + t) * length * velocity(keys, i) +
+        (3 * t2 - 2 * t3) * b.camera.position + (t3 - t2) * length * velocity(keys, i + 1);
+    const glm::dmat3 axes =
+        glm::mat3_cast(glm::slerp(orientation(a.camera), orientation(b.camera), t));
+    camera.forward = -axes[2];
+    camera.up = axes[1];
+    camera.yfov = glm::mix(a.camera.yfov, b.camera.yfov, t);
+    camera.ymag = glm::mix(a.camera.ymag, b.camera.ymag, t);
+    camera.apertureRadius = glm::mix(a.camera.apertureRadius, b.camera.apertureRadius, t);
+    camera.focusDistance = glm::mix(a.camera.focusDistance, b.camera.focusDistance, t);
+    return camera;
+}
+
+CameraPath readCameraPath(const std::filesystem::path& file, const core::Camera& defaults,
+                          const core::Placement& placement)
+{
+    const Json json = parse(file);
+    if (!json.is_object() || !json.contains("keys") || !json["keys"].is_array() ||
+        json["keys"].empty())
+        throw core::Error(file.string() +
+                          ": expected {\"keys\": [{\"frame\": 0, \"position\": ...}, ...]}");
+    CameraPath path;
+    core::Camera last = defaults;
+    for (size_t i = 0; i < json["keys"].size(); ++i) {
+        const std::string place = file.string() + ": /keys/" + std::to_string(i);
+        const Json& key = json["keys"][i];
+        last = cameraFromJson(key, last, placement, place);
+        const double frame = key.contains("frame")
+                                 ? readNumber(key["frame"], 0, 1e9, place + "/frame")
+                                 : static_cast<double>(i);
+        if (!path.keys.empty() && frame <= path.keys.back().frame)
+            throw core::Error(place + "/frame: must be after the key before it");
+        path.keys.push_back({frame, last});
+    }
+    return path;
+}
+
+}  // namespace app

@@ -1,0 +1,12 @@
+// What the program does without a command: a short flight through a scene, as numbered pictures.
+#pragma once
+
+#include "app/args.h"
+
+namespace app {
+
+/// Renders the frames into ./rekindle-frames and prints where they are. Returns the exit code.
+/// Throws core::Error.
+int flyThrough(const FlyThroughOptions& options);
+
+}  // namespace app

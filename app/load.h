@@ -1,0 +1,27 @@
+// From a file's name to what renderers read, and how a loader's warnings are told.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/args.h"
+#include "app/log.h"
+#include "core/world.h"
+
+namespace app {
+
+struct LoadedWorld {
+    std::shared_ptr<const core::World> world;
+    double seconds = 0;
+};
+
+/// Loads and flattens the scene. `forcedFeatures`: see core::makeWorld. Throws core::Error, also
+/// for a warning when the options are strict.
+LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures, Log& log);
+
+/// One line per listed warning and one per code for those that are only counted.
+std::vector<std::string> warningLines(const core::Warnings& warnings);
+
+}  // namespace app

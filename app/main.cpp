@@ -1,0 +1,62 @@
+// rekindle: a path-tracing viewer for glTF scenes. Chooses the command, and is the only place where
+// failures end.
+#include <cstdio>
+#include <iostream>
+#include <new>
+
+#include "app/args.h"
+#include "app/bench_throughput.h"
+#include "app/compare.h"
+#include "app/devices_command.h"
+#include "app/fly_through.h"
+#include "app/info_command.h"
+#include "app/render_command.h"
+#include "core/check.h"
+
+namespace {
+
+struct Run {
+    int operator()(const app::RenderOptions& o) const { return app::renderCommand(o); }
+    int operator()(const app::CompareOptions& o) const
+    {
+        return app::compareCommand(o.image, o.reference, std::cout);
+    }
+    int operator()(const app::InfoOptions& o) const { return app::infoCommand(o, std::cout); }
+    int operator()(const app::DevicesOptions& o) const { return app::devicesCommand(o, std::cout); }
+    int operator()(const app::ThroughputOptions& o) const
+    {
+        return app::benchThroughput(o, std::cout);
+    }
+    int operator()(const app::FlyThroughOptions& o) const { return app::flyThrough(o); }
+    int operator()(const app::Printed& o) const
+    {
+        std::cout << o.text;
+        return 0;
+    }
+};
+
+int fail(const char* message, core::ExitCode code)
+{
+    std::cout.flush();
+    std::fprintf(stderr, "rekindle: error: %s\n", message);
+    return static_cast<int>(code);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try {
+        const int code = std::visit(Run(), app::parseArguments(argc, argv));
+        std::cout.flush();
+        return std::cout ? code
+                         : fail("standard output cannot be written", core::ExitCode::failure);
+    } catch (const core::Error& error) {
+        return fail(error.what(), error.code());
+    } catch (const std::bad_alloc&) {
+        return fail("out of memory — a smaller picture or scene needs less",
+                    core::ExitCode::deviceLost);
+    } catch (const std::exception& error) {
+        return fail(error.what(), core::ExitCode::failure);
+    }
+}

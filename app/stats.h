@@ -1,0 +1,51 @@
+// What a render measured, as JSON (schema 1 of design.md) and as the metadata of its EXR.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/args.h"
+#include "core/film.h"
+#include "core/image.h"
+#include "core/renderer.h"
+#include "core/world.h"
+
+namespace app {
+
+struct FrameReport {
+    uint32_t index = 0;
+    double seconds = 0;  // in the renderer
+    uint64_t rays = 0, paths = 0, spp = 0;
+};
+
+/// Everything that stats and metadata are made of.
+struct RenderReport {
+    const RenderOptions* options = nullptr;
+    std::shared_ptr<const core::World> world;
+    core::Camera camera;
+    glm::uvec2 size{};
+    core::RenderStats renderer;
+    core::FilmCounters counters;
+    std::vector<FrameReport> frames;
+    double loadSeconds = 0, totalSeconds = 0;
+    const char* ended = "spp";
+    std::optional<double> rmse;
+    uint64_t validationMessages = 0;
+
+    double renderSeconds() const;
+    uint64_t rays() const;
+    uint64_t paths() const;
+};
+
+/// Schema 1: keys may be added, none renamed. Ends in a newline.
+std::string statsJson(const RenderReport& report);
+
+/// Strings that say how to render the image again.
+core::Metadata imageMetadata(const RenderReport& report);
+
+/// Most memory that this process has held, in MiB.
+double peakHostMb();
+
+}  // namespace app
