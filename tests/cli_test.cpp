@@ -1,0 +1,617 @@
+// The program as a person or a script meets it: the real binary, its files, its exit codes, its
+// streams.
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/image.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using Strings = std::vector<std::string>;
+
+const fs::path kAssets = fs::path(REKINDLE_SOURCE_DIR) / "assets";
+const std::string kScene = (kAssets / "cornell-diffuse.gltf").string();
+const Strings kDevices{"cpu", "vulkan"};
+
+std::string readAll(const fs::path& file)
+{
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+bool contains(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+size_t lineCount(const std::string& text)
+{
+    return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+Strings operator+(Strings a, const Strings& b)
+{
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+struct Result {
+    int code = -1;  // -1: killed, by a signal or because it took too long
+    std::string out, err;
+};
+
+/// A folder of its own for every test, and the program started in it.
+class Cli : public testing::Test {
+protected:
+    Cli()
+    {
+        const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+        folder_ = fs::path(testing::TempDir()) /
+                  ("rekindle-cli-" + std::to_string(getpid()) + '-' + info->name());
+        fs::remove_all(folder_);
+        fs::create_directories(folder_ / "work");
+    }
+    ~Cli() override { fs::remove_all(folder_); }
+
+    fs::path work(const std::string& name = {}) const { return folder_ / "work" / name; }
+
+    /// Starts the program with its working folder in work(); `environment` is added ("NAME=value").
+    pid_t start(const Strings& arguments, const Strings& environment = {})
+    {
+        Strings words = Strings{REKINDLE_BINARY} + arguments;
+        std::vector<char*> argv, envp;
+        for (std::string& word : words) argv.push_back(word.data());
+        argv.push_back(nullptr);
+        Strings added = environment;
+        for (std::string& variable : added) envp.push_back(variable.data());
+        for (char** variable = environ; *variable; ++variable) envp.push_back(*variable);
+        envp.push_back(nullptr);
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+        posix_spawn_file_actions_addopen(&actions, 1, outFile().c_str(),
+                                         O_WRONLY | O_CREAT | O_TRUNC, 0600);
+        posix_spawn_file_actions_addopen(&actions, 2, errFile().c_str(),
+                                         O_WRONLY | O_CREAT | O_TRUNC, 0600);
+        posix_spawn_file_actions_addchdir_np(&actions, work().c_str());
+        pid_t pid = -1;
+        EXPECT_EQ(posix_spawn(&pid, REKINDLE_BINARY, &actions, nullptr, argv.data(), envp.data()),
+                  0);
+        posix_spawn_file_actions_destroy(&actions);
+        return pid;
+    }
+
+    /// Waits for the end, at most `seconds`.
+    Result finish(pid_t pid, double seconds = 60)
+    {
+        const auto limit =
+            std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+        int status = 0;
+        bool late = false;
+        while (waitpid(pid, &status, WNOHANG) == 0) {
+            if (!late && std::chrono::steady_clock::now() > limit) {
+                late = true;
+                kill(pid, SIGKILL);
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        EXPECT_FALSE(late) << "took longer than " << seconds << " s";
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readAll(outFile()),
+                readAll(errFile())};
+    }
+
+    Result run(const Strings& arguments, const Strings& environment = {})
+    {
+        return finish(start(arguments, environment));
+    }
+
+    /// Waits until stderr holds `text`.
+    void waitForError(const std::string& text)
+    {
+        for (int i = 0; i < 1500 && !contains(readAll(errFile()), text); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        ASSERT_TRUE(contains(readAll(errFile()), text)) << readAll(errFile());
+    }
+
+    std::set<std::string> files() const
+    {
+        std::set<std::string> names;
+        for (const auto& entry : fs::recursive_directory_iterator(work()))
+            if (!entry.is_directory()) names.insert(fs::relative(entry.path(), work()).string());
+        return names;
+    }
+
+    /// Runs what must be refused: the exit code, exactly one line on stderr that holds `text`,
+    /// nothing on stdout, and no file that was not there before.
+    void expectRefused(const Strings& arguments, int code, const std::string& text,
+                       const Strings& environment = {})
+    {
+        std::string shown;
+        for (const std::string& argument : arguments) shown += ' ' + argument;
+        SCOPED_TRACE("rekindle" + shown);
+        const std::set<std::string> before = files();
+        const Result result = run(arguments, environment);
+        EXPECT_EQ(result.code, code) << result.err;
+        EXPECT_EQ(lineCount(result.err), 1u) << result.err;
+        EXPECT_TRUE(contains(result.err, text)) << result.err;
+        EXPECT_EQ(result.out, "");
+        EXPECT_EQ(files(), before);
+    }
+
+    void writeFile(const std::string& name, const std::string& text) const
+    {
+        std::ofstream(work(name), std::ios::binary) << text;
+    }
+
+    Json stats(const std::string& name = "stats.json") const
+    {
+        return Json::parse(readAll(work(name)));
+    }
+
+    core::ImageFile exr(const std::string& name) const { return core::readExr(work(name)); }
+
+private:
+    fs::path outFile() const { return folder_ / "stdout"; }
+    fs::path errFile() const { return folder_ / "stderr"; }
+
+    fs::path folder_;
+};
+
+Strings smallRender(const std::string& device, const std::string& output)
+{
+    return {"render", kScene, "-o", output, "--device", device, "--size", "40x32", "--spp", "4"};
+}
+
+TEST_F(Cli, ScenesThatAreNone)
+{
+    writeFile("words.gltf", "these are words");
+    writeFile("empty.glb", "");
+    writeFile("array.gltf", "[]");
+    fs::create_directory(work("folder.gltf"));
+    for (const Strings& command :
+         {Strings{"render", "-o", "x.exr"}, {"info"}, {"bench", "throughput"}}) {
+        expectRefused(command + Strings{"missing.gltf"}, 3, "missing.gltf");
+        expectRefused(command + Strings{"words.gltf"}, 3, "words.gltf");
+        expectRefused(command + Strings{"empty.glb"}, 3, "empty.glb");
+        expectRefused(command + Strings{"array.gltf"}, 3, "array.gltf");
+        expectRefused(command + Strings{"folder.gltf"}, 3, "folder.gltf");
+        expectRefused(command, 2, "scene");
+        expectRefused(command + Strings{kScene, "--strickt"}, 2, "did you mean --strict?");
+    }
+    expectRefused({"missing.gltf"}, 3, "missing.gltf");
+}
+
+TEST_F(Cli, NonsenseToRender)
+{
+    const auto refused = [this](const Strings& more, int code, const std::string& text) {
+        expectRefused(Strings{"render", kScene} + more, code, text);
+    };
+    refused({}, 2, "-o FILE");
+    refused({"-o", "x.exr", "--spp", "0"}, 2, "--spp");
+    refused({"-o", "x.exr", "--spp", "-3"}, 2, "--spp");
+    refused({"-o", "x.exr", "--spp", "many"}, 2, "--spp");
+    refused({"-o", "x.exr", "--size", "0x0"}, 2, "--size");
+    refused({"-o", "x.exr", "--size", "64x0"}, 2, "--size");
+    refused({"-o", "x.exr", "--size", "-64x64"}, 2, "--size");
+    refused({"-o", "x.exr", "--time", "-1"}, 2, "--time");
+    refused({"-o", "x.exr", "--max-depth", "-1"}, 2, "--max-depth");
+    refused({"-o", "x.exr", "--method", "magic"}, 2, "--method");
+    refused({"-o", "x.exr", "--method", "manylights"}, 2, "not in this version");
+    refused({"-o", "x.exr", "--device", "abacus"}, 2, "--device");
+    refused({"-o", "x.exr", "--no-skip", "textuers", "--device", "cpu"}, 2, "textuers");
+    refused({"-o", "x.exr", "--sppp", "4"}, 2, "did you mean --spp?");
+    refused({"-o", "x.jpg"}, 2, "x.jpg");
+    refused({"-o", "x"}, 2, ".exr");
+    refused({"-o", "nowhere/x.exr"}, 3, "nowhere");
+    refused({"-o", "x.exr", "--stats", "nowhere/s.json"}, 3, "nowhere/s.json");
+    refused({"-o", "x.exr", "--camera", "nobody", "--device", "cpu"}, 2, "nobody");
+    refused({"-o", "x.exr", "--camera", "99", "--device", "cpu"}, 2, "99");
+    refused({"-o", "x.exr", "--camera", "missing.json", "--device", "cpu"}, 3, "missing.json");
+    refused({"-o", "x.exr", "--reference", "missing.exr"}, 3, "missing.exr");
+    refused({"-o", "f.png", "--path", "missing.json", "--frames", "0-1", "--device", "cpu"}, 2,
+            "%04d");
+    refused({"-o", "%04d.png", "--path", "missing.json", "--frames", "0-1", "--device", "cpu"}, 3,
+            "missing.json");
+    writeFile("camera.json", R"({"position": [0, 0, "zero"]})");
+    refused({"-o", "x.exr", "--camera", "camera.json", "--device", "cpu"}, 3,
+            "camera.json: /position");
+    writeFile("picture.exr", "no picture");
+    refused({"-o", "x.exr", "--reference", "picture.exr"}, 3, "picture.exr");
+}
+
+TEST_F(Cli, NonsenseToTheOthers)
+{
+    expectRefused({"compare", "a.exr"}, 2, "reference");
+    expectRefused({"compare", "a.exr", "b.exr"}, 3, "a.exr");
+    expectRefused({"compare", "a.exr", "b.exr", "--jsno"}, 2, "--jsno");
+    expectRefused({"devices", "--jsno"}, 2, "did you mean --json?");
+    expectRefused({"devices", "first"}, 2, "first");
+    expectRefused({"bench"}, 2, "throughput");
+    expectRefused({"bench", "everything", kScene}, 2, "everything");
+    expectRefused({"rendre", kScene}, 2, "did you mean render?");
+    expectRefused({"--what"}, 2, "--what");
+}
+
+TEST_F(Cli, OutputThatIsAFolder)
+{
+    fs::create_directory(work("x.exr"));
+    expectRefused({"render", kScene, "-o", "x.exr"}, 3, "x.exr");
+    expectRefused({"render", kScene, "-o", "y.exr", "--stats", "x.exr"}, 3, "x.exr");
+}
+
+TEST_F(Cli, WithoutVulkan)
+{
+    const Strings none{"VK_ICD_FILENAMES=/nonexistent.json", "VK_DRIVER_FILES=/nonexistent.json"};
+    expectRefused(smallRender("vulkan", "x.exr"), 4, "--device cpu", none);
+    expectRefused({"devices"}, 4, "Vulkan", none);
+    expectRefused(smallRender("vulkan", "x.exr") + Strings{"--device-index", "99"}, 4, "99");
+    EXPECT_EQ(run(smallRender("cpu", "x.exr"), none).code, 0);
+}
+
+TEST_F(Cli, HelpAndVersion)
+{
+    for (const Strings& arguments :
+         {Strings{"--help"}, {"render", "--help"}, {"bench", "throughput", "-h"}}) {
+        const Result result = run(arguments);
+        EXPECT_EQ(result.code, 0);
+        EXPECT_EQ(result.err, "");
+        EXPECT_TRUE(contains(result.out, "Example: rekindle"));
+    }
+    EXPECT_TRUE(contains(run({"--help"}).out, "window"));  // says that there is none yet
+    const Result version = run({"--version"});
+    EXPECT_EQ(version.code, 0);
+    for (const char* name : {"rekindle", "Embree", "Vulkan", "oneTBB", "OpenImageIO", "GLM"})
+        EXPECT_TRUE(contains(version.out, name)) << name;
+}
+
+TEST_F(Cli, Devices)
+{
+    const Result text = run({"devices"});
+    EXPECT_EQ(text.code, 0);
+    EXPECT_TRUE(contains(text.out, "suitable")) << text.out;
+    const Json json = Json::parse(run({"devices", "--json"}).out);
+    ASSERT_FALSE(json.at("devices").empty());
+    EXPECT_TRUE(contains(text.out, json["devices"][0].at("name").get<std::string>()));
+    EXPECT_GT(json["devices"][0].at("max_storage_range").get<uint64_t>(), 1u << 20);
+}
+
+TEST_F(Cli, Info)
+{
+    const Result text = run({"info", kScene});
+    EXPECT_EQ(text.code, 0) << text.err;
+    for (const char* word : {"triangles", "materials", "cameras", "needs", "left out", "warnings"})
+        EXPECT_TRUE(contains(text.out, word)) << word;
+    const Json json = Json::parse(run({"info", kScene, "--json"}).out);
+    EXPECT_EQ(json.at("schema"), 1);
+    EXPECT_GT(json.at("counts").at("triangles").get<int>(), 10);
+    EXPECT_GE(json.at("lights").at("triangles").get<int>(), 1);
+    EXPECT_EQ(json.at("warnings").at("total"), 0);
+    const auto used = json.at("features").at("used").get<std::set<std::string>>();
+    const auto skipped = json.at("features").at("skipped").get<std::set<std::string>>();
+    EXPECT_TRUE(used.count("emissive-triangles"));
+    for (const char* name : {"textures", "transmission", "environment", "alpha"})
+        EXPECT_TRUE(skipped.count(name));
+}
+
+void expectStats(const Json& stats, const std::string& device)
+{
+    EXPECT_EQ(stats.at("schema"), 1);
+    EXPECT_EQ(stats.at("command"), "render");
+    EXPECT_EQ(stats.at("scene"), kScene);
+    EXPECT_EQ(stats.at("scene_hash").get<std::string>().size(), 16u);
+    EXPECT_FALSE(stats.at("version").get<std::string>().empty());
+    EXPECT_TRUE(stats.at("commit").is_string());
+    EXPECT_FALSE(stats.at("device").get<std::string>().empty());
+    EXPECT_TRUE(stats.at("driver").is_string());
+    EXPECT_EQ(stats.at("method"), "path");
+    EXPECT_EQ(stats.at("reuse"), "none");
+    EXPECT_EQ(stats.at("size"), (Json{40, 32}));
+    EXPECT_EQ(stats.at("spp"), 4);
+    EXPECT_EQ(stats.at("seed"), 1);
+    EXPECT_EQ(stats.at("max_depth"), 8);
+    EXPECT_FALSE(stats.at("features").at("used").empty());
+    EXPECT_FALSE(stats.at("features").at("skipped").empty());
+    double parts = 0;
+    for (const char* name : {"load", "build", "compile", "prepare", "render", "readback"}) {
+        EXPECT_GE(stats.at("seconds").at(name).get<double>(), 0) << name;
+        parts += stats["seconds"][name].get<double>();
+    }
+    EXPECT_GT(stats["seconds"]["render"].get<double>(), 0);
+    EXPECT_LE(parts, 1.05 * stats.at("seconds").at("total").get<double>() + 0.05);
+    const double paths = 40 * 32 * 4;
+    EXPECT_EQ(stats.at("paths").get<double>(), paths);
+    // Every path traces its camera ray; most bounce, and every bounce asks for light.
+    EXPECT_GT(stats.at("rays").get<double>(), 3 * paths);
+    EXPECT_LT(stats["rays"].get<double>(), 20 * paths);
+    EXPECT_NEAR(stats.at("rays_per_second").get<double>() *
+                    stats["seconds"]["render"].get<double>(),
+                stats["rays"].get<double>(), 1);
+    EXPECT_NEAR(stats.at("samples_per_second").get<double>() *
+                    stats["seconds"]["render"].get<double>(),
+                paths, 1);
+    EXPECT_GT(stats.at("peak_host_mb").get<double>(), 5);
+    EXPECT_LT(stats["peak_host_mb"].get<double>(), 2000);
+    if (device == "vulkan") EXPECT_GT(stats.at("peak_device_mb").get<double>(), 0);
+    for (const char* name : {"nan", "inf", "negative", "stack_overflow"})
+        EXPECT_EQ(stats.at("counters").at(name), 0) << name;
+    ASSERT_EQ(stats.at("frames").size(), 1u);
+    EXPECT_EQ(stats["frames"][0].at("index"), 0);
+    EXPECT_EQ(stats["frames"][0].at("spp"), 4);
+    EXPECT_EQ(stats["frames"][0].at("rays"), stats["rays"]);
+    EXPECT_NEAR(stats["frames"][0].at("seconds").get<double>(),
+                stats["seconds"]["render"].get<double>(), 1e-9);
+    EXPECT_TRUE(stats.at("method_stats").is_object());
+}
+
+TEST_F(Cli, RenderWithEverything)
+{
+    for (const std::string& device : kDevices) {
+        SCOPED_TRACE(device);
+        const Result result =
+            run(smallRender(device, "x.exr") +
+                Strings{"--stats", "stats.json", "--aov", "depth,normal,albedo,ids"});
+        ASSERT_EQ(result.code, 0) << result.err;
+        EXPECT_EQ(result.out, "");  // the result is the file
+        EXPECT_EQ(files(), (std::set<std::string>{"x.exr", "stats.json"}));
+        expectStats(stats(), device);
+
+        const core::ImageFile file = exr("x.exr");
+        std::set<std::string> layers;
+        for (const core::Layer& layer : file.layers) {
+            layers.insert(layer.name);
+            EXPECT_EQ(layer.image.width, 40u);
+            EXPECT_EQ(layer.image.height, 32u);
+            EXPECT_EQ(layer.image.channels, layer.name == "depth" ? 1u : 3u) << layer.name;
+        }
+        EXPECT_EQ(layers,
+                  (std::set<std::string>{"", "variance", "depth", "normal", "albedo", "ids"}));
+        double sum = 0;
+        for (const float value : file.layer("").pixels) sum += static_cast<double>(value);
+        EXPECT_GT(sum / (40 * 32 * 3), 0.02);
+        for (const float value : file.layer("variance").pixels) ASSERT_GE(value, 0.0f);
+        const core::Metadata& m = file.metadata;
+        EXPECT_EQ(m.at("scene"), kScene);
+        EXPECT_EQ(m.at("scene_hash"), stats()["scene_hash"]);
+        EXPECT_EQ(m.at("spp"), "4");
+        EXPECT_EQ(m.at("seed"), "1");
+        EXPECT_EQ(m.at("method"), "path");
+        EXPECT_EQ(m.at("width") + 'x' + m.at("height"), "40x32");
+        EXPECT_EQ(m.at("device"), stats()["device"]);
+        EXPECT_EQ(Json::parse(m.at("params")), stats()["params"]);
+        EXPECT_EQ(Json::parse(m.at("camera")), stats()["camera"]);
+        EXPECT_TRUE(m.count("commit") && m.count("seconds"));
+    }
+}
+
+TEST_F(Cli, SameSeedSamePixelsAndAnotherSeedOthers)
+{
+    for (const std::string& device : kDevices) {
+        SCOPED_TRACE(device);
+        ASSERT_EQ(run(smallRender(device, "a.exr")).code, 0);
+        ASSERT_EQ(run(smallRender(device, "b.exr")).code, 0);
+        ASSERT_EQ(run(smallRender(device, "c.exr") + Strings{"--seed", "2"}).code, 0);
+        const core::ImageFile a = exr("a.exr"), b = exr("b.exr"), c = exr("c.exr");
+        EXPECT_EQ(a.layer("").pixels, b.layer("").pixels);
+        EXPECT_EQ(a.layer("variance").pixels, b.layer("variance").pixels);
+        EXPECT_NE(a.layer("").pixels, c.layer("").pixels);
+    }
+}
+
+TEST_F(Cli, MetadataRendersTheImageAgain)
+{
+    writeFile("view.json", R"({"position": [0.1, 1.2, 2.2], "target": [0, 0.9, 0], "yfov": 50})");
+    ASSERT_EQ(
+        run(smallRender("cpu", "a.exr") + Strings{"--camera", "view.json", "--seed", "7",
+                                                  "--max-depth", "3", "--sampler", "independent"})
+            .code,
+        0);
+    const core::Metadata m = exr("a.exr").metadata;
+    writeFile("again.json", m.at("camera"));
+    Strings again{"render",   m.at("scene"),
+                  "-o",       "b.exr",
+                  "--device", "cpu",
+                  "--camera", "again.json",
+                  "--method", m.at("method"),
+                  "--spp",    m.at("spp"),
+                  "--size",   m.at("width") + 'x' + m.at("height")};
+    const Json params = Json::parse(m.at("params"));
+    for (const auto& [name, value] : params.items())
+        again.insert(again.end(),
+                     {"--" + name, value.is_string() ? value.get<std::string>() : value.dump()});
+    ASSERT_EQ(run(again).code, 0);
+    EXPECT_EQ(exr("a.exr").layer("").pixels, exr("b.exr").layer("").pixels);
+    EXPECT_EQ(exr("b.exr").metadata.at("camera"), m.at("camera"));
+}
+
+TEST_F(Cli, BiasIsNamed)
+{
+    ASSERT_EQ(
+        run(smallRender("cpu", "a.exr") + Strings{"--clamp-indirect", "1", "--stats", "stats.json"})
+            .code,
+        0);
+    EXPECT_EQ(stats().at("biased"), Json{"clamp-indirect"});
+    EXPECT_TRUE(contains(exr("a.exr").metadata.at("biased"), "clamp-indirect"));
+    ASSERT_EQ(run(smallRender("cpu", "b.exr") + Strings{"--stats", "stats.json"}).code, 0);
+    EXPECT_TRUE(stats().at("biased").empty());
+    EXPECT_FALSE(exr("b.exr").metadata.count("biased"));
+}
+
+TEST_F(Cli, InterruptSavesWhatThereIs)
+{
+    for (const std::string& device : kDevices) {
+        SCOPED_TRACE(device);
+        const pid_t pid = start({"render", kScene, "-o", "x.exr", "--device", device, "--size",
+                                 "64x64", "--spp", "2000000000", "--stats", "stats.json"});
+        waitForError("render: ");
+        kill(pid, SIGINT);
+        const auto asked = std::chrono::steady_clock::now();
+        const Result result = finish(pid);
+        EXPECT_EQ(result.code, 130) << result.err;
+        EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count(),
+                  5);
+        EXPECT_EQ(files(), (std::set<std::string>{"x.exr", "stats.json"}));
+        const core::ImageFile file = exr("x.exr");
+        EXPECT_GE(std::stoull(file.metadata.at("spp")), 1u);
+        EXPECT_EQ(file.metadata.at("ended"), "interrupted");
+        EXPECT_EQ(stats().at("ended"), "interrupted");
+        EXPECT_EQ(stats().at("spp").dump(), file.metadata.at("spp"));
+        fs::remove(work("x.exr"));
+        fs::remove(work("stats.json"));
+    }
+}
+
+TEST_F(Cli, ProgressIsAtMostOneLineASecond)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    const Result result = run(
+        {"render", kScene, "-o", "x.exr", "--device", "cpu", "--size", "64x64", "--time", "2.5"});
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    EXPECT_EQ(result.code, 0);
+    EXPECT_TRUE(contains(result.err, "render: "));
+    EXPECT_LE(static_cast<double>(lineCount(result.err)),
+              seconds + 3);  // and one each for the scene and the file
+    EXPECT_TRUE(contains(exr("x.exr").metadata.at("ended"), "time"));
+    const Result quiet = run(smallRender("cpu", "x.exr") + Strings{"--quiet"});
+    EXPECT_EQ(quiet.code, 0);
+    EXPECT_EQ(quiet.err, "");
+}
+
+TEST_F(Cli, UntilTheErrorIsSmallEnough)
+{
+    ASSERT_EQ(run({"render", kScene, "-o", "ref.exr", "--device", "cpu", "--size", "24x24", "--spp",
+                   "1024", "--seed", "9"})
+                  .code,
+              0);
+    const Strings small{"render", kScene,  "-o",      "x.exr",      "--device",    "cpu",
+                        "--size", "24x24", "--stats", "stats.json", "--reference", "ref.exr"};
+    Result result = run(small + Strings{"--until-rmse", "0.05"});
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(stats().at("ended"), "target");
+    EXPECT_LE(stats().at("rmse").get<double>(), 0.05);
+    EXPECT_LT(stats().at("spp").get<int>(), 1024);
+    // What was said is what the files hold.
+    const Json compared = Json::parse(run({"compare", "x.exr", "ref.exr"}).out);
+    EXPECT_NEAR(compared.at("rmse").get<double>(), stats().at("rmse").get<double>(), 1e-6);
+
+    result = run(small + Strings{"--until-rmse", "1e-9", "--spp", "3"});
+    EXPECT_EQ(result.code, 6) << result.err;
+    EXPECT_EQ(exr("x.exr").metadata.at("spp"), "3");  // the picture is there all the same
+    EXPECT_EQ(stats().at("ended"), "spp");
+    EXPECT_GT(stats().at("rmse").get<double>(), 1e-9);
+
+    expectRefused({"render", kScene, "-o", "y.exr", "--device", "cpu", "--size", "25x24",
+                   "--reference", "ref.exr", "--until-rmse", "1"},
+                  3, "24x24");
+}
+
+TEST_F(Cli, FramesOfAPath)
+{
+    writeFile("path.json",
+              R"({"keys": [{"frame": 0}, {"frame": 10, "position": [0.3, 1.2, 2.5]}]})");
+    const Result result =
+        run({"render", kScene, "-o", "f-%04d.exr", "--device", "cpu", "--size", "24x20", "--spp",
+             "2", "--path", "path.json", "--frames", "4-6", "--stats", "stats.json"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(files(), (std::set<std::string>{"f-0004.exr", "f-0005.exr", "f-0006.exr", "path.json",
+                                              "stats.json"}));
+    const Json frames = stats().at("frames");
+    ASSERT_EQ(frames.size(), 3u);
+    uint64_t rays = 0;
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(frames[i].at("index"), 4 + i);
+        EXPECT_EQ(frames[i].at("spp"), 2);
+        rays += frames[i].at("rays").get<uint64_t>();
+    }
+    EXPECT_EQ(stats().at("rays"), rays);
+    EXPECT_NE(exr("f-0004.exr").layer("").pixels, exr("f-0006.exr").layer("").pixels);
+    EXPECT_NE(exr("f-0004.exr").metadata.at("camera"), exr("f-0006.exr").metadata.at("camera"));
+}
+
+TEST_F(Cli, PngIsBrighterWithExposure)
+{
+    const std::string signature = "\x89PNG\r\n\x1a\n";
+    uint64_t previous = 0;
+    for (const char* stops : {"-3", "0", "2"}) {
+        ASSERT_EQ(run(smallRender("cpu", "x.png") + Strings{"--exposure", stops}).code, 0);
+        EXPECT_EQ(readAll(work("x.png")).substr(0, 8), signature);
+        const uint64_t size = fs::file_size(work("x.png"));
+        EXPECT_NE(size, previous);
+        previous = size;
+    }
+}
+
+TEST_F(Cli, DefaultSizeIsTheCamerasOwn)
+{
+    ASSERT_EQ(run({"render", kScene, "-o", "x.exr", "--device", "cpu", "--spp", "1", "--width",
+                   "48", "--stats", "stats.json"})
+                  .code,
+              0);
+    const double aspect = stats().at("camera").at("aspect").get<double>();
+    EXPECT_EQ(stats().at("size")[0], 48);
+    EXPECT_NEAR(stats().at("size")[1].get<double>(), 48 / (aspect > 0 ? aspect : 16.0 / 9), 0.51);
+    EXPECT_FALSE(exr("x.exr").hasLayer("variance"));  // one sample has no spread
+}
+
+TEST_F(Cli, ValidationFindsNothing)
+{
+    const Result result = run(smallRender("vulkan", "x.exr") +
+                              Strings{"--validation", "--aov", "depth", "--stats", "stats.json"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(stats().at("validation_messages"), 0) << result.err;
+}
+
+TEST_F(Cli, KernelsThatLeaveNothingOutRenderTheSame)
+{
+    const Json info = Json::parse(run({"info", kScene, "--json"}).out);
+    std::string all;
+    for (const auto& name : info.at("features").at("skipped"))
+        all += (all.empty() ? "" : ",") + name.get<std::string>();
+    for (const std::string& device : kDevices) {
+        SCOPED_TRACE(device);
+        ASSERT_EQ(run(smallRender(device, "a.exr")).code, 0);
+        const Result result =
+            run(smallRender(device, "b.exr") + Strings{"--no-skip", all, "--stats", "stats.json"});
+        ASSERT_EQ(result.code, 0) << result.err;
+        EXPECT_TRUE(stats().at("features").at("skipped").empty());
+        const core::ImageFile fileA = exr("a.exr"), fileB = exr("b.exr");
+        const auto &a = fileA.layer("").pixels, &b = fileB.layer("").pixels;
+        ASSERT_EQ(a.size(), b.size());
+        // The same paths: rounding of code that is compiled differently may move a value, and
+        // rarely a path.
+        size_t different = 0;
+        for (size_t i = 0; i < a.size(); ++i)
+            different += std::abs(a[i] - b[i]) > 1e-3f * (a[i] + 0.01f);
+        EXPECT_LE(different, a.size() / 100);
+    }
+}
+
+TEST_F(Cli, SlowFlyThroughWithoutACommand)
+{
+    const Result result = finish(start({}), 300);
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_TRUE(contains(result.out, "rekindle-frames"));
+    EXPECT_EQ(files().size(), 24u);
+    EXPECT_TRUE(files().count("rekindle-frames/frame-0000.png"));
+}
+
+}  // namespace
