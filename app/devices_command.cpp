@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/gpu/device.h"
+#include "app/stats.h"
 #include "core/check.h"
 
 namespace app {
@@ -44,8 +45,7 @@ int devicesCommand(const DevicesOptions& options, std::ostream& out)
         else
             printDevice(i, devices[i], out);
     }
-    if (options.json)
-        out << nlohmann::ordered_json{{"schema", 1}, {"devices", list}}.dump(1) << '\n';
+    if (options.json) out << jsonLines({{"schema", 1}, {"devices", list}});
     return static_cast<int>(suitable ? core::ExitCode::done : core::ExitCode::noDevice);
 }
 

@@ -9,6 +9,7 @@
 
 #include "app/camera_file.h"
 #include "app/load.h"
+#include "app/stats.h"
 #include "core/animation.h"
 #include "core/features.h"
 
@@ -214,7 +215,7 @@ int infoCommand(const InfoOptions& options, std::ostream& out)
     const LoadedWorld loaded = loadWorld(options.scene, 0, log);
     const Json info = infoJson(loaded);
     if (options.json)
-        out << info.dump(1) << '\n';
+        out << jsonLines(info);
     else
         printText(info, loaded.world->warnings, out);
     return 0;

@@ -100,7 +100,9 @@ void Job::prepare()
     checkFiles(o_);
     const uint32_t forced = forcedFeatures(o_);
     if (!o_.reference.empty()) reference_ = core::readExr(o_.reference).layer("");
+    const Clock::time_point opening = Clock::now();
     renderer_ = makeRenderer(o_);
+    report_.deviceSeconds = secondsSince(opening);
     const LoadedWorld loaded = loadWorld(o_.scene, forced, log_);
     for (const std::string& line : warningLines(loaded.world->warnings))
         log_.warning(o_.scene.file.string() + ": " + line);
@@ -129,6 +131,8 @@ void Job::checkReference() const
 {
     if (o_.reference.empty()) return;
     const glm::uvec2 other(reference_.width, reference_.height);
+    if (reference_.channels < 3)
+        throw core::Error(o_.reference.string() + ": has no R, G, B to compare with");
     if (other == report_.size) return;
     const auto text = [](glm::uvec2 size) {
         return std::to_string(size.x) + 'x' + std::to_string(size.y);
@@ -165,6 +169,7 @@ Ended Job::renderFrame(uint32_t index)
     renderer_->setView(report_.camera, report_.size.x, report_.size.y, o_.params);
     const uint64_t raysBefore = renderer_->stats().rays, pathsBefore = renderer_->stats().paths;
     prepareSeconds_ += secondsSince(start);
+    report_.prepareSeconds += prepareSeconds_;
     // What is left of the time after preparation; never zero, which would mean no limit.
     goal_.seconds = o_.timeSeconds ? std::max(*o_.timeSeconds - prepareSeconds_, 1e-9) : 0;
     prepareSeconds_ = 0;

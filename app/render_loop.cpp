@@ -72,7 +72,7 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, std::stop_token 
         if (goal.rmse > 0 && outcome.samples > 0 &&
             (enough || late || static_cast<double>(outcome.samples) >= nextMeasurement)) {
             renderer.readFilm(film);
-            outcome.rmse = core::rmse(film.mean(), *goal.reference);
+            outcome.rmse = core::imageErrors(film.mean(), *goal.reference).rmse;
             nextMeasurement =
                 std::ceil(static_cast<double>(outcome.samples) * kGrowthBetweenMeasurements);
         }

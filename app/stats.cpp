@@ -1,6 +1,8 @@
 // Statistics and metadata of a render. See stats.h.
 #include "app/stats.h"
 
+#include <algorithm>
+
 #include <sys/resource.h>
 
 #include "app/camera_file.h"
@@ -40,6 +42,14 @@ double peakHostMb()
     return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts in KiB
 }
 
+std::string jsonLines(const Json& json)
+{
+    std::string text = "{";
+    for (const auto& [name, value] : json.items())
+        text += (text.size() > 1 ? ",\n " : "\n ") + Json(name).dump() + ": " + value.dump();
+    return text + "\n}\n";
+}
+
 static double perSecond(double count, double seconds)
 {
     return seconds > 0 ? count / seconds : 0;
@@ -50,9 +60,11 @@ static Json secondsJson(const RenderReport& r)
     return {{"load", r.loadSeconds},
             {"build", r.renderer.buildSeconds},
             {"compile", r.renderer.compileSeconds},
-            {"prepare", r.renderer.prepareSeconds},
+            {"prepare",
+             std::max(0.0, r.prepareSeconds - r.renderer.buildSeconds - r.renderer.compileSeconds)},
             {"render", r.renderSeconds()},
             {"readback", r.renderer.readbackSeconds},
+            {"device", r.deviceSeconds},
             {"total", r.totalSeconds}};
 }
 
@@ -115,7 +127,7 @@ std::string statsJson(const RenderReport& r)
     if (r.rmse) json["rmse"] = *r.rmse;
     if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
     if (o.validation) json["validation_messages"] = r.validationMessages;
-    return json.dump(1) + '\n';
+    return jsonLines(json);
 }
 
 core::Metadata imageMetadata(const RenderReport& r)

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "app/args.h"
 #include "core/film.h"
 #include "core/image.h"
@@ -29,7 +31,10 @@ struct RenderReport {
     core::RenderStats renderer;
     core::FilmCounters counters;
     std::vector<FrameReport> frames;
+    double deviceSeconds = 0;  // opening the device
     double loadSeconds = 0, totalSeconds = 0;
+    double prepareSeconds =
+        0;  // from the world to the first sample, building and compiling included
     const char* ended = "spp";
     std::optional<double> rmse;
     uint64_t validationMessages = 0;
@@ -44,6 +49,9 @@ std::string statsJson(const RenderReport& report);
 
 /// Strings that say how to render the image again.
 core::Metadata imageMetadata(const RenderReport& report);
+
+/// JSON with one line for each member of the outermost object.
+std::string jsonLines(const nlohmann::ordered_json& json);
 
 /// Most memory that this process has held, in MiB.
 double peakHostMb();
