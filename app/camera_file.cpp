@@ -27,31 +27,42 @@ Json vectorJson(glm::dvec3 v)
     return Json::array({v.x, v.y, v.z});
 }
 
-double readNumber(const Json& json, double low, double high, const std::string& place)
+/// A place in a file: the file alone, or with a JSON pointer.
+struct Place {
+    std::string file, pointer;
+
+    Place operator/(const std::string& member) const { return {file, pointer + '/' + member}; }
+    [[noreturn]] void fail(const std::string& message) const
+    {
+        throw core::Error(file + ": " + (pointer.empty() ? "" : pointer + ": ") + message);
+    }
+};
+
+double readNumber(const Json& json, double low, double high, const Place& place)
 {
     const double value = json.is_number() ? json.get<double>() : std::nan("");
     if (!(value >= low && value <= high)) {
         char range[64];
         std::snprintf(range, sizeof range, "a number from %g to %g", low, high);
-        throw core::Error(place + ": expected " + range);
+        place.fail(std::string("expected ") + range);
     }
     return value;
 }
 
-glm::dvec3 readVector(const Json& json, const std::string& place)
+glm::dvec3 readVector(const Json& json, const Place& place)
 {
-    if (!json.is_array() || json.size() != 3) throw core::Error(place + ": expected [x, y, z]");
+    if (!json.is_array() || json.size() != 3) place.fail("expected [x, y, z]");
     glm::dvec3 v;
     for (int i = 0; i < 3; ++i) v[i] = readNumber(json[static_cast<size_t>(i)], -1e30, 1e30, place);
     return v;
 }
 
-glm::dvec3 readDirection(const Json& json, const std::string& place)
+glm::dvec3 readDirection(const Json& json, const Place& place)
 {
     const glm::dvec3 v = readVector(json, place);
-    if (!(glm::length(v) > 1e-150))
-        throw core::Error(place + ": a direction cannot have length zero");
-    return glm::normalize(v);
+    if (!(glm::length(v) > 1e-150)) place.fail("a direction cannot have length zero");
+    // What was written by cameraJson is read back to the last bit.
+    return std::abs(glm::dot(v, v) - 1) < 1e-14 ? v : glm::normalize(v);
 }
 
 glm::dvec3 toWorld(const core::Placement& placement, glm::dvec3 p)
@@ -85,25 +96,25 @@ glm::dvec3 velocity(const std::vector<CameraPath::Key>& keys, size_t i)
 }
 
 void readOptics(const Json& json, core::Camera& camera, const core::Placement& placement,
-                const std::string& place)
+                const Place& place)
 {
     if (json.contains("yfov")) {
-        camera.yfov = glm::radians(readNumber(json["yfov"], 1e-3, 179.9, place + "/yfov"));
+        camera.yfov = glm::radians(readNumber(json["yfov"], 1e-3, 179.9, place / "yfov"));
         camera.orthographic = false;
     }
     if (json.contains("ymag")) {
-        camera.ymag = readNumber(json["ymag"], 1e-12, 1e12, place + "/ymag") * placement.scale;
+        camera.ymag = readNumber(json["ymag"], 1e-12, 1e12, place / "ymag") * placement.scale;
         camera.orthographic = true;
     }
     if (json.contains("aspect"))
-        camera.aspect = readNumber(json["aspect"], 0, 1e4, place + "/aspect");
+        camera.aspect = readNumber(json["aspect"], 0, 1e4, place / "aspect");
     if (json.contains("aperture_radius"))
         camera.apertureRadius =
-            readNumber(json["aperture_radius"], 0, 1e12, place + "/aperture_radius") *
+            readNumber(json["aperture_radius"], 0, 1e12, place / "aperture_radius") *
             placement.scale;
     if (json.contains("focus_distance"))
         camera.focusDistance =
-            readNumber(json["focus_distance"], 1e-12, 1e15, place + "/focus_distance") *
+            readNumber(json["focus_distance"], 1e-12, 1e15, place / "focus_distance") *
             placement.scale;
 }
 
@@ -126,36 +137,40 @@ Json cameraJson(const core::Camera& camera, const core::Placement& placement)
     return json;
 }
 
-core::Camera cameraFromJson(const Json& json, const core::Camera& defaults,
-                            const core::Placement& placement, const std::string& place)
+/// See cameraFromJson.
+static core::Camera readCameraAt(const Json& json, const core::Camera& defaults,
+                                 const core::Placement& placement, const Place& place)
 {
-    if (!json.is_object()) throw core::Error(place + ": expected a camera, {\"position\": ...}");
+    if (!json.is_object()) place.fail("expected a camera, {\"position\": ...}");
     for (const auto& [name, value] : json.items())
         if (std::find(kMembers.begin(), kMembers.end(), name) == kMembers.end())
-            throw core::Error(place + ": a camera has no \"" + name + '"' +
-                              suggestion(name, kMembers));
+            place.fail("a camera has no \"" + name + '"' + suggestion(name, kMembers));
     core::Camera camera = defaults;
     if (json.contains("name") && json["name"].is_string())
         camera.name = json["name"].get<std::string>();
     if (json.contains("position"))
-        camera.position = toWorld(placement, readVector(json["position"], place + "/position"));
+        camera.position = toWorld(placement, readVector(json["position"], place / "position"));
     if (json.contains("target")) {
         const glm::dvec3 towards =
-            toWorld(placement, readVector(json["target"], place + "/target")) - camera.position;
-        if (!(glm::length(towards) > 1e-12))
-            throw core::Error(place + "/target: is the position itself");
+            toWorld(placement, readVector(json["target"], place / "target")) - camera.position;
+        if (!(glm::length(towards) > 1e-12)) (place / "target").fail("is the position itself");
         camera.forward = glm::normalize(towards);
     } else if (json.contains("forward")) {
-        camera.forward = readDirection(json["forward"], place + "/forward");
+        camera.forward = readDirection(json["forward"], place / "forward");
     }
-    glm::dvec3 up = camera.up;
-    if (json.contains("up")) up = readDirection(json["up"], place + "/up");
-    const glm::dvec3 right = glm::cross(camera.forward, up);
-    if (!(glm::length(right) > 1e-9))
-        throw core::Error(place + "/up: is parallel to the direction of view");
-    camera.up = glm::cross(glm::normalize(right), camera.forward);
+    if (json.contains("up")) camera.up = readDirection(json["up"], place / "up");
+    const glm::dvec3 right = glm::cross(camera.forward, camera.up);
+    if (!(glm::length(right) > 1e-9)) (place / "up").fail("is parallel to the direction of view");
+    if (std::abs(glm::dot(camera.forward, camera.up)) > 1e-14)
+        camera.up = glm::cross(glm::normalize(right), camera.forward);
     readOptics(json, camera, placement, place);
     return camera;
+}
+
+core::Camera cameraFromJson(const Json& json, const core::Camera& defaults,
+                            const core::Placement& placement, const std::string& file)
+{
+    return readCameraAt(json, defaults, placement, {file, ""});
 }
 
 core::Camera readCamera(const std::filesystem::path& file, const core::Camera& defaults,
@@ -226,14 +241,14 @@ CameraPath readCameraPath(const std::filesystem::path& file, const core::Camera&
     CameraPath path;
     core::Camera last = defaults;
     for (size_t i = 0; i < json["keys"].size(); ++i) {
-        const std::string place = file.string() + ": /keys/" + std::to_string(i);
+        const Place place = Place{file.string(), ""} / "keys" / std::to_string(i);
         const Json& key = json["keys"][i];
-        last = cameraFromJson(key, last, placement, place);
+        last = readCameraAt(key, last, placement, place);
         const double frame = key.contains("frame")
-                                 ? readNumber(key["frame"], 0, 1e9, place + "/frame")
+                                 ? readNumber(key["frame"], 0, 1e9, place / "frame")
                                  : static_cast<double>(i);
         if (!path.keys.empty() && frame <= path.keys.back().frame)
-            throw core::Error(place + "/frame: must be after the key before it");
+            (place / "frame").fail("must be after the key before it");
         path.keys.push_back({frame, last});
     }
     return path;

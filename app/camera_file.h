@@ -20,9 +20,9 @@ namespace app {
 nlohmann::ordered_json cameraJson(const core::Camera& camera, const core::Placement& placement);
 
 /// Reads a camera into world space; absent members are those of `defaults` (world space). Throws
-/// core::Error led by `place`, which names the file and where in it.
+/// core::Error led by `file` and the place in it.
 core::Camera cameraFromJson(const nlohmann::ordered_json& json, const core::Camera& defaults,
-                            const core::Placement& placement, const std::string& place);
+                            const core::Placement& placement, const std::string& file);
 
 /// Reads a camera file. Throws core::Error.
 core::Camera readCamera(const std::filesystem::path& file, const core::Camera& defaults,
