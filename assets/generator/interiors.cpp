@@ -117,10 +117,12 @@ void writeHall(const std::filesystem::path& folder)
 
 void writeDoorAjar(const std::filesystem::path& folder)
 {
+    // The lamp hangs above the door's opening and shines upward: nothing of it arrives without a
+    // bounce.
     GltfWriter gltf("door-ajar", "the lamp shines at the ceiling of the other room");
     addDoorRooms(gltf);
-    const int lamp = gltf.addMaterial(emitter("lamp", {300, 270, 220}));
-    gltf.addShape("lamp", makeQuad({-0.4f, 2, -2}, {0.8f, 0, 0}, {0, 0, -0.8f}), lamp);
+    const int lamp = gltf.addMaterial(emitter("lamp", {1200, 1080, 880}));
+    gltf.addShape("lamp", makeQuad({-0.4f, 2.3f, -2}, {0.8f, 0, 0}, {0, 0, -0.8f}), lamp);
     const int table = gltf.addMaterial(lambertian("table", {0.3, 0.25, 0.35}));
     gltf.addShape("table", makeBox({-2.2f, 0, 0.8f}, {-0.6f, 0.75f, 1.8f}), table);
     const int diffuse = gltf.addMaterial(lambertian("diffuse", {0.7, 0.4, 0.2}));
