@@ -38,9 +38,14 @@ SHARED_FN EmitterSample emptyEmitterSample()
 // --- triangles
 // ------------------------------------------------------------------------------------------------
 
+// Uniform in area. Uniform in solid angle (Arvo 1995) was measured against it on the Cornell lamp:
+// it costs four times as much, and takes away a variance of 1e-4 to 9e-3 of the squared mean on the
+// floor and 0.02 on the walls, little beside that of visibility and bounces; where it would pay,
+// next to the lamp, directions of the BSDF win.
+
 /// Solid-angle density at p of the triangle a, b, c for the direction wi that meets it at
-/// `distance`: uniform in area, converted. 0 where the triangle is degenerate or seen exactly
-/// edge-on.
+/// `distance`: 1/area, converted. 0 where the triangle is degenerate or seen exactly edge-on. p is
+/// there for samplers that need it.
 SHARED_FN float pdfTriangleEmitter(vec3 a, vec3 b, vec3 c, vec3 /*p*/, vec3 wi, float distance)
 {
     float projected = abs(dot(cross(b - a, c - a), wi));  // 2 * area * cos
