@@ -78,7 +78,7 @@ struct Grid {
 struct Chunk {
     std::vector<uvec4> nodes;
     std::vector<uint32_t> slots;
-    uint32_t root = shared::kBvhLeaf;
+    uint32_t root = shared::kBvhDone;
     uint32_t depth = 0;
     double cost = 0;  // sum of half areas times tests
 };
@@ -220,7 +220,6 @@ private:
     uint32_t buildInto(Chunk& chunk, const Range& range, const RangeBounds& bounds, uint32_t depth)
     {
         Decision d;
-        if (range.size() == 0) return shared::kBvhLeaf;
         if (range.size() == 1 || !split(range, bounds, depth, d)) {
             const size_t first = chunk.slots.size();
             for (const Reference& r : span(range)) chunk.slots.push_back(r.triangle());
@@ -249,7 +248,7 @@ private:
         if (range.size() <= kTaskSize || !split(range, bounds, depth, d)) {
             task->chunk.nodes.reserve(range.size());
             task->chunk.slots.reserve(range.size() + range.room() / 2);
-            task->chunk.root = buildInto(task->chunk, range, bounds, depth);
+            if (range.size() > 0) task->chunk.root = buildInto(task->chunk, range, bounds, depth);
             task->chunk.nodes.shrink_to_fit();
             task->chunk.slots.shrink_to_fit();
             report(range.size());
@@ -329,7 +328,11 @@ private:
         double cost = 0;
         const uint32_t root = append(out, top, 0, cost);
         if (out.nodes.empty()) {  // a single leaf, or nothing
-            out.nodes = {grid_->record(bounds, root), grid_->record(Box{}, shared::kBvhLeaf)};
+            // Leaves are never empty: the traversal tests a triangle first and counts then. So a
+            // single leaf stands twice, the second time in a box of one corner, and nothing at all
+            // ends the traversal.
+            const uint32_t reference = slots == 0 ? shared::kBvhDone : root;
+            out.nodes = {grid_->record(bounds, reference), grid_->record(Box{}, reference)};
             out.depth = 1;
         }
         if (sceneArea_ > 0) out.cost = static_cast<float>(cost / static_cast<double>(sceneArea_));
@@ -363,7 +366,7 @@ Bvh buildBvh(std::span<const glm::vec3> positions, std::span<const WorldTriangle
              const BvhOptions& options, const std::function<void(double)>& progress,
              std::stop_token stop)
 {
-    CHECK(options.leafSize >= 1 && options.leafSize <= 8);
+    CHECK(options.leafSize >= 1 && options.leafSize <= shared::kBvhCountMask - 1);
     return Builder({positions, triangles}, options, progress, std::move(stop)).build();
 }
 

@@ -16,7 +16,7 @@
 namespace core {
 
 struct BvhOptions {
-    uint32_t leafSize = 4;  // triangles per leaf at most, 1 to 8
+    uint32_t leafSize = 8;  // triangles per leaf at most, 1 to 14
     float duplicateBudget =
         0.3f;  // spatial splits may add this fraction of references; 0 = object splits only
     float triangleCost =
@@ -24,8 +24,9 @@ struct BvhOptions {
 };
 
 /// Node i is words 2i and 2i+1, one per child: (xlo | xhi << 16, ylo | yhi << 16, zlo | zhi << 16,
-/// reference), see intersect.h for the reference. Node 0 is the root and always exists; a missing
-/// child is a leaf of no triangles.
+/// reference), see intersect.h for the reference. Node 0 is the root and always exists. No leaf is
+/// empty: over so few triangles that they fill one leaf both children of the root are that leaf,
+/// over none both are kBvhDone.
 struct Bvh {
     std::vector<shared::uvec4> nodes;
     std::vector<uint32_t>

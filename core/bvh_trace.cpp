@@ -20,6 +20,7 @@ void traverse(const Bvh& bvh, glm::vec3 origin, glm::vec3 direction, float tMin,
     size_t top = 0;
     stack[top] = shared::kBvhDone;
     uint32_t node = 0;
+    const int nearest = shared::boxBound(tMin);
     while (node != shared::kBvhDone) {
         if ((node & shared::kBvhLeaf) != 0) {
             const uint32_t count = (node >> shared::kBvhCountShift) & shared::kBvhCountMask;
@@ -31,8 +32,9 @@ void traverse(const Bvh& bvh, glm::vec3 origin, glm::vec3 direction, float tMin,
             continue;
         }
         const uvec4 a = bvh.nodes[2 * node], b = bvh.nodes[2 * node + 1];
-        const glm::vec2 ta = shared::intersectBox(ray, a, tMin, tMax);
-        const glm::vec2 tb = shared::intersectBox(ray, b, tMin, tMax);
+        const int farthest = shared::boxBound(tMax);
+        const glm::ivec2 ta = shared::intersectBox(ray, a, nearest, farthest);
+        const glm::ivec2 tb = shared::intersectBox(ray, b, nearest, farthest);
         const bool hitA = ta.x <= ta.y, hitB = tb.x <= tb.y;
         if (hitA && hitB) {
             const bool swap = tb.x < ta.x;

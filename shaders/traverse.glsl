@@ -1,7 +1,8 @@
 // Closest and any hit on the flat BVH (core/bvh.h): while-while, with a push and a pop without branches.
-//   Aila, Laine, "Understanding the efficiency of ray traversal on GPUs", 2009 (the loop). On Mesa's CPU device
-//   a masked store or a divergent branch costs more than arithmetic, so the far child is always written above the top
-//   of the stack and only the top moves; measured there, the wider BVHs and conditional pushes lose.
+//   Aila, Laine, "Understanding the efficiency of ray traversal on GPUs", 2009 (the loop). Three habits of Mesa's CPU
+//   device shape it: a masked store or a divergent branch costs more than arithmetic, so the far child is always written
+//   above the top of the stack and only the top moves; the body of a loop runs once more after the last lane has left it
+//   at its head, so all loops test at their end; min and max of floats cost three instructions, of integers one.
 // The including kernel defines, before the include:
 //   BVH_FETCH_NODE(i)    word i of the nodes, uvec4 (two words per node)
 //   BVH_FETCH_VERTEX(i)  word i of the slots, vec4 (three words per slot: v0 | triangle, v1 | material, v2 | emitter;
@@ -30,25 +31,39 @@ struct Ray {
     float tMax;
 };
 
-// One step down: fetches an inner node, pushes the farther child if both are hit, pops if none is. A macro, since an
-// array as an argument would be copied in and out at every step.
-#define BVH_STEP_DOWN(grid, node, tMin, tMax)                                       \
-    {                                                                               \
-        uvec4 a = BVH_FETCH_NODE(int(2u * node));                                   \
-        uvec4 b = BVH_FETCH_NODE(int(2u * node + 1u));                              \
-        vec2 ta = intersectBox(grid, a, tMin, tMax);                                \
-        vec2 tb = intersectBox(grid, b, tMin, tMax);                                \
-        bool hitA = ta.x <= ta.y;                                                   \
-        bool hitB = tb.x <= tb.y;                                                   \
-        bool aFirst = hitA && (!hitB || ta.x <= tb.x);                              \
-        uint popped = stack[top];                                                   \
-        stack[top + 1] = aFirst ? b.w : a.w;                                        \
-        top += hitA && hitB ? 1 : (hitA || hitB ? 0 : -1);                          \
-        node = hitA || hitB ? (aFirst ? a.w : b.w) : popped;                        \
+// Steps down from inner nodes until every lane is at a leaf or done: pushes the farther child if both are hit, pops if
+// none is. A macro, since an array as an argument would be copied in and out at every step.
+#define BVH_STEP_DOWN(grid, node, tMin, tMax)                        \
+    do {                                                             \
+        uvec4 a = BVH_FETCH_NODE(int(2u * node));                    \
+        uvec4 b = BVH_FETCH_NODE(int(2u * node + 1u));               \
+        ivec2 ta = intersectBox(grid, a, tMin, tMax);                \
+        ivec2 tb = intersectBox(grid, b, tMin, tMax);                \
+        bool hitA = ta.x <= ta.y;                                    \
+        bool hitB = tb.x <= tb.y;                                    \
+        bool aFirst = hitA && (!hitB || ta.x <= tb.x);               \
+        uint popped = stack[top];                                    \
+        stack[top + 1] = aFirst ? b.w : a.w;                         \
+        top += hitA && hitB ? 1 : (hitA || hitB ? 0 : -1);           \
+        node = hitA || hitB ? (aFirst ? a.w : b.w) : popped;         \
+    } while ((node & kBvhLeaf) == 0u)
+
+// Tests the triangle in `slot`: sets found, t, barycentrics.
+#define BVH_TEST_TRIANGLE(shear, slot, tMin, tMax)                                                \
+    vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));                                                   \
+    vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));                                              \
+    vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));                                              \
+    float t;                                                                                      \
+    vec2 barycentrics;                                                                            \
+    bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, tMin, tMax, t, barycentrics);   \
+    if (FEATURE(kFeatureAlpha)) {                                                                 \
+        if (found && (floatBitsToUint(v1.w) & kTriangleAlphaBit) != 0u) {                         \
+            found = alphaPasses(slot, barycentrics, alphaSeed);                                   \
+        }                                                                                         \
     }
 
-/// Nearest hit with tMin < t < tMax; false, and `hit` not meaningful, when there is none, or the ray is not finite or
-/// has no direction. t counts in lengths of the direction.
+/// Nearest hit with tMin < t < tMax, tMin >= 0; false, and `hit` not meaningful, when there is none, or the ray is not
+/// finite or has no direction. t counts in lengths of the direction.
 bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
 {
     hit.t = r.tMax;
@@ -56,33 +71,30 @@ bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
     hit.slot = kNone;
     GridRay grid = makeGridRay(r.origin, r.direction, BVH_GRID_LOW, BVH_GRID_SCALE);
     ShearRay shear = makeShearRay(r.origin, r.direction);
+    int nearest = boxBound(r.tMin);
     uint stack[kBvhStackSize];
     int top = 0;
     stack[0] = kBvhDone;
-    uint node = isTraceable(r.origin, r.direction) ? 0u : kBvhDone;
-    while (node != kBvhDone) {
-        while ((node & kBvhLeaf) == 0u) BVH_STEP_DOWN(grid, node, r.tMin, hit.t)
-        if (node == kBvhDone) break;
-        uint slot = node & kBvhIndexMask;
-        uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
-        for (; slot < end; ++slot) {
-            vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));
-            vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));
-            vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));
-            float t;
-            vec2 barycentrics;
-            bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, hit.t, t, barycentrics);
-            if (FEATURE(kFeatureAlpha)) {
-                if (found && (floatBitsToUint(v1.w) & kTriangleAlphaBit) != 0u) {
-                    found = alphaPasses(slot, barycentrics, alphaSeed);
-                }
+    uint node = 0u;
+    if (isTraceable(r.origin, r.direction)) {
+        do {
+            if ((node & kBvhLeaf) == 0u) {
+                BVH_STEP_DOWN(grid, node, nearest, boxBound(hit.t));
             }
-            hit.t = found ? t : hit.t;
-            hit.barycentrics = found ? barycentrics : hit.barycentrics;
-            hit.slot = found ? slot : hit.slot;
-        }
-        node = stack[top];
-        --top;
+            if (node != kBvhDone) {
+                uint slot = node & kBvhIndexMask;
+                uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
+                do {
+                    BVH_TEST_TRIANGLE(shear, slot, r.tMin, hit.t)
+                    hit.t = found ? t : hit.t;
+                    hit.barycentrics = found ? barycentrics : hit.barycentrics;
+                    hit.slot = found ? slot : hit.slot;
+                    ++slot;
+                } while (slot < end);
+                node = stack[top];
+                --top;
+            }
+        } while (node != kBvhDone);
     }
     return hit.slot != kNone;
 }
@@ -92,32 +104,30 @@ bool traceAny(Ray r, uint alphaSeed)
 {
     GridRay grid = makeGridRay(r.origin, r.direction, BVH_GRID_LOW, BVH_GRID_SCALE);
     ShearRay shear = makeShearRay(r.origin, r.direction);
+    int nearest = boxBound(r.tMin);
+    int farthest = boxBound(r.tMax);
     uint stack[kBvhStackSize];
     int top = 0;
     stack[0] = kBvhDone;
-    uint node = isTraceable(r.origin, r.direction) ? 0u : kBvhDone;
+    uint node = 0u;
     bool blocked = false;
-    while (node != kBvhDone) {
-        while ((node & kBvhLeaf) == 0u) BVH_STEP_DOWN(grid, node, r.tMin, r.tMax)
-        if (node == kBvhDone) break;
-        uint slot = node & kBvhIndexMask;
-        uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
-        for (; slot < end; ++slot) {
-            vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));
-            vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));
-            vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));
-            float t;
-            vec2 barycentrics;
-            bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, r.tMax, t, barycentrics);
-            if (FEATURE(kFeatureAlpha)) {
-                if (found && (floatBitsToUint(v1.w) & kTriangleAlphaBit) != 0u) {
-                    found = alphaPasses(slot, barycentrics, alphaSeed);
-                }
+    if (isTraceable(r.origin, r.direction)) {
+        do {
+            if ((node & kBvhLeaf) == 0u) {
+                BVH_STEP_DOWN(grid, node, nearest, farthest);
             }
-            blocked = blocked || found;
-        }
-        node = blocked ? kBvhDone : stack[top];
-        --top;
+            if (node != kBvhDone) {
+                uint slot = node & kBvhIndexMask;
+                uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
+                do {
+                    BVH_TEST_TRIANGLE(shear, slot, r.tMin, r.tMax)
+                    blocked = blocked || found;
+                    ++slot;
+                } while (slot < end);
+                node = blocked ? kBvhDone : stack[top];
+                --top;
+            }
+        } while (node != kBvhDone);
     }
     return blocked;
 }

@@ -19,18 +19,16 @@ SHARED_CONST uint kBvhLeaf = 0x80000000u;
 SHARED_CONST uint kBvhCountShift = 27u;
 SHARED_CONST uint kBvhCountMask = 15u;
 SHARED_CONST uint kBvhIndexMask = 0x07ffffffu;
-SHARED_CONST uint kBvhDone = 0xffffffffu;  // bottom of the stack; no child has this word
+SHARED_CONST uint kBvhDone = 0xffffffffu;  // bottom of the stack; the children of an empty tree
 SHARED_CONST uint kBvhStackSize = 64u;     // the builder's depth is at most kBvhMaxDepth
 SHARED_CONST uint kBvhMaxDepth = 60u;
 
-/// A ray as boxes see it: t of a grid plane q is q * inverse - offset; the two offsets hold the
-/// slack.
+/// A ray as boxes see it: t of a grid plane q is q * inverse - offset. The offsets of low and high
+/// planes hold the slack, which moves the planes apart whatever the direction.
 struct GridRay {
     vec3 inverse;
-    vec3 offsetNear;
-    vec3 offsetFar;
-    uvec3 shiftNear;  // 0 or 16: where the word of an axis holds the plane that is met first
-    uvec3 shiftFar;
+    vec3 offsetLow;
+    vec3 offsetHigh;
 };
 
 /// A ray as triangles see it: rows of the matrix that maps vertices, relative to the origin, to the
@@ -65,27 +63,38 @@ SHARED_FN GridRay makeGridRay(vec3 origin, vec3 direction, vec3 gridLow, vec3 gr
     d.y = abs(d.y) > tiny ? d.y : (d.y < 0.0f ? -tiny : tiny);
     d.z = abs(d.z) > tiny ? d.z : (d.z < 0.0f ? -tiny : tiny);
     r.inverse = vec3(1.0f) / d;
-    vec3 offset = o * r.inverse;
     // Rounding of the origin, of the product and of the difference, each half a unit in the last
     // place of |o| or of 2^16.
     float slack = 0.02f + 5e-7f * maxComponent(abs(o));
-    r.offsetNear = offset + slack * abs(r.inverse);
-    r.offsetFar = offset - slack * abs(r.inverse);
-    r.shiftNear = uvec3(d.x < 0.0f ? 16u : 0u, d.y < 0.0f ? 16u : 0u, d.z < 0.0f ? 16u : 0u);
-    r.shiftFar = uvec3(16u) - r.shiftNear;
+    r.offsetLow = (o + vec3(slack)) * r.inverse;
+    r.offsetHigh = (o - vec3(slack)) * r.inverse;
     return r;
 }
 
-/// Where the ray is inside the box of one child record, cut to [tMin, tMax]; it misses when x > y.
-SHARED_FN vec2 intersectBox(GridRay r, uvec4 child, float tMin, float tMax)
+/// tMin or tMax for intersectBox: the bits of a float, negative ones as zero.
+SHARED_FN int boxBound(float t)
 {
-    float nearX = float((child.x >> r.shiftNear.x) & 0xffffu) * r.inverse.x - r.offsetNear.x;
-    float nearY = float((child.y >> r.shiftNear.y) & 0xffffu) * r.inverse.y - r.offsetNear.y;
-    float nearZ = float((child.z >> r.shiftNear.z) & 0xffffu) * r.inverse.z - r.offsetNear.z;
-    float farX = float((child.x >> r.shiftFar.x) & 0xffffu) * r.inverse.x - r.offsetFar.x;
-    float farY = float((child.y >> r.shiftFar.y) & 0xffffu) * r.inverse.y - r.offsetFar.y;
-    float farZ = float((child.z >> r.shiftFar.z) & 0xffffu) * r.inverse.z - r.offsetFar.z;
-    return vec2(max(max(nearX, nearY), max(nearZ, tMin)), min(min(farX, farY), min(farZ, tMax)));
+    return max(floatBitsToInt(t), 0);
+}
+
+/// Where the ray is inside the box of one child record, cut to [tMin, tMax] (as boxBound made
+/// them); it misses when x > y. All are bits of floats, compared as integers: that order is the
+/// floats' own but for negative ones among themselves, which matter to nobody, since tMin is not
+/// negative. Unlike min and max of floats it has no NaN to care for, which on the CPU device costs
+/// two more instructions each.
+SHARED_FN ivec2 intersectBox(GridRay r, uvec4 child, int tMin, int tMax)
+{
+    ivec3 a = floatBitsToInt(
+        vec3(ivec3(int(child.x & 0xffffu), int(child.y & 0xffffu), int(child.z & 0xffffu))) *
+            r.inverse -
+        r.offsetLow);
+    ivec3 b = floatBitsToInt(
+        vec3(ivec3(int(child.x >> 16), int(child.y >> 16), int(child.z >> 16))) * r.inverse -
+        r.offsetHigh);
+    ivec3 first = min(a, b);
+    ivec3 last = max(a, b);
+    return ivec2(max(max(first.x, first.y), max(first.z, tMin)),
+                 min(min(last.x, last.y), min(last.z, tMax)));
 }
 
 /// `direction` is not zero and need not be of unit length; t counts in its lengths.
@@ -130,7 +139,7 @@ SHARED_FN bool intersectTriangle(ShearRay r, vec3 v0, vec3 v1, vec3 v2, float tM
     float inverse = 1.0f / det;
     t = (u * dot(r.rowZ, a) + v * dot(r.rowZ, b) + w * dot(r.rowZ, c)) * inverse;
     barycentrics = vec2(v * inverse, w * inverse);
-    bool inside = min(u, min(v, w)) >= 0.0f || max(u, max(v, w)) <= 0.0f;
+    bool inside = (u >= 0.0f && v >= 0.0f && w >= 0.0f) || (u <= 0.0f && v <= 0.0f && w <= 0.0f);
     return inside && det != 0.0f && t > tMin && t < tMax;
 }
 
