@@ -106,6 +106,8 @@ void scanText(Load& load, std::string_view text)
         case ']':
             --depth;
             break;
+        case '\0':
+            load.refuse("INVALID_JSON", "", "NUL byte at " + placeOf(text, i));
         default:
             break;
         }
@@ -200,7 +202,11 @@ std::string_view openContainer(Load& load, std::span<const std::byte> bytes)
             load.refuse("GLB_UNEXPECTED_FIRST_CHUNK", "", "the first GLB chunk is not JSON");
         if (index == 0 && size == 0)
             load.refuse("GLB_EMPTY_CHUNK", "", "the JSON chunk of the GLB is empty");
-        if (index == 0) text = textOf(bytes.subspan(offset, size));
+        if (index == 0) {
+            text = textOf(bytes.subspan(offset, size));
+            // Padding should be spaces; old exporters pad with zeros.
+            while (text.ends_with('\0')) text.remove_suffix(1);
+        }
         if (index == 1 && type == kBinary) load.binaryChunk = bytes.subspan(offset, size);
         offset += size;
     }

@@ -36,8 +36,6 @@ private:
 struct TextureRequest {
     size_t image = 0;
     bool color = false;
-
-    friend bool operator==(const TextureRequest&, const TextureRequest&) = default;
 };
 
 /// The state of one load; `scene` grows while its parts are read in order.

@@ -3,7 +3,9 @@
 // ior and specular colour, the diffuse colour is scaled by what F0 leaves of it; its
 // specular-glossiness texture is not supported.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <map>
 
 #include "core/gltf/parts.h"
 
@@ -286,26 +288,28 @@ private:
     int requestTexture(const TextureRequest& request)
     {
         std::vector<TextureRequest>& requests = load_.textureRequests;
-        const auto found = std::find(requests.begin(), requests.end(), request);
-        if (found == requests.end()) {
-            requests.push_back(request);
-            return static_cast<int>(requests.size()) - 1;
-        }
-        return static_cast<int>(found - requests.begin());
+        const auto [entry, isNew] = requestIndex_.try_emplace({request.image, request.color},
+                                                              static_cast<int>(requests.size()));
+        if (isNew) requests.push_back(request);
+        return entry->second;
     }
 
     int addUse(const TextureUse& use)
     {
+        const shared::TextureReference& r = use.record;
+        const UseKey key{static_cast<uint32_t>(use.texture), r.flags,
+                         std::bit_cast<uint32_t>(r.row0.x),  std::bit_cast<uint32_t>(r.row0.y),
+                         std::bit_cast<uint32_t>(r.row0.z),  std::bit_cast<uint32_t>(r.row1.x),
+                         std::bit_cast<uint32_t>(r.row1.y),  std::bit_cast<uint32_t>(r.row1.z)};
         std::vector<TextureUse>& uses = load_.scene.textureUses;
-        const auto same = std::find_if(uses.begin(), uses.end(), [&](const TextureUse& other) {
-            return other.texture == use.texture && other.record.flags == use.record.flags &&
-                   other.record.row0 == use.record.row0 && other.record.row1 == use.record.row1;
-        });
-        if (same != uses.end()) return static_cast<int>(same - uses.begin());
-        uses.push_back(use);
-        return static_cast<int>(uses.size()) - 1;
+        const auto [entry, isNew] = useIndex_.try_emplace(key, static_cast<int>(uses.size()));
+        if (isNew) uses.push_back(use);
+        return entry->second;
     }
 
+    using UseKey = std::array<uint32_t, 8>;
+    std::map<std::pair<size_t, bool>, int> requestIndex_;
+    std::map<UseKey, int> useIndex_;
     Load& load_;
 };
 
