@@ -130,14 +130,6 @@ void addRead(CLI::App& app, const std::string& group, const std::string& name,
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
-bool hasExtension(const std::filesystem::path& file, std::string_view extension)
-{
-    std::string found = file.extension().string();
-    std::transform(found.begin(), found.end(), found.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return found == extension;
-}
-
 /// Options that make no sense together, or alone.
 void checkRender(const RenderOptions& o)
 {
@@ -154,6 +146,8 @@ void checkRender(const RenderOptions& o)
         badCommandLine("--path FILE.json and --frames FIRST-LAST belong together");
     if (o.validation && o.device == DeviceKind::cpu)
         badCommandLine("--validation is for --device vulkan");
+    if (o.frames && !o.reference.empty())
+        badCommandLine("--reference is one picture: it does not go with --frames");
     if (o.untilRmse && o.reference.empty())
         badCommandLine("--until-rmse needs --reference REF.exr to compare with");
 }
@@ -302,6 +296,14 @@ void refuseMistypedCommand(const std::string& scene, const CLI::App& root)
 }
 
 }  // namespace
+
+bool hasExtension(const std::filesystem::path& file, std::string_view extension)
+{
+    std::string found = file.extension().string();
+    std::transform(found.begin(), found.end(), found.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return found == extension;
+}
 
 Command parseArguments(int argc, const char* const* argv)
 {

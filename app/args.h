@@ -104,6 +104,9 @@ using Command = std::variant<RenderOptions, CompareOptions, InfoOptions, Devices
 /// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
 Command parseArguments(int argc, const char* const* argv);
 
+/// Whether the name ends in `extension` (lower case, with its dot), in any case.
+bool hasExtension(const std::filesystem::path& file, std::string_view extension);
+
 /// Versions of the program and of what it stands on, several lines.
 std::string versionText();
 

@@ -12,11 +12,13 @@
 #include "app/interrupt.h"
 #include "app/load.h"
 #include "app/log.h"
+#include "app/picture_file.h"
 #include "app/render_loop.h"
 #include "app/stats.h"
 #include "core/check.h"
 #include "core/features.h"
 #include "core/methods/methods.h"
+#include "core/metrics.h"
 
 namespace app {
 
@@ -25,6 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr uint64_t kDefaultSpp = 64, kMaxSpp = 2147483647;
+constexpr double kMaxKeepSeconds = 10;  // between copies of the film; at first a second
 
 double secondsSince(Clock::time_point start)
 {
@@ -56,7 +59,7 @@ uint32_t forcedFeatures(const RenderOptions& o)
     return bits;
 }
 
-std::unique_ptr<core::Renderer> makeRenderer(const RenderOptions& o)
+std::unique_ptr<core::Renderer> rendererFor(const RenderOptions& o)
 {
     if (o.device == DeviceKind::cpu) return core::makeRenderer(core::enumName(o.method));
     return gpu::makePathRenderer({.index = o.deviceIndex, .validation = o.validation});
@@ -65,8 +68,8 @@ std::unique_ptr<core::Renderer> makeRenderer(const RenderOptions& o)
 /// One render command at work.
 class Job {
 public:
-    Job(const RenderOptions& options, const PathMaker& makePath)
-        : o_(options), makePath_(makePath), log_(options.quiet)
+    Job(const RenderOptions& options, const PathMaker& makePath, const RendererMaker& makeRenderer)
+        : o_(options), makePath_(makePath), makeRenderer_(makeRenderer), log_(options.quiet)
     {}
 
     int run();
@@ -74,8 +77,11 @@ public:
 private:
     void prepare();
     Ended renderFrame(uint32_t index);
+    Outcome takeSamples(uint32_t index);
     void checkReference() const;
-    void save(const std::filesystem::path& file);
+    void report(uint32_t index, const Outcome& outcome);
+    void save(uint32_t index, const core::Film& film, core::Aovs* aovs);
+    [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
     void tell(uint64_t samples, double seconds, std::optional<double> rmse);
     std::filesystem::path fileOf(uint32_t index) const
     {
@@ -84,6 +90,7 @@ private:
 
     const RenderOptions& o_;
     const PathMaker& makePath_;
+    const RendererMaker& makeRenderer_;
     const Clock::time_point start_ = Clock::now();
     Interrupt interrupt_;  // before anything that starts threads
     Log log_;
@@ -93,6 +100,9 @@ private:
     core::Image reference_;
     Goal goal_;
     double prepareSeconds_ = 0;  // counted against the time limit of the first frame
+    core::Film kept_;            // copied from the device now and then, in case it is lost
+    double keptAt_ = 0;
+    uint64_t raysBefore_ = 0, pathsBefore_ = 0;  // of the frame
 };
 
 void Job::prepare()
@@ -101,7 +111,7 @@ void Job::prepare()
     const uint32_t forced = forcedFeatures(o_);
     if (!o_.reference.empty()) reference_ = core::readExr(o_.reference).layer("");
     const Clock::time_point opening = Clock::now();
-    renderer_ = makeRenderer(o_);
+    renderer_ = makeRenderer_();
     report_.deviceSeconds = secondsSince(opening);
     const LoadedWorld loaded = loadWorld(o_.scene, forced, log_);
     for (const std::string& line : warningLines(loaded.world->warnings))
@@ -116,6 +126,7 @@ void Job::prepare()
     }
     report_.size = o_.size ? *o_.size : core::sizeForWidth(report_.camera, o_.width);
     checkReference();
+    requireMemoryFor(report_.size);
     log_.line(o_.scene.file.string() + ": " + std::to_string(loaded.world->triangles.size()) +
               " triangles, loaded in " + format("%.2f s", loaded.seconds));
 
@@ -162,64 +173,86 @@ void Job::tell(uint64_t samples, double seconds, std::optional<double> rmse)
     log_.progressText(text);
 }
 
+void Job::report(uint32_t index, const Outcome& outcome)
+{
+    constexpr const char* kNames[] = {"spp", "time", "target", "interrupted"};
+    report_.renderer = renderer_->stats();
+    report_.ended = kNames[static_cast<size_t>(outcome.ended)];
+    report_.rmse = outcome.rmse;
+    report_.frames.push_back({index, outcome.seconds, report_.renderer.rays - raysBefore_,
+                              report_.renderer.paths - pathsBefore_, outcome.samples});
+}
+
+Outcome Job::takeSamples(uint32_t index)
+{
+    kept_.samples = 0;
+    keptAt_ = 0;
+    try {
+        return renderUntil(*renderer_, goal_, interrupt_.token(),
+                           [this](uint64_t samples, double seconds, std::optional<double> rmse) {
+                               tell(samples, seconds, rmse);
+                               if (seconds - keptAt_ < std::clamp(keptAt_, 1.0, kMaxKeepSeconds))
+                                   return;
+                               renderer_->readFilm(kept_);
+                               keptAt_ = seconds;
+                           });
+    } catch (const core::Error& error) {
+        // The one failure that leaves something to save: a device that was lost after a copy of its
+        // film was taken.
+        if (error.code() != core::ExitCode::deviceLost || kept_.samples == 0) throw;
+        saveLost(index, error);
+    }
+}
+
+void Job::saveLost(uint32_t index, const core::Error& error)
+{
+    report(index, {Ended::stopped, kept_.samples, keptAt_, {}});
+    report_.ended = "device lost";
+    save(index, kept_, nullptr);
+    throw core::Error(std::string(error.what()) + " — the first " + std::to_string(kept_.samples) +
+                          " samples per pixel are saved in " + fileOf(index).string(),
+                      core::ExitCode::deviceLost);
+}
+
 Ended Job::renderFrame(uint32_t index)
 {
     if (path_) report_.camera = path_->at(index);
     const Clock::time_point start = Clock::now();
     renderer_->setView(report_.camera, report_.size.x, report_.size.y, o_.params);
-    const uint64_t raysBefore = renderer_->stats().rays, pathsBefore = renderer_->stats().paths;
+    raysBefore_ = renderer_->stats().rays;
+    pathsBefore_ = renderer_->stats().paths;
     prepareSeconds_ += secondsSince(start);
     report_.prepareSeconds += prepareSeconds_;
     // What is left of the time after preparation; never zero, which would mean no limit.
     goal_.seconds = o_.timeSeconds ? std::max(*o_.timeSeconds - prepareSeconds_, 1e-9) : 0;
     prepareSeconds_ = 0;
     interrupt_.keepResult(true);
-    const Outcome outcome =
-        renderUntil(*renderer_, goal_, interrupt_.token(),
-                    [this](uint64_t samples, double seconds, std::optional<double> rmse) {
-                        tell(samples, seconds, rmse);
-                    });
-
-    constexpr const char* kNames[] = {"spp", "time", "target", "interrupted"};
-    report_.renderer = renderer_->stats();
-    report_.ended = kNames[static_cast<size_t>(outcome.ended)];
-    report_.rmse = outcome.rmse;
-    report_.frames.push_back({index, outcome.seconds, report_.renderer.rays - raysBefore,
-                              report_.renderer.paths - pathsBefore, outcome.samples});
-    if (outcome.samples > 0) save(fileOf(index));
+    const Outcome outcome = takeSamples(index);
+    report(index, outcome);
+    if (outcome.samples > 0) {
+        core::Film film;
+        renderer_->readFilm(film);
+        core::Aovs aovs;
+        if (o_.aovs.any()) aovs = renderer_->aovs();
+        save(index, film, o_.aovs.any() ? &aovs : nullptr);
+    }
     return outcome.ended;
 }
 
-void Job::save(const std::filesystem::path& file)
+void Job::save(uint32_t index, const core::Film& film, core::Aovs* aovs)
 {
-    core::Film film;
-    renderer_->readFilm(film);
-    const core::Image mean = film.mean();
     report_.counters.nan += film.counters.nan;
     report_.counters.inf += film.counters.inf;
     report_.counters.negative += film.counters.negative;
     report_.counters.stackOverflow += film.counters.stackOverflow;
-    const core::Metadata metadata = imageMetadata(report_);
-    if (file.extension() == ".png" || file.extension() == ".PNG") {
-        core::writePng(file, mean, static_cast<float>(o_.exposure), static_cast<uint32_t>(o_.tone),
-                       metadata);
-    } else {
-        core::ImageFile exr{{{"", mean}}, metadata};
-        // One sample says nothing about its spread.
-        if (film.samples >= 2) exr.layers.push_back({"variance", film.varianceOfMean()});
-        if (o_.aovs.any()) {
-            core::Aovs aovs = renderer_->aovs();
-            if (o_.aovs.depth) exr.layers.push_back({"depth", std::move(aovs.depth)});
-            if (o_.aovs.normal) exr.layers.push_back({"normal", std::move(aovs.normal)});
-            if (o_.aovs.albedo) exr.layers.push_back({"albedo", std::move(aovs.albedo)});
-            if (o_.aovs.ids) exr.layers.push_back({"ids", std::move(aovs.ids)});
-        }
-        core::writeExr(file, exr);
-    }
+    if (!o_.reference.empty()) report_.rmse = core::imageErrors(film.mean(), reference_).rmse;
+    const std::filesystem::path file = fileOf(index);
+    writePicture(file, film, aovs, o_, imageMetadata(report_));
     const FrameReport& frame = report_.frames.back();
     log_.line(file.string() + ": " + std::to_string(report_.size.x) + 'x' +
               std::to_string(report_.size.y) + ", " + std::to_string(frame.spp) + " spp in " +
-              format("%.2f s", frame.seconds) + " on " + report_.renderer.device);
+              format("%.2f s", frame.seconds) + " on " + report_.renderer.device +
+              (report_.rmse ? format(", RMSE %.4g", *report_.rmse) : ""));
 }
 
 int Job::run()
@@ -261,10 +294,16 @@ int Job::run()
 
 }  // namespace
 
-int renderFrames(const RenderOptions& options, const PathMaker& makePath)
+int renderWith(const RenderOptions& options, const PathMaker& makePath,
+               const RendererMaker& makeRenderer)
 {
     CHECK(!makePath || options.frames);
-    return Job(options, makePath).run();
+    return Job(options, makePath, makeRenderer).run();
+}
+
+int renderFrames(const RenderOptions& options, const PathMaker& makePath)
+{
+    return renderWith(options, makePath, [&options] { return rendererFor(options); });
 }
 
 int renderCommand(const RenderOptions& options)

@@ -232,6 +232,7 @@ TEST_F(Cli, NonsenseToRender)
             "%04d");
     refused({"-o", "%04d.png", "--path", "missing.json", "--frames", "0-1", "--device", "cpu"}, 3,
             "missing.json");
+    refused({"-o", "x.exr", "--size", "65536x65536", "--device", "cpu"}, 2, "GiB");
     writeFile("camera.json", R"({"position": [0, 0, "zero"]})");
     refused({"-o", "x.exr", "--camera", "camera.json", "--device", "cpu"}, 3,
             "camera.json: /position");
