@@ -93,8 +93,7 @@ inline Moments sampledAlbedo(const Bsdf& b, vec3 wo, uint count, uint scrambles 
     return result;
 }
 
-// --- textbook formulas
-// ------------------------------------------------------------------------------------------
+// --- textbook formulas -------------------------------------------------------------------------
 
 inline double lambda(double cosine, double alpha)
 {

@@ -74,6 +74,7 @@ struct Bsdf {
     float alpha;       // GGX width; 0 = delta
     float eta;         // refraction index of the far side over the near side
     float r0;          // exact reflectance at normal incidence
+    float shareScale;  // 1 / (1 - r0)
     float strength0;   // what the interface takes from what lies below at normal incidence,
     float strength90;  // and at grazing
     float coat;
@@ -89,8 +90,7 @@ struct BsdfSample {
     uint flags;
 };
 
-// --- Fresnel
-// ----------------------------------------------------------------------------------------------------
+// --- Fresnel -----------------------------------------------------------------------------------
 
 /// Reflectance of unpolarised light at a smooth dielectric; eta = far index / near index. 1 past
 /// the critical angle. (g-c)/(g+c) is written without the difference, which cancels at eta near
@@ -102,18 +102,17 @@ SHARED_FN float fresnelDielectric(float c, float eta)
     if (!(g2 > 0.0f)) {
         return excess == 0.0f ? 0.0f : 1.0f;
     }
-    float g = sqrt(g2);
-    float inverse = 1.0f / (g + c);
-    float difference = excess * inverse;  // g - c
-    float a = difference * inverse;
-    float b = (c * (g + c) - 1.0f) / (c * difference + 1.0f);
+    float x = sqrt(g2) + c;
+    float a = excess / (x * x);                       // (g - c) / (g + c)
+    float b = x * (c * x - 1.0f) / (c * excess + x);  // (c (g + c) - 1) / (c (g - c) + 1)
     return min(0.5f * a * a * (1.0f + b * b), 1.0f);
 }
 
-/// Exact Fresnel reflectance as the share t of the way from normal to grazing reflection.
-SHARED_FN float fresnelShare(float exact, float r0)
+/// Exact Fresnel reflectance as the share t of the way from normal to grazing reflection; inverse =
+/// 1 / (1 - r0).
+SHARED_FN float fresnelShare(float exact, float r0, float inverse)
 {
-    return clamp((exact - r0) / (1.0f - r0), 0.0f, 1.0f);
+    return clamp((exact - r0) * inverse, 0.0f, 1.0f);
 }
 
 /// Bounds on what single-scattering GGX reflects in all directions, as f0 * x + (f90 - f0 * x) * y:
@@ -122,8 +121,11 @@ SHARED_FN float fresnelShare(float exact, float r0)
 /// average and miss by 0.0008 at worst.
 SHARED_FN vec2 roughAlbedo(float c, float t, float alpha)
 {
-    float narrow = (1.0f - c) * alpha / (alpha + 0.29f * (1.0f - alpha) * c);
-    float y = t / (1.0f + 15.5f * alpha * narrow * narrow) + 0.004f * min(1.0f, 4.0f * alpha) * c;
+    float wide = alpha + 0.29f * (1.0f - alpha) * c;
+    float narrow = (1.0f - c) * alpha;
+    wide = max(wide * wide, 1.0e-20f);
+    float y =
+        t * wide / (wide + 15.5f * alpha * narrow * narrow) + 0.004f * min(1.0f, 4.0f * alpha) * c;
     return vec2(1.0f - 0.65f * alpha * alpha * c * (2.0f - c), min(y, 1.0f));
 }
 
@@ -158,7 +160,7 @@ SHARED_FN bool isTotal(Bsdf b, float exact)
 SHARED_FN void facetFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
 {
     float exact = fresnelDielectric(c, b.eta);
-    float t = fresnelShare(exact, b.r0);
+    float t = fresnelShare(exact, b.r0, b.shareScale);
     reflected = b.f0 + (vec3(b.f90) - b.f0) * t;
     through = 1.0f - b.strength0 - (b.strength90 - b.strength0) * t;
     if (isTotal(b, exact)) {
@@ -173,7 +175,7 @@ SHARED_FN void facetFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float) thr
 SHARED_FN void interfaceAlbedo(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
 {
     float exact = fresnelDielectric(c, b.eta);
-    float t = fresnelShare(exact, b.r0);
+    float t = fresnelShare(exact, b.r0, b.shareScale);
     // From the dense side the fits do not hold; there diffuse goes without its gain instead
     // (makeBsdf).
     vec2 xy = b.eta >= 1.0f ? roughAlbedo(c, t, b.alpha) : vec2(1.0f, t);
@@ -189,7 +191,9 @@ SHARED_FN void interfaceAlbedo(Bsdf b, float c, OUT(vec3) reflected, OUT(float) 
 /// Albedo of the coat at cosine c.
 SHARED_FN float coatAlbedo(Bsdf b, float c)
 {
-    vec2 xy = roughAlbedo(c, fresnelShare(fresnelDielectric(c, kCoatIor), kCoatR0), b.coatAlpha);
+    vec2 xy = roughAlbedo(
+        c, fresnelShare(fresnelDielectric(c, kCoatIor), kCoatR0, 1.0f / (1.0f - kCoatR0)),
+        b.coatAlpha);
     return b.coat * (kCoatR0 * xy.x + (1.0f - kCoatR0 * xy.x) * xy.y);
 }
 
@@ -207,8 +211,7 @@ SHARED_FN float coatThrough(Bsdf b, float co, float ci)
     return lowest > 1.5f ? 1.0f : 1.0f - coatAlbedo(b, lowest);
 }
 
-// --- construction
-// -----------------------------------------------------------------------------------------------
+// --- construction ------------------------------------------------------------------------------
 
 /// GGX alpha of the main interface: roughness squared, or 0 when a delta lobe stands for it. A
 /// solid whose index is almost that of air scatters transmitted light by alpha |ior - 1| only, too
@@ -250,6 +253,7 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
     b.alpha = 0.0f;
     b.eta = 1.5f;
     b.r0 = 0.04f;
+    b.shareScale = 1.0f / 0.96f;
     b.strength0 = 0.0f;
     b.strength90 = 0.0f;
     b.coat = 0.0f;
@@ -276,6 +280,7 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
         }
         b.eta = !solid ? curve : inside ? 1.0f / ior : ior;
         b.r0 = root * root;
+        b.shareScale = 1.0f / (1.0f - b.r0);
         if (b.eta >= 1.0f && b.eta <= 3.5f) {
             vec2 xy = roughAlbedoMean(b.eta, b.alpha);
             float taken = b.strength0 * xy.x + (specular - b.strength0 * xy.x) * xy.y;
@@ -314,8 +319,7 @@ SHARED_FN bool isDelta(Bsdf b)
            ((b.parts & kBsdfCoat) == 0u || b.coatAlpha == 0.0f);
 }
 
-// --- microfacets
-// ------------------------------------------------------------------------------------------------
+// --- microfacets -------------------------------------------------------------------------------
 
 /// A visible normal of GGX from a point of the unit disk. In the space where GGX is a hemisphere,
 /// mirror directions are uniform on a spherical cap, and h is halfway (Dupuy & Benyoub 2023). Sums
@@ -391,8 +395,7 @@ SHARED_FN Facet refractFacet(vec3 wo, vec3 wi, float alpha, float eta)
     return r;
 }
 
-// --- lobes
-// --------------------------------------------------------------------------------------------------------
+// --- lobes -------------------------------------------------------------------------------------
 
 /// Probabilities of the three ways to sample, from estimated albedos, and the interface's Fresnel
 /// terms at wo.
@@ -461,28 +464,14 @@ SHARED_FN void addFacet(Bsdf b, float probability, vec3 wo, vec3 wi, INOUT(vec3)
     pdf += probability * (up ? share : 1.0f - share) * facet.pdf;
 }
 
-// --- public evaluation
-// ----------------------------------------------------------------------------------------------
-
-/// f (no cosine) and the solid-angle density of sampleBsdf, delta lobes excluded from both.
-SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+/// evalPdfBsdf of what is not plain Lambert, both directions being off the horizon.
+SHARED_FN void evalLobes(Bsdf b, LobeChoice c, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
 {
     f = vec3(0.0f);
     pdf = 0.0f;
-    if (!(wo.z > kMinCosine) || !(abs(wi.z) > kMinCosine)) {
-        return;
-    }
-    if (isLambert(b)) {
-        if (wi.z > 0.0f) {
-            f = b.diffuse * kInvPi;
-            pdf = (b.parts & kBsdfDiffuse) != 0u ? wi.z * kInvPi : 0.0f;
-        }
-        return;
-    }
     if (wi.z < 0.0f && (b.parts & kBsdfTransmission) == 0u) {
         return;
     }
-    LobeChoice c = chooseLobes(b, wo);
     if (wi.z > 0.0f && (b.parts & kBsdfDiffuse) != 0u) {
         float through = 1.0f;
         if ((b.parts & kBsdfMicrofacet) != 0u) {
@@ -509,6 +498,26 @@ SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf
     }
 }
 
+// --- public evaluation -------------------------------------------------------------------------
+
+/// f (no cosine) and the solid-angle density of sampleBsdf, delta lobes excluded from both.
+SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+{
+    f = vec3(0.0f);
+    pdf = 0.0f;
+    if (!(wo.z > kMinCosine) || !(abs(wi.z) > kMinCosine)) {
+        return;
+    }
+    if (isLambert(b)) {
+        if (wi.z > 0.0f) {
+            f = b.diffuse * kInvPi;
+            pdf = (b.parts & kBsdfDiffuse) != 0u ? wi.z * kInvPi : 0.0f;
+        }
+        return;
+    }
+    evalLobes(b, chooseLobes(b, wo), wo, wi, f, pdf);
+}
+
 SHARED_FN vec3 evalBsdf(Bsdf b, vec3 wo, vec3 wi)
 {
     vec3 f;
@@ -525,8 +534,7 @@ SHARED_FN float pdfBsdf(Bsdf b, vec3 wo, vec3 wi)
     return pdf;
 }
 
-// --- public sampling
-// ------------------------------------------------------------------------------------------------
+// --- public sampling ---------------------------------------------------------------------------
 
 /// wo reflected about h, or refracted through it; wi.z tells whether it worked.
 SHARED_FN vec3 mirrorAbout(vec3 wo, vec3 h)
@@ -610,7 +618,7 @@ SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) 
         s.weight = deltaWeight / max(deltaProbability, 1.0e-20f);
     } else {
         vec3 f;
-        evalPdfBsdf(b, wo, s.wi, f, s.pdf);
+        evalLobes(b, c, wo, s.wi, f, s.pdf);
         if (!(s.pdf > 0.0f)) {
             return false;
         }

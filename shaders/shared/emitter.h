@@ -35,8 +35,7 @@ SHARED_FN EmitterSample emptyEmitterSample()
     return s;
 }
 
-// --- triangles
-// ------------------------------------------------------------------------------------------------
+// --- triangles ---------------------------------------------------------------------------------
 
 // Uniform in area. Uniform in solid angle (Arvo 1995) was measured against it on the Cornell lamp:
 // it costs four times as much, and takes away a variance of 1e-4 to 9e-3 of the squared mean on the
@@ -80,8 +79,7 @@ SHARED_FN bool sampleTriangleEmitter(Emitter e, vec3 p, vec2 u, OUT(EmitterSampl
     return s.pdf > 0.0f;
 }
 
-// --- lights without extent
-// --------------------------------------------------------------------------------------
+// --- lights without extent ---------------------------------------------------------------------
 
 /// Point, spot and directional lights. False where they give nothing.
 SHARED_FN bool samplePunctual(Emitter e, vec3 p, OUT(EmitterSample) s)
@@ -112,8 +110,7 @@ SHARED_FN bool samplePunctual(Emitter e, vec3 p, OUT(EmitterSample) s)
     return strength > 0.0f;
 }
 
-// --- sun
-// --------------------------------------------------------------------------------------------------------
+// --- sun ---------------------------------------------------------------------------------------
 
 /// A direction inside the sun's disk.
 SHARED_FN bool sampleSun(Emitter e, vec2 u, OUT(EmitterSample) s)
@@ -137,8 +134,7 @@ SHARED_FN float pdfSun(Emitter e, vec3 wi)
     return 0.5f * dot(chord, chord) <= e.scale && e.scale > 0.0f ? pdfCone(e.scale) : 0.0f;
 }
 
-// --- environment
-// --------------------------------------------------------------------------------------------------
+// --- environment -------------------------------------------------------------------------------
 
 /// Latitude-longitude coordinates in [0,1): row 0 is +Y, u = 0 looks to -Z, u = 0.25 to +X.
 SHARED_FN vec2 environmentUv(vec3 d)

@@ -30,8 +30,7 @@ SHARED_FN vec3 toWorld(mat3 frame, vec3 v)
     return frame[0] * v.x + frame[1] * v.y + frame[2] * v.z;
 }
 
-// --- disk
-// -------------------------------------------------------------------------------------------------
+// --- disk --------------------------------------------------------------------------------------
 
 /// cos and sin of t * pi/4 for t in [-1,1]; errors below 1e-7.
 SHARED_FN vec2 octantCosSin(float t)
@@ -74,8 +73,7 @@ SHARED_FN vec2 inverseDisk(vec2 p)
     return 0.5f * ab + vec2(0.5f);
 }
 
-// --- directions about +z
-// ------------------------------------------------------------------------------------
+// --- directions about +z -----------------------------------------------------------------------
 
 /// The hemisphere with density cos/pi, from a point of the unit disk (Malley).
 SHARED_FN vec3 cosineHemisphereFromDisk(vec2 p)
@@ -153,8 +151,7 @@ SHARED_FN vec2 inverseSphere(vec3 w)
     return inverseCone(w, 2.0f);
 }
 
-// --- triangle
-// -----------------------------------------------------------------------------------------------
+// --- triangle ----------------------------------------------------------------------------------
 
 /// Uniform barycentric coordinates (of the second and third vertex): Heitz, "A Low-Distortion Map
 /// Between Triangle and Square", 2019. The density over the triangle is 1/area.
@@ -175,8 +172,7 @@ SHARED_FN vec2 inverseTriangle(vec2 barycentrics)
     return barycentrics + vec2(shift);
 }
 
-// --- octahedral packing
-// -------------------------------------------------------------------------------------
+// --- octahedral packing ------------------------------------------------------------------------
 
 /// The unit sphere onto [-1,1]^2 (Meyer et al. 2010; Cigolle et al. 2014).
 SHARED_FN vec2 octEncode(vec3 d)
