@@ -4,9 +4,13 @@
 #include <map>
 #include <utility>
 
+#include <gtest/gtest.h>
+
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "core/methods/methods.h"
 #include "shared/warp.h"
+#include "stats.h"
 
 namespace tests {
 
@@ -175,6 +179,90 @@ void SceneBuilder::constantEnvironment(glm::vec3 radiance)
 std::shared_ptr<const core::World> SceneBuilder::world(double time) const
 {
     return core::makeWorld(std::make_shared<core::Scene>(scene), time);
+}
+
+SceneBuilder room(const core::Material& walls, const core::Material& things)
+{
+    SceneBuilder b;
+    const int wall = b.material(walls);
+    core::Material tinted = walls;
+    tinted.data.baseColor *= glm::vec3(0.9f, 0.3f, 0.2f);
+    const int red = b.material(tinted);
+    const int thing = b.material(things);
+    const int lamp = b.material(emitter(glm::vec3(12, 10, 8)));
+    b.quad({-1, -1, 1}, {2, 0, 0}, {0, 0, -2}, wall);
+    b.quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, wall);
+    b.quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, wall);
+    b.quad({-1, -1, 1}, {0, 0, -2}, {0, 2, 0}, red);
+    b.quad({1, -1, -1}, {0, 0, 2}, {0, 2, 0}, wall);
+    b.quad({-0.3f, 0.99f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, lamp);
+    b.box({-0.7f, -1, -0.6f}, {-0.1f, 0.2f, 0}, thing, false);
+    b.box({0.2f, -1, 0}, {0.7f, -0.4f, 0.5f}, thing, false);
+    b.camera({0, 0, 3.8}, {0, 0, 0}, 0.68);
+    return b;
+}
+
+Estimate estimate(const core::Film& film)
+{
+    const double n = static_cast<double>(film.samples),
+                 pixels = static_cast<double>(film.sum.size());
+    Estimate e;
+    e.samples = n * pixels;
+    double variance = 0;
+    for (size_t i = 0; i < film.sum.size(); ++i) {
+        const glm::dvec3 mean = film.sum[i] / n;
+        const glm::dvec3 spread = glm::max(film.sumOfSquares[i] / n - mean * mean, glm::dvec3(0));
+        e.mean += (mean.x + mean.y + mean.z) / (3 * pixels);
+        // The channels of a sample go together: the variance of their mean is at most the mean of
+        // their variances.
+        variance += (spread.x + spread.y + spread.z) / (3 * (n - 1));
+    }
+    e.varianceOfMean = variance / (pixels * pixels);
+    return e;
+}
+
+double score(const Estimate& a, double exact)
+{
+    return (a.mean - exact) / std::sqrt(a.varianceOfMean + 1e-14 * exact * exact);
+}
+
+double score(const Estimate& a, const Estimate& b)
+{
+    return (a.mean - b.mean) / std::sqrt(a.varianceOfMean + b.varianceOfMean);
+}
+
+double detectable(const Estimate& a, double exact)
+{
+    return (kScore + 2.33) * std::sqrt(a.varianceOfMean) / exact;
+}
+
+double detectable(const Estimate& a, const Estimate& b)
+{
+    return (kScore + 2.33) * std::sqrt(a.varianceOfMean + b.varianceOfMean) / a.mean;
+}
+
+core::PathParams independentParams(core::Strategy strategy, uint32_t maxDepth)
+{
+    core::PathParams params;
+    params.sampler = core::SamplerKind::independent;
+    params.strategy = strategy;
+    params.maxDepth = maxDepth;
+    return params;
+}
+
+core::Film render(const std::shared_ptr<const core::World>& world, uint32_t width, uint32_t height,
+                  uint32_t spp, const core::PathParams& params, size_t camera)
+{
+    const auto renderer = core::makeRenderer("path");
+    renderer->setWorld(world, {});
+    renderer->setView(world->cameras.at(camera), width, height, params);
+    renderer->advance(spp, {});
+    core::Film film;
+    renderer->readFilm(film);
+    EXPECT_EQ(film.samples, spp);
+    EXPECT_TRUE(film.counters.clean()) << film.counters.nan << " nan, " << film.counters.inf
+                                       << " inf, " << film.counters.negative << " negative";
+    return film;
 }
 
 }  // namespace tests

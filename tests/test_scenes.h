@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/film.h"
+#include "core/renderer.h"
 #include "core/scene.h"
 #include "core/world.h"
 
@@ -52,5 +54,32 @@ public:
     core::Scene scene;
     std::shared_ptr<const core::World> world(double time = 0) const;
 };
+
+/// A Cornell-like room of 2 x 2 x 2 about the origin, lit from the ceiling, with two boxes of
+/// `things`; the camera looks in from +Z.
+SceneBuilder room(const core::Material& walls, const core::Material& things);
+
+/// The mean over all samples of all pixels and channels, with its variance (samples taken as
+/// independent).
+struct Estimate {
+    double mean = 0, varianceOfMean = 0, samples = 0;
+};
+Estimate estimate(const core::Film& film);
+
+/// How many standard errors lie between an estimate and a value, or between two estimates.
+double score(const Estimate& a, double exact);
+double score(const Estimate& a, const Estimate& b);
+
+/// Relative bias that the test would see with 99 % power (S2).
+double detectable(const Estimate& a, double exact);
+double detectable(const Estimate& a, const Estimate& b);
+
+/// Independent samples, the CPU path tracer.
+core::PathParams independentParams(core::Strategy strategy = core::Strategy::mis,
+                                   uint32_t maxDepth = 4096);
+
+/// `spp` samples through camera `camera` of the world; expects that not one was dropped (T25).
+core::Film render(const std::shared_ptr<const core::World>& world, uint32_t width, uint32_t height,
+                  uint32_t spp, const core::PathParams& params, size_t camera = 0);
 
 }  // namespace tests
