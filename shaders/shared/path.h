@@ -23,6 +23,7 @@ struct PathState {
 };
 
 /// The connection to an emitter. `contribution` is what it adds if nothing is between; zero: no need to trace.
+/// `direction` is not of unit length: `tMax` counts in its lengths.
 struct ShadowRay {
     vec3 origin;
     vec3 direction;
@@ -164,7 +165,12 @@ SHARED_FN ShadowRay connectToEmitter(SCENE_PARAM PathSettings settings, VertexNu
     const vec3 outside = s.backFace != 0u ? -s.normal : s.normal;
     shadow.origin = offsetRay(s.position, side > 0.0f ? outside : -outside);
     shadow.direction = e.wi;
-    shadow.tMax = e.distance * 0.9999f;
+    shadow.tMax = kDistant;
+    if (e.distance < 0.5f * kDistant) {
+        // Aimed anew from the shifted origin: along the old direction an emitter seen edge-on would block itself.
+        shadow.direction = (s.position - shadow.origin) + e.distance * e.wi;
+        shadow.tMax = 0.9999f;
+    }
     return shadow;
 }
 
