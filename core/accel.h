@@ -12,7 +12,7 @@
 
 namespace core {
 
-/// `direction` of unit length (distances are in its lengths); `seed` decides about surfaces of
+/// Distances count in lengths of `direction`; `seed` decides about surfaces of
 /// blended alpha.
 struct Ray {
     glm::vec3 origin{0};
