@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# The test of the tests: plants one known fault at a time in a copy of the sources, and demands that the tests named
+# beside it fail. Run by `./test --mutants`; takes about a minute and a half per fault on two cores.
+#   tests/mutants.sh [NAME...]   only the faults of these names
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+copy=$root/build-mutants/source
+build=$root/build-mutants/build
+
+# name @ file @ what to replace, to the letter @ by what @ tests that must notice
+faults='
+missing-cosine@shaders/shared/path.h@e.radiance * (abs(wi.z) * weight)@e.radiance * weight@Furnace*:Direct*
+missing-pi@shaders/shared/bsdf.h@f = b.diffuse * kInvPi;@f = b.diffuse;@Bsdf*:Furnace*
+half-vector-jacobian@shaders/shared/bsdf.h@r.pdf = 0.5f * d / (wo.z + rootO);@r.pdf = d / (wo.z + rootO);@Bsdf*
+mis-swapped@shaders/shared/path.h@powerHeuristic(pmf * e.pdf, pdf)@powerHeuristic(pdf, pmf * e.pdf)@Furnace*:Direct*:Path*
+light-pdf-in-area@shaders/shared/emitter.h@float pdf = 2.0f * distance * distance / projected;@float pdf = 2.0f / projected;@Emitter*:Direct*
+roulette-unpaid@shaders/shared/path.h@path.beta *= 1.0f / survival;@@Furnace*:Path*
+environment-sine@shaders/shared/lights.h@texelPmf * texels / (2.0f * kPi * kPi * sinTheta)@texelPmf * texels / (2.0f * kPi * kPi)@*Environment*:Furnace*:Light*
+shared-seed@shaders/shared/sampler.h@s.pixel = pixel.x | (pixel.y << 16u);@s.pixel = (pixel.x >> 1u) | (pixel.y << 16u);@Sampler*:Rng*
+last-sample-dropped@shaders/accumulate.comp@s < batch.sampleCount;@s + 1u < batch.sampleCount;@*GpuPath*-*Slow*
+half-pixel-shift@shaders/shared/camera.h@2.0f * film.x / size.x - 1.0f@2.0f * (film.x + 0.5f) / size.x - 1.0f@Camera*:*Aov*:Path*
+back-face-normal@shaders/shared/surface.h@const float side = s.backFace != 0u ? -1.0f : 1.0f;@const float side = 1.0f;@Furnace*:Path*:Direct*
+eta-squared@shaders/shared/bsdf.h@? 1.0f / (b.eta * b.eta) : 1.0f;@? 1.0f : 1.0f;@Bsdf*
+srgb-twice@shaders/shared/tonemap.h@pow(@0.5f * pow(@Tone*:Image*
+'
+
+mkdir -p "$copy"
+git -C "$root" ls-files -z --cached --others --exclude-standard |
+    tar -C "$root" --null --ignore-failed-read -T - -cf - | tar -C "$copy" -xf -
+cmake -S "$copy" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
+export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR="$copy"
+
+caught=0 missed=0
+while IFS='@' read -r name file from to filter; do
+    [ -n "$name" ] || continue
+    if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then continue; fi
+    FROM=$from TO=$to perl -0pi -e 's/\Q$ENV{FROM}\E/$ENV{TO}/' "$copy/$file"
+    if cmp -s "$copy/$file" "$root/$file"; then
+        echo "mutant $name: '$from' is no longer in $file" >&2
+        missed=$((missed + 1))
+        continue
+    fi
+    if ! ninja -C "$build" tests >"$build/log" 2>&1; then
+        echo "mutant $name: does not compile, see $build/log" >&2
+        missed=$((missed + 1))
+        cp "$root/$file" "$copy/$file"
+        continue
+    fi
+    negative=${filter##*-}
+    [ "$negative" != "$filter" ] || filter="$filter:-*Slow*"
+    if timeout 600 "$build/tests" --gtest_brief=1 --gtest_filter="$filter" >"$build/$name.txt" 2>&1; then
+        echo "mutant $name: SURVIVED $filter"
+        missed=$((missed + 1))
+    else
+        echo "mutant $name: caught by $(grep -c '^\[  FAILED  \] [A-Za-z/0-9_]*\.' "$build/$name.txt") test(s)"
+        caught=$((caught + 1))
+    fi
+    cp "$root/$file" "$copy/$file"  # a new time stamp: whatever was built from the fault is built again
+done <<<"$faults"
+echo "$caught passed, $missed failed"
+[ "$missed" -eq 0 ]
