@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr uint32_t kFrames = 24, kWidth = 320;
-constexpr uint64_t kSpp = 16;
+constexpr uint32_t kFrames = 24, kWidth = 256;
+constexpr uint64_t kSpp = 8;
 constexpr double kCircle = 0.06;  // its radius over the distance of what is looked at
 
 /// assets/ beside the folder of the program, which is where the repository builds it, or below the

@@ -249,10 +249,16 @@ void Job::save(uint32_t index, const core::Film& film, core::Aovs* aovs)
     const std::filesystem::path file = fileOf(index);
     writePicture(file, film, aovs, o_, imageMetadata(report_));
     const FrameReport& frame = report_.frames.back();
-    log_.line(file.string() + ": " + std::to_string(report_.size.x) + 'x' +
-              std::to_string(report_.size.y) + ", " + std::to_string(frame.spp) + " spp in " +
-              format("%.2f s", frame.seconds) + " on " + report_.renderer.device +
-              (report_.rmse ? format(", RMSE %.4g", *report_.rmse) : ""));
+    const std::string text = file.string() + ": " + std::to_string(report_.size.x) + 'x' +
+                             std::to_string(report_.size.y) + ", " + std::to_string(frame.spp) +
+                             " spp in " + format("%.2f s", frame.seconds) + " on " +
+                             report_.renderer.device +
+                             (report_.rmse ? format(", RMSE %.4g", *report_.rmse) : "");
+    // Of many frames not each is news.
+    if (o_.frames)
+        log_.progressText(text);
+    else
+        log_.line(text);
 }
 
 int Job::run()
