@@ -1,0 +1,10 @@
+# Writes OUTPUT with the version and the commit being built; touches it only when they change. Run at every build.
+execute_process(COMMAND git rev-parse --short HEAD WORKING_DIRECTORY ${SOURCE}
+    OUTPUT_VARIABLE COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+execute_process(COMMAND git status --porcelain --untracked-files=no WORKING_DIRECTORY ${SOURCE}
+    OUTPUT_VARIABLE CHANGES ERROR_QUIET)
+if(COMMIT AND CHANGES)
+    string(APPEND COMMIT "+")  # with changes that are in no commit
+endif()
+file(CONFIGURE OUTPUT ${OUTPUT} CONTENT
+"#pragma once\n#define REKINDLE_VERSION \"${VERSION}\"\n#define REKINDLE_COMMIT \"${COMMIT}\"\n")
