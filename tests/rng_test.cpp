@@ -146,8 +146,9 @@ TEST(Rng, sampleCounterHasNoSeams)
     }
 }
 
-/// Largest deviation from one in two, in standard deviations, with which flips of input bits reach output bits.
-template<typename Hash> double worstAvalanche(uint inputBits, uint firstOutputBit, Hash hash)
+/// Largest deviation from one in two, in standard deviations, with which flips of input bits reach
+/// output bits.
+template <typename Hash> double worstAvalanche(uint inputBits, uint firstOutputBit, Hash hash)
 {
     constexpr uint kCount = 1u << 14;
     double worst = 0;
@@ -167,8 +168,8 @@ template<typename Hash> double worstAvalanche(uint inputBits, uint firstOutputBi
 
 TEST(Rng, hashesAvalanche)
 {
-    // Of pcg4d the upper 24 bits are used, and its words hold counters below 2^20 or so: its highest input bits
-    // do not reach its lowest output bits.
+    // Of pcg4d the upper 24 bits are used, and its words hold counters below 2^20 or so: its
+    // highest input bits do not reach its lowest output bits.
     for (int out = 0; out < 4; ++out) {
         for (int in = 0; in < 4; ++in) {
             auto hash = [=](uint x, uint i) {
@@ -180,7 +181,8 @@ TEST(Rng, hashesAvalanche)
         }
     }
     EXPECT_LT(worstAvalanche(32, 0, [](uint x, uint) { return shared::hashUint(x); }), 60);
-    EXPECT_GT(worstAvalanche(32, 0, [](uint x, uint) { return x * 747796405u; }), 100);  // it can fail
+    EXPECT_GT(worstAvalanche(32, 0, [](uint x, uint) { return x * 747796405u; }),
+              100);  // it can fail
 }
 
 TEST(Rng, unitFloatStaysBelowOneAndIsExact)

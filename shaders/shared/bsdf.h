@@ -1,33 +1,25 @@
 // The surface model: glTF 2.0 metallic-roughness with KHR ior, specular, transmission, volume and
-// clearcoat. GGX with height-correlated Smith shadowing (Heitz 2014), visible normals by spherical
-// caps (Dupuy & Benyoub 2023), rough refraction (Walter et al. 2007).
-//
-// What differs from the glTF appendix, and why:
-// - Fresnel of dielectrics is the exact curve, remapped: t = (F - r0) / (1 - r0), then f0 -> f90 by
-// t. It agrees
-//   with Schlick's at both ends, and with glass. Opaque surfaces take it of an index in [1, 3.5].
-// - Diffuse is c/pi * (1-R(o)) (1-R(i)) / (1-Ravg), R the albedo of the interface, rather than c/pi
-// * (1-F(h)):
-//   the latter is brighter than white at grazing angles. This one is reciprocal and white under a
-//   white surface (exactly over a smooth interface, 1 % less over a rough one). R and its cosine
-//   mean Ravg are algebraic bounds fitted to quadrature (roughAlbedo): R from above, Ravg from
-//   below, so that no albedo exceeds one by 0.001.
-// - A coat darkens its base by 1 - coat * max(R(o), R(i)): reciprocal, never brighter than 1.
-// - Energy that leaves a facet towards another one is lost (single scattering), as in glTF.
+// clearcoat, on the microfacets of microfacet.h. What differs from the glTF appendix, and why:
+// - Fresnel of dielectrics is the exact curve, remapped: t = (F - r0) / (1 - r0), then f0 -> f90.
+//   It agrees with Schlick's at both ends, and with glass. Opaque surfaces use indices 1 to 3.5.
+// - Diffuse is c/pi (1-R(o)) (1-R(i)) / (1-Ravg), R the albedo of the interface, for c/pi (1-F(h))
+//   is brighter than white at grazing angles. It is reciprocal, and white under a white surface: to
+//   0.2 % over a smooth interface, 1 to 2 % over a rough one. R and its cosine mean Ravg are bounds
+//   fitted to quadrature (roughAlbedo), R from above, Ravg from below: no albedo exceeds 1.001.
+// - A coat darkens its base by 1 - coat * max(R(o), R(i)): reciprocal, never brighter than one.
+// - Light that leaves a facet towards another one is lost (single scattering), as in glTF.
 //
 // Directions are local, z is the shading normal on wo's side, and both point away from the surface.
-// Inside a solid (`backFace`) the refraction index is inverted. Transmission carries radiance: it
-// holds 1/eta^2.
+// Inside a solid (`backFace`) the index is inverted. Transmission carries radiance: it has 1/eta^2.
 #ifndef REKINDLE_SHARED_BSDF_H
 #define REKINDLE_SHARED_BSDF_H
 
 #include "lang.h"
 #include "layout.h"
+#include "microfacet.h"
 #include "warp.h"
 
 SHARED_BEGIN
-
-SHARED_CONST float kDeltaAlpha = 1.0e-3f;  // narrower lobes have no density
 
 // What sampleBsdf drew.
 SHARED_CONST uint kLobeDelta = 1u;
@@ -90,53 +82,7 @@ struct BsdfSample {
     uint flags;
 };
 
-// --- Fresnel -----------------------------------------------------------------------------------
-
-/// Reflectance of unpolarised light at a smooth dielectric; eta = far index / near index. 1 past
-/// the critical angle. (g-c)/(g+c) is written without the difference, which cancels at eta near
-/// one.
-SHARED_FN float fresnelDielectric(float c, float eta)
-{
-    float excess = eta * eta - 1.0f;
-    float g2 = excess + c * c;
-    if (!(g2 > 0.0f)) {
-        return excess == 0.0f ? 0.0f : 1.0f;
-    }
-    float x = sqrt(g2) + c;
-    float a = excess / (x * x);                       // (g - c) / (g + c)
-    float b = x * (c * x - 1.0f) / (c * excess + x);  // (c (g + c) - 1) / (c (g - c) + 1)
-    return min(0.5f * a * a * (1.0f + b * b), 1.0f);
-}
-
-/// Exact Fresnel reflectance as the share t of the way from normal to grazing reflection; inverse =
-/// 1 / (1 - r0).
-SHARED_FN float fresnelShare(float exact, float r0, float inverse)
-{
-    return clamp((exact - r0) * inverse, 0.0f, 1.0f);
-}
-
-/// Bounds on what single-scattering GGX reflects in all directions, as f0 * x + (f90 - f0 * x) * y:
-/// x for a constant reflectance, y of the Fresnel share t at the same cosine. Both are fits from
-/// above to quadrature over cosines, alphas and indices 1.05 to 3.5, which they exceed by 0.01 on
-/// average and miss by 0.0008 at worst.
-SHARED_FN vec2 roughAlbedo(float c, float t, float alpha)
-{
-    float wide = alpha + 0.29f * (1.0f - alpha) * c;
-    float narrow = (1.0f - c) * alpha;
-    wide = max(wide * wide, 1.0e-20f);
-    float y =
-        t * wide / (wide + 15.5f * alpha * narrow * narrow) + 0.004f * min(1.0f, 4.0f * alpha) * c;
-    return vec2(1.0f - 0.65f * alpha * alpha * c * (2.0f - c), min(y, 1.0f));
-}
-
-/// Cosine means of roughAlbedo, from below: the mean of t by index (a fit), thinned by roughness.
-SHARED_FN vec2 roughAlbedoMean(float eta, float alpha)
-{
-    float d = eta - 1.0f;
-    float gloss = 0.296f * d * (1.0f - 0.305f * d) / (1.0f + 2.77f * d);
-    return vec2(1.0f - 0.5417f * alpha * alpha,
-                gloss / (1.0f + 9.4f * alpha * alpha / (alpha + 0.09f)));
-}
+// --- the main interface and the coat -----------------------------------------------------------
 
 /// Adds the metallic part's reflection at cosine c (Schlick) to `reflected`.
 SHARED_FN void addMetal(Bsdf b, float c, INOUT(vec3) reflected)
@@ -213,18 +159,6 @@ SHARED_FN float coatThrough(Bsdf b, float co, float ci)
 
 // --- construction ------------------------------------------------------------------------------
 
-/// GGX alpha of the main interface: roughness squared, or 0 when a delta lobe stands for it. A
-/// solid whose index is almost that of air scatters transmitted light by alpha |ior - 1| only, too
-/// narrow for fp32 to evaluate.
-SHARED_FN float interfaceAlpha(float roughness, float ior, bool solid)
-{
-    float alpha = roughness * roughness;
-    if (!(alpha >= kDeltaAlpha) || (solid && alpha * abs(ior - 1.0f) < 2.0e-4f)) {
-        return 0.0f;
-    }
-    return min(alpha, 1.0f);
-}
-
 /// [0,1], and 0 for what is not a number: by the order of the arguments.
 SHARED_FN vec3 saturated(vec3 v)
 {
@@ -236,6 +170,38 @@ SHARED_FN float saturated(float x)
     return min(max(0.0f, x), 1.0f);
 }
 
+/// Sets what makeBsdf leaves to the main interface. body: share of the dielectric part.
+SHARED_FN void setInterface(BsdfInputs m, float body, INOUT(Bsdf) b)
+{
+    bool transmits = maxComponent(b.transmit) > 0.0f;
+    bool solid = transmits && (m.flags & kMaterialVolume) != 0u;
+    bool inside = solid && m.backFace != 0u;
+    float ior = clamp(m.ior > 0.0f ? m.ior : 1.0e3f, 1.0e-2f, 1.0e3f);  // 0 stands for infinity
+    float root = (ior - 1.0f) / (ior + 1.0f);
+    float specular = saturated(m.specular);
+    vec3 f0 = saturated(root * root * m.specularColor) * specular;
+    b.f0 = f0 * body;
+    b.f90 = specular * body;
+    b.strength0 = maxComponent(f0);
+    b.strength90 = specular;
+    b.alpha = interfaceAlpha(m.roughness, ior, solid);
+    b.eta = inside ? 1.0f / ior : ior;
+    if (!solid) {
+        b.eta = min(max(ior, 1.0f / ior), 3.5f);  // no critical angle, and no dip below r0
+        root = (b.eta - 1.0f) / (b.eta + 1.0f);
+    }
+    b.r0 = root * root;
+    b.shareScale = 1.0f / (1.0f - b.r0);
+    if (b.eta >= 1.0f && b.eta <= 3.5f) {  // where the fits hold
+        vec2 xy = roughAlbedoMean(b.eta, b.alpha);
+        float taken = b.strength0 * xy.x + (specular - b.strength0 * xy.x) * xy.y;
+        b.diffuseNorm = 1.0f / max(1.0f - taken, 1.0e-2f);
+    }
+    b.parts |= kBsdfMicrofacet | (transmits ? kBsdfTransmission : 0u) | (solid ? kBsdfSolid : 0u) |
+               (inside ? kBsdfInside : 0u);
+}
+
+/// The model of a material at a point. Inputs out of range are clamped, what is not a number is 0.
 SHARED_FN Bsdf makeBsdf(BsdfInputs m)
 {
     float metallic = FEATURE(kFeatureMetal) ? saturated(m.metallic) : 0.0f;
@@ -261,36 +227,7 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
     b.parts = maxComponent(b.diffuse) > 0.0f ? kBsdfDiffuse : 0u;
     if (FEATURE(kFeatureSpecular | kFeatureTransmission) &&
         (m.specular > 0.0f || metallic > 0.0f || transmission > 0.0f)) {
-        float ior = clamp(m.ior > 0.0f ? m.ior : 1.0e3f, 1.0e-2f,
-                          1.0e3f);  // 0: KHR_materials_ior's infinity
-        bool solid = transmission > 0.0f && body > 0.0f && (m.flags & kMaterialVolume) != 0u;
-        bool inside = solid && m.backFace != 0u;
-        float root = (ior - 1.0f) / (ior + 1.0f);
-        float specular = saturated(m.specular);
-        vec3 f0 = saturated(root * root * m.specularColor) * specular;
-        b.f0 = f0 * body;
-        b.f90 = specular * body;
-        b.strength0 = maxComponent(f0);
-        b.strength90 = specular;
-        b.alpha = interfaceAlpha(m.roughness, ior, solid);
-        float curve = min(max(ior, 1.0f / ior),
-                          3.5f);  // of an opaque surface or a thin wall: no critical angle
-        if (!solid) {
-            root = (curve - 1.0f) / (curve + 1.0f);
-        }
-        b.eta = !solid ? curve : inside ? 1.0f / ior : ior;
-        b.r0 = root * root;
-        b.shareScale = 1.0f / (1.0f - b.r0);
-        if (b.eta >= 1.0f && b.eta <= 3.5f) {
-            vec2 xy = roughAlbedoMean(b.eta, b.alpha);
-            float taken = b.strength0 * xy.x + (specular - b.strength0 * xy.x) * xy.y;
-            b.diffuseNorm = 1.0f / max(1.0f - taken, 1.0e-2f);
-        }
-        b.parts |= kBsdfMicrofacet;
-        if (maxComponent(b.transmit) > 0.0f) {
-            b.parts |= kBsdfTransmission;
-        }
-        b.parts |= (solid ? kBsdfSolid : 0u) | (inside ? kBsdfInside : 0u);
+        setInterface(m, body, b);
     }
     if (FEATURE(kFeatureClearcoat) && m.clearcoat > 0.0f) {
         b.coat = saturated(m.clearcoat);
@@ -317,82 +254,6 @@ SHARED_FN bool isDelta(Bsdf b)
     return (b.parts & kBsdfDiffuse) == 0u &&
            ((b.parts & kBsdfMicrofacet) == 0u || b.alpha == 0.0f) &&
            ((b.parts & kBsdfCoat) == 0u || b.coatAlpha == 0.0f);
-}
-
-// --- microfacets -------------------------------------------------------------------------------
-
-/// A visible normal of GGX from a point of the unit disk. In the space where GGX is a hemisphere,
-/// mirror directions are uniform on a spherical cap, and h is halfway (Dupuy & Benyoub 2023). Sums
-/// are arranged so that nothing cancels at grazing angles.
-SHARED_FN vec3 visibleNormal(vec3 wo, float alpha, vec2 disk)
-{
-    vec3 w = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
-    float k = 1.0f + w.z;
-    float z = (1.0f - dot(disk, disk)) * k;  // height of cap + w.z
-    float stretch = sqrt(k * max((1.0f - w.z) + z, 0.0f));
-    return normalize(
-        vec3(alpha * (disk.x * stretch + w.x), alpha * (disk.y * stretch + w.y), max(z, 1.0e-12f)));
-}
-
-/// sqrt(alpha^2 sin^2 + cos^2): Smith's G1 is 2 cos / (cos + this).
-SHARED_FN float smithRoot(float cosine, float a2)
-{
-    return sqrt(a2 + (1.0f - a2) * cosine * cosine);
-}
-
-/// GGX density of normals at a direction h of any length; l2 is its squared length.
-SHARED_FN float ggxDensity(vec3 h, float l2, float a2)
-{
-    float d = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
-    float ratio = l2 / d;
-    return a2 * kInvPi * ratio * ratio;
-}
-
-/// What of a microfacet lobe does not depend on colours. `value` is D G2 (times Jacobian parts) /
-/// (4 cos cos) or its refracting counterpart, `pdf` the density of the direction under
-/// visible-normal sampling, cosine that of wo with h. All zero where the lobe is.
-struct Facet {
-    float value;
-    float pdf;
-    float cosine;
-};
-
-SHARED_FN Facet reflectFacet(vec3 wo, vec3 wi, float alpha)
-{
-    Facet r;
-    float a2 = alpha * alpha;
-    vec3 h = wo + wi;
-    float l2 = dot(h, h);
-    float d = ggxDensity(h, max(l2, 1.0e-30f), a2);
-    float rootO = smithRoot(wo.z, a2);
-    r.pdf = 0.5f * d / (wo.z + rootO);
-    r.value = 0.5f * d / (wi.z * rootO + wo.z * smithRoot(wi.z, a2));
-    r.cosine = min(0.5f * sqrt(l2), 1.0f);
-    return r;
-}
-
-SHARED_FN Facet refractFacet(vec3 wo, vec3 wi, float alpha, float eta)
-{
-    Facet r;
-    r.value = 0.0f;
-    r.pdf = 0.0f;
-    r.cosine = 1.0f;
-    vec3 h = wo + eta * wi;
-    h = h.z < 0.0f ? -h : h;
-    float l2 = dot(h, h);
-    float oh = dot(wo, h);
-    float ih = -dot(wi, h);
-    if (!(l2 > 1.0e-12f) || !(oh > 0.0f) || !(ih > 0.0f)) {
-        return r;
-    }
-    float a2 = alpha * alpha;
-    float rootO = smithRoot(wo.z, a2);
-    // |wo + eta wi| is Walter's denominator; oh and ih carry one length of h each.
-    float shape = ggxDensity(h, l2, a2) * 2.0f * oh * ih / (l2 * l2);
-    r.pdf = shape * eta * eta / (wo.z + rootO);
-    r.value = shape / (-wi.z * rootO + wo.z * smithRoot(wi.z, a2));
-    r.cosine = min(oh / sqrt(l2), 1.0f);
-    return r;
 }
 
 // --- lobes -------------------------------------------------------------------------------------
@@ -536,18 +397,30 @@ SHARED_FN float pdfBsdf(Bsdf b, vec3 wo, vec3 wi)
 
 // --- public sampling ---------------------------------------------------------------------------
 
-/// wo reflected about h, or refracted through it; wi.z tells whether it worked.
-SHARED_FN vec3 mirrorAbout(vec3 wo, vec3 h)
+/// Reflects or transmits at the normal h of the main interface, by u in [0, c.facet); sets wi and
+/// flags, and the complete weight of a delta lobe.
+SHARED_FN void sampleInterface(Bsdf b, LobeChoice c, vec3 wo, vec3 h, float u, INOUT(BsdfSample) s)
 {
-    return 2.0f * dot(wo, h) * h - wo;
-}
-
-SHARED_FN vec3 refractAbout(vec3 wo, vec3 h, float eta)
-{
-    float inverse = 1.0f / eta;
-    float c = dot(wo, h);
-    float cosine2 = 1.0f - (1.0f - c * c) * inverse * inverse;
-    return (c * inverse - sqrt(max(cosine2, 0.0f))) * h - inverse * wo;
+    vec3 reflected;
+    float through;
+    facetFresnel(b, min(dot(wo, h), 1.0f), reflected, through);
+    float share = reflectShare(b, reflected, through);
+    bool up = u < share * c.facet;
+    bool refracts = !up && (b.parts & kBsdfSolid) != 0u;
+    s.wi = mirrorAbout(wo, h);
+    if (!up) {
+        s.flags |= kLobeTransmission;
+        s.wi = refracts ? refractAbout(wo, h, b.eta) : vec3(s.wi.x, s.wi.y, -s.wi.z);
+    }
+    if ((s.flags & kLobeDelta) != 0u) {
+        float probability = c.facet * (up ? share : 1.0f - share);
+        float radiance = refracts ? 1.0f / (b.eta * b.eta) : 1.0f;
+        s.weight =
+            (up ? reflected : b.transmit * through) * (radiance / max(probability, 1.0e-20f));
+        if (FEATURE(kFeatureClearcoat) && (b.parts & kBsdfCoat) != 0u) {
+            s.weight *= coatThrough(b, wo.z, s.wi.z);
+        }
+    }
 }
 
 /// Draws wi for wo. False when the path ends here (absorbed, or below the horizon): that share of
@@ -571,52 +444,24 @@ SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) 
     }
     LobeChoice c = chooseLobes(b, wo);
     bool inCoat = uLobe < c.coat;
-    bool delta = false;
-    float deltaProbability = 1.0f;
-    vec3 deltaWeight = vec3(0.0f);
     if (inCoat || uLobe < c.coat + c.facet) {
         float alpha = inCoat ? b.coatAlpha : b.alpha;
-        delta = FEATURE(kFeatureDelta) && alpha == 0.0f;
+        bool delta = FEATURE(kFeatureDelta) && alpha == 0.0f;
         vec3 h = delta ? vec3(0.0f, 0.0f, 1.0f) : visibleNormal(wo, alpha, disk);
-        s.flags = kLobeSpecular;
-        s.wi = mirrorAbout(wo, h);
+        s.flags = delta ? kLobeSpecular | kLobeDelta : kLobeSpecular;
         if (inCoat) {
-            deltaWeight = vec3(b.coat * fresnelDielectric(wo.z, kCoatIor));
-            deltaProbability = c.coat;
+            s.wi = mirrorAbout(wo, h);
+            s.weight = vec3(b.coat * fresnelDielectric(wo.z, kCoatIor) / c.coat);
         } else {
-            vec3 reflected;
-            float through;
-            facetFresnel(b, min(dot(wo, h), 1.0f), reflected, through);
-            float share = reflectShare(b, reflected, through);
-            bool up = uLobe - c.coat < share * c.facet;
-            if (!up) {
-                s.flags |= kLobeTransmission;
-                s.wi = (b.parts & kBsdfSolid) != 0u ? refractAbout(wo, h, b.eta)
-                                                    : vec3(s.wi.x, s.wi.y, -s.wi.z);
-            }
-            if (delta) {
-                float radiance =
-                    !up && (b.parts & kBsdfSolid) != 0u ? 1.0f / (b.eta * b.eta) : 1.0f;
-                deltaWeight = (up ? reflected : b.transmit * through) * radiance;
-                deltaProbability = c.facet * (up ? share : 1.0f - share);
-                if (FEATURE(kFeatureClearcoat) && (b.parts & kBsdfCoat) != 0u) {
-                    deltaWeight *= coatThrough(b, wo.z, s.wi.z);
-                }
-            }
-            if (!((up ? s.wi.z : -s.wi.z) > kMinCosine)) {
-                return false;  // the facet sends it through the wrong side: lost between facets
-            }
-        }
-        if (!(s.wi.z > kMinCosine) && inCoat) {
-            return false;
+            sampleInterface(b, c, wo, h, uLobe - c.coat, s);
         }
     } else {
         s.wi = cosineHemisphereFromDisk(disk);
     }
-    if (delta) {
-        s.flags |= kLobeDelta;
-        s.weight = deltaWeight / max(deltaProbability, 1.0e-20f);
-    } else {
+    if (!(((s.flags & kLobeTransmission) != 0u ? -s.wi.z : s.wi.z) > kMinCosine)) {
+        return false;  // the facet sends it to the wrong side: lost between facets
+    }
+    if ((s.flags & kLobeDelta) == 0u) {
         vec3 f;
         evalLobes(b, c, wo, s.wi, f, s.pdf);
         if (!(s.pdf > 0.0f)) {
