@@ -59,17 +59,28 @@ bool hasVariance(const core::ImageFile& content)
     return content.hasLayer("variance") && content.layer("variance").channels >= 3;
 }
 
-/// Both renders of the same samples: what Welch's test takes for independent noise is then shared.
-bool sharesSamples(const core::ImageFile& a, const core::ImageFile& b)
+/// What makes Welch's test say less than it could, in words.
+Json reservations(const core::ImageFile& a, const core::ImageFile& b)
 {
-    for (const char* key : {"scene_hash", "seed"})
-        if (!a.metadata.count(key) || !b.metadata.count(key) ||
-            a.metadata.at(key) != b.metadata.at(key))
-            return false;
-    return true;
+    const auto equal = [&](const char* key) {
+        return a.metadata.count(key) && b.metadata.count(key) &&
+               a.metadata.at(key) == b.metadata.at(key);
+    };
+    const auto usesSobol = [](const core::ImageFile& file) {
+        const auto params = file.metadata.find("params");
+        return params != file.metadata.end() && params->second.find("sobol") != std::string::npos;
+    };
+    Json notes = Json::array();
+    if (equal("scene_hash") && equal("seed"))
+        notes.push_back("same scene and seed: the noise of both images is shared, z understates");
+    if (usesSobol(a) || usesSobol(b))
+        notes.push_back(
+            "sampler sobol: the stored variances are upper bounds, z understates and p is "
+            "not uniform");
+    return notes;
 }
 
-Json welchJson(const core::WelchResult& welch, bool shared)
+Json welchJson(const core::WelchResult& welch, Json notes)
 {
     Json json;
     Json& z = json["z"] = Json::array();
@@ -81,9 +92,7 @@ Json welchJson(const core::WelchResult& welch, bool shared)
     json["smallest_p"] = welch.smallestP;
     json["uniform_p"] = welch.uniformP;
     json["p_histogram"] = welch.histogram;
-    if (shared)
-        json["note"] =
-            "both images have the same scene and seed: their noise is shared, z understates";
+    if (!notes.empty()) json["notes"] = std::move(notes);
     return json;
 }
 
@@ -97,7 +106,7 @@ void addWelch(Json& json, const core::Image& image, const core::Image& reference
     for (const core::WelchScore& score : welch.image)
         if (std::abs(score.z) > std::abs(largest)) largest = score.z;
     json["welch_z"] = largest;
-    json["welch"] = welchJson(welch, sharesSamples(imageFile, referenceFile));
+    json["welch"] = welchJson(welch, reservations(imageFile, referenceFile));
 }
 
 std::string sizeText(const core::Image& image)

@@ -8,11 +8,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <memory>
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include "core/check.h"
@@ -43,16 +46,34 @@ public:
         std::error_code ignored;
         if (!committed_) std::filesystem::remove(temporary_, ignored);
     }
-    const std::filesystem::path& temporary() const { return temporary_; }
-    void commit()
+
+    /// Writes all bytes and gives the file its name. Throws core::Error.
+    void write(std::span<const unsigned char> bytes)
     {
+        errno = 0;
+        std::ofstream stream(temporary_, std::ios::binary);
+        stream.write(reinterpret_cast<const char*>(bytes.data()),
+                     static_cast<std::streamsize>(bytes.size()));
+        stream.close();
+        if (!stream) throw Error(file_.string() + ": cannot be written: " + reason());
         std::error_code error;
         std::filesystem::rename(temporary_, file_, error);
-        if (error) throw Error(file_.string() + ": cannot be written (" + error.message() + ")");
+        if (error) throw Error(file_.string() + ": cannot be written: " + error.message());
         committed_ = true;
     }
 
+    /// Whether a byte can be written where the file would lie.
+    bool probe() const
+    {
+        return bool(std::ofstream(temporary_, std::ios::binary).put('x').flush());
+    }
+
 private:
+    static std::string reason()
+    {
+        return errno != 0 ? std::strerror(errno) : "the folder or the disk refuses it";
+    }
+
     std::filesystem::path file_, temporary_;
     bool committed_ = false;
 };
@@ -149,19 +170,19 @@ Metadata readMetadata(const OIIO::ImageSpec& spec)
     return metadata;
 }
 
-/// Opens, writes and closes through the library under a temporary name, then gives the file its
-/// name.
+/// Encodes in memory and writes the bytes: the library's PNG writer does not notice a full disk
+/// (2.4.7).
 void writeFile(const std::filesystem::path& file, const char* format, const OIIO::ImageSpec& spec,
                OIIO::TypeDesc type, const void* pixels)
 {
-    PendingFile pending(file);
     const std::unique_ptr<OIIO::ImageOutput> writer = OIIO::ImageOutput::create(format);
-    if (!writer)
+    OIIO::Filesystem::IOVecOutput memory;
+    if (!writer || !writer->set_ioproxy(&memory))
         throw Error(file.string() + ": this OpenImageIO cannot write " + format, ExitCode::failure);
-    if (!writer->open(pending.temporary().string(), spec) || !writer->write_image(type, pixels) ||
+    if (!writer->open(file.string(), spec) || !writer->write_image(type, pixels) ||
         !writer->close())
-        throw Error(file.string() + ": cannot be written (" + firstLine(writer->geterror()) + ")");
-    pending.commit();
+        throw Error(file.string() + ": cannot be encoded: " + firstLine(writer->geterror()));
+    PendingFile(file).write(memory.buffer());
 }
 
 /// Display value of one pixel; what is not finite shows as black.
@@ -271,8 +292,7 @@ void requireWritable(const std::filesystem::path& file)
     if (!std::filesystem::is_directory(folder, error))
         throw Error(name + ": folder " + folder.string() + " does not exist — create it first");
     // Trying is the only test that also sees read-only file systems and quotas.
-    const PendingFile probe(file);
-    if (!std::ofstream(probe.temporary(), std::ios::binary).put('x').flush())
+    if (!PendingFile(file).probe())
         throw Error(name + ": folder " + folder.string() + " cannot be written to");
 }
 

@@ -31,7 +31,8 @@ std::map<std::string, uintmax_t> assetFiles(const std::filesystem::path& folder)
     std::map<std::string, uintmax_t> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
         const std::string extension = entry.path().extension().string();
-        if (entry.is_regular_file() && extension != ".cpp" && extension != ".h")
+        if (entry.is_regular_file() && extension != ".cpp" && extension != ".h" &&
+            extension != ".md")
             files[std::filesystem::relative(entry.path(), folder).string()] = entry.file_size();
     }
     return files;

@@ -85,15 +85,23 @@ TEST_F(Compare, welchNeedsBothVariances)
     EXPECT_NEAR(json["welch_z"].get<double>(), -0.1 / std::sqrt(0.02 / 256), 0.02);
     EXPECT_EQ(json["welch"]["tiles"], 4);
     EXPECT_LT(json["welch"]["smallest_p"].get<double>(), 1e-4);
-    EXPECT_FALSE(json["welch"].contains("note"));
+    EXPECT_FALSE(json["welch"].contains("notes"));
     EXPECT_FALSE(run(a, {{{"", reference}}, {}}).contains("welch_z"));
 }
 
-TEST_F(Compare, saysWhenTheNoiseIsShared)
+TEST_F(Compare, saysWhenTheTestUnderstates)
 {
     const Image image = filled(8, 8, 3, 1.0f), variance = filled(8, 8, 3, 0.01f);
-    const ImageFile a{{{"", image}, {"variance", variance}}, {{"scene_hash", "ab"}, {"seed", "1"}}};
-    EXPECT_TRUE(run(a, a)["welch"].contains("note"));
+    ImageFile a{{{"", image}, {"variance", variance}}, {{"scene_hash", "ab"}, {"seed", "1"}}};
+    const nlohmann::json shared = run(a, a)["welch"]["notes"];
+    ASSERT_EQ(shared.size(), 1u);
+    EXPECT_NE(shared[0].get<std::string>().find("seed"), std::string::npos);
+    ImageFile b = a;
+    b.metadata["seed"] = "2";
+    b.metadata["params"] = "{\"sampler\":\"sobol\"}";
+    const nlohmann::json sobol = run(a, b)["welch"]["notes"];
+    ASSERT_EQ(sobol.size(), 1u);
+    EXPECT_NE(sobol[0].get<std::string>().find("sobol"), std::string::npos);
 }
 
 TEST_F(Compare, oneChannelCountsForThree)

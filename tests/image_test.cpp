@@ -3,6 +3,7 @@
 #include "core/image.h"
 
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -10,6 +11,8 @@
 #include <random>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
 #include <OpenImageIO/imageio.h>
 
 #include "core/check.h"
@@ -104,7 +107,7 @@ TEST(Exr, equalImagesGiveEqualBytes)
     const TemporaryFolder folder;
     writeExr(folder / "a.exr", sampleFile());
     writeExr(folder / "b.exr", sampleFile());
-    EXPECT_EQ(readBytes(folder / "a.exr"), readBytes(folder / "b.exr"));
+    EXPECT_TRUE(readBytes(folder / "a.exr") == readBytes(folder / "b.exr"));
 }
 
 TEST(Exr, sizesFromOnePixel)
@@ -248,6 +251,45 @@ TEST(Exr, failedWritesLeaveNothingBehind)
               std::string::npos);
     EXPECT_EQ(folder.count(), 1u);
     EXPECT_TRUE(std::filesystem::is_directory(folder / "taken.exr"));
+}
+
+/// While it lives, files cannot grow beyond `bytes`: what a full disk does.
+class FileSizeLimit {
+public:
+    explicit FileSizeLimit(rlim_t bytes)
+    {
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limit{bytes, before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limit);
+        handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    }
+    ~FileSizeLimit()
+    {
+        setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, handler_);
+    }
+    FileSizeLimit(const FileSizeLimit&) = delete;
+    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+private:
+    rlimit before_{};
+    void (*handler_)(int) = nullptr;
+};
+
+TEST(Exr, aFullDiskLeavesTheOlderFile)
+{
+    const TemporaryFolder folder;
+    writeBytes(folder / "a.exr", "older");
+    writeBytes(folder / "a.png", "older");
+    ImageFile file{{{"", randomImage(200, 200, 3, 10)}}, {}};
+    for (const rlim_t bytes : {rlim_t(0), rlim_t(100), rlim_t(20000)}) {
+        const FileSizeLimit limit(bytes);
+        EXPECT_THROW(writeExr(folder / "a.exr", file), Error) << bytes;
+        EXPECT_THROW(writePng(folder / "a.png", file.layer(""), 0, 0, {}), Error) << bytes;
+    }
+    EXPECT_EQ(std::filesystem::file_size(folder / "a.exr"), 5u);
+    EXPECT_EQ(std::filesystem::file_size(folder / "a.png"), 5u);
+    EXPECT_EQ(folder.count(), 2u);
 }
 
 TEST(Exr, overwritesOnlyWithTheWhole)
