@@ -69,11 +69,6 @@ private:
     std::map<int, Ranges> known_;
 };
 
-bool isDeltaRoughness(float roughness)
-{
-    return roughness * roughness < shared::kDeltaAlpha;
-}
-
 uint32_t bitsOf(const Material& material, TextureRanges& textures)
 {
     const shared::Material& m = material.data;
@@ -114,9 +109,10 @@ uint32_t bitsOf(const Material& material, TextureRanges& textures)
     }
     const float coatRoughness =
         m.clearcoatRoughness * textures.range(material, shared::kTextureClearcoatRoughness, 1).low;
+    const float roughness = m.roughness * metalRough(1).low;
     if (((metal || specular || transmission) &&
-         isDeltaRoughness(m.roughness * metalRough(1).low)) ||
-        (clearcoat && isDeltaRoughness(coatRoughness))) {
+         shared::interfaceAlpha(roughness, m.ior, solid) == 0) ||
+        (clearcoat && shared::interfaceAlpha(coatRoughness, shared::kCoatIor, false) == 0)) {
         bits |= shared::kFeatureDelta;
     }
     return bits;
