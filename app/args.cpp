@@ -142,8 +142,8 @@ void checkRender(const RenderOptions& o)
     if (!exr && !hasExtension(o.output, ".png"))
         badCommandLine("-o " + o.output.string() + ": the name must end in .exr or .png");
     if (!exr && o.aovs.any()) badCommandLine("--aov needs an EXR file: a PNG has no layers");
-    if (o.path.empty() != !o.frames)
-        badCommandLine("--path FILE.json and --frames FIRST-LAST belong together");
+    if (!o.path.empty() && !o.frames)
+        badCommandLine("--path needs --frames FIRST-LAST: which frames of it to render");
     if (o.validation && o.device == DeviceKind::cpu)
         badCommandLine("--validation is for --device vulkan");
     if (o.frames && !o.reference.empty())
@@ -185,7 +185,10 @@ Subcommand renderCommandLine(CLI::App& root)
     addValue(app, view, "--camera", o->camera,
              "name or index of a camera of the scene, or a JSON file (default: the first)");
     addValue(app, view, "--path", o->path, "camera path, a JSON file");
-    addRead(app, view, "--frames", "A-B", o->frames, readFrames, "frames of the path to render");
+    addRead(app, view, "--frames", "A-B", o->frames, readFrames,
+            "frames to render: of --path, or else of the scene's first animation");
+    addValue(app, view, "--fps", o->framesPerSecond, "frames per second of the scene's animation",
+             {0.001, 100000});
     addValue(app, "Method", "--method", o->method, "how light is found; this version has path");
     addParams(app, "Parameters of the path tracer", o->params);
     addValue(app, system, "--device", o->device,

@@ -57,7 +57,8 @@ struct RenderOptions {
     std::optional<double> timeSeconds;
     std::string camera;  // name, index or file; empty: the scene's first
     std::filesystem::path path;
-    std::optional<FrameRange> frames;
+    std::optional<FrameRange> frames;  // of the path, or of the scene's animation
+    double framesPerSecond = 24;
     core::PathParams params;
     std::filesystem::path stats, reference;
     std::optional<double> untilRmse;

@@ -76,6 +76,7 @@ public:
 
 private:
     void prepare();
+    void poseFor(uint32_t index);
     Ended renderFrame(uint32_t index);
     Outcome takeSamples(uint32_t index);
     void checkReference() const;
@@ -99,6 +100,7 @@ private:
     std::optional<CameraPath> path_;
     core::Image reference_;
     Goal goal_;
+    uint32_t forced_ = 0;        // features that are compiled in though nothing needs them
     double prepareSeconds_ = 0;  // counted against the time limit of the first frame
     core::Film kept_;            // copied from the device now and then, in case it is lost
     double keptAt_ = 0;
@@ -108,17 +110,22 @@ private:
 void Job::prepare()
 {
     checkFiles(o_);
-    const uint32_t forced = forcedFeatures(o_);
+    forced_ = forcedFeatures(o_);
     if (!o_.reference.empty()) reference_ = core::readExr(o_.reference).layer("");
     const Clock::time_point opening = Clock::now();
     renderer_ = makeRenderer_();
     report_.deviceSeconds = secondsSince(opening);
-    const LoadedWorld loaded = loadWorld(o_.scene, forced, log_);
+    const LoadedWorld loaded = loadWorld(o_.scene, forced_, log_);
     for (const std::string& line : warningLines(loaded.world->warnings))
         log_.warning(o_.scene.file.string() + ": " + line);
     report_.options = &o_;
     report_.world = loaded.world;
     report_.loadSeconds = loaded.seconds;
+    report_.time = o_.scene.at;
+    if (o_.frames && !makePath_ && loaded.world->scene->animations.empty())
+        throw core::Error(o_.scene.file.string() +
+                              ": has no animation — --frames needs --path FILE.json",
+                          core::ExitCode::commandLine);
     report_.camera = chooseCamera(*loaded.world, o_.camera);
     if (makePath_) {
         path_ = makePath_(*loaded.world);
@@ -214,10 +221,24 @@ void Job::saveLost(uint32_t index, const core::Error& error)
                       core::ExitCode::deviceLost);
 }
 
+void Job::poseFor(uint32_t index)
+{
+    if (path_) {
+        report_.camera = path_->at(index);
+        return;
+    }
+    const double time = o_.scene.at + (o_.frames ? index / o_.framesPerSecond : 0);
+    if (time == report_.time) return;
+    report_.time = time;
+    report_.world = core::makeWorld(report_.world->scene, time, forced_);
+    report_.camera = chooseCamera(*report_.world, o_.camera);
+    renderer_->setWorld(report_.world, log_.callback());
+}
+
 Ended Job::renderFrame(uint32_t index)
 {
-    if (path_) report_.camera = path_->at(index);
     const Clock::time_point start = Clock::now();
+    poseFor(index);
     renderer_->setView(report_.camera, report_.size.x, report_.size.y, o_.params);
     raysBefore_ = renderer_->stats().rays;
     pathsBefore_ = renderer_->stats().paths;

@@ -151,7 +151,7 @@ core::Metadata imageMetadata(const RenderReport& r)
                      {"driver", r.renderer.driver},
                      {"seconds", seconds},
                      {"ended", r.ended}};
-    if (o.scene.at != 0) m["at"] = std::to_string(o.scene.at);
+    if (r.time != 0) m["at"] = Json(r.time).dump();
     const std::vector<std::string> biased = biasedParams(o.params);
     if (!biased.empty()) m["biased"] = Json(biased).dump();
     return m;

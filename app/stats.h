@@ -26,6 +26,7 @@ struct FrameReport {
 struct RenderReport {
     const RenderOptions* options = nullptr;
     std::shared_ptr<const core::World> world;
+    double time = 0;  // seconds of the scene's animation
     core::Camera camera;
     glm::uvec2 size{};
     core::RenderStats renderer;

@@ -163,8 +163,6 @@ TEST(Args, OptionsThatDoNotGoTogether)
     EXPECT_TRUE(
         contains(refusal({"render", "a.gltf", "-o", "a.exr", "--until-rmse", "1"}), "--reference"));
     EXPECT_TRUE(
-        contains(refusal({"render", "a.gltf", "-o", "a.exr", "--frames", "0-3"}), "--path"));
-    EXPECT_TRUE(
         contains(refusal({"render", "a.gltf", "-o", "a.exr", "--path", "p.json"}), "--frames"));
     EXPECT_TRUE(contains(refusal({"render", "a.gltf", "-o", "a.exr", "--method", "guided"}),
                          "not in this version"));

@@ -549,6 +549,23 @@ TEST_F(Cli, FramesOfAPath)
     EXPECT_NE(exr("f-0004.exr").metadata.at("camera"), exr("f-0006.exr").metadata.at("camera"));
 }
 
+TEST_F(Cli, FramesOfAnAnimation)
+{
+    const std::string scene = (kAssets / "animated.gltf").string();
+    const Strings render{"render", scene, "--device", "cpu", "--size", "24x20", "--spp", "2"};
+    const Result result = run(render + Strings{"-o", "f-%d.exr", "--frames", "0-6", "--fps", "4"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(files().size(), 7u);
+    EXPECT_NE(exr("f-0.exr").layer("").pixels, exr("f-6.exr").layer("").pixels);
+    // A frame is the scene at that instant, whatever was rendered before.
+    EXPECT_EQ(exr("f-6.exr").metadata.at("at"), "1.5");
+    ASSERT_EQ(run(render + Strings{"-o", "x.exr", "--at", "1.5"}).code, 0);
+    EXPECT_EQ(exr("f-6.exr").layer("").pixels, exr("x.exr").layer("").pixels);
+
+    expectRefused({"render", kScene, "-o", "g-%d.exr", "--device", "cpu", "--frames", "0-1"}, 2,
+                  "no animation");
+}
+
 TEST_F(Cli, PngIsBrighterWithExposure)
 {
     const std::string signature = "\x89PNG\r\n\x1a\n";
