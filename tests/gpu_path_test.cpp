@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(Assets, GpuPath,
                          testing::Values(Case{"cornell-diffuse", 900, 0.02}, Case{"cornell-glossy", 1500, 0.02},
                                          Case{"textured-box", 512, 0.02}, Case{"glass", 512, 0.02},
                                          Case{"lights", 1200, 0.02}, Case{"hall", 1000, 0.03},
-                                         Case{"door-ajar", 1000, 0.1}, Case{"sky", 512, 0.02},
+                                         Case{"door-ajar", 1900, 0.1}, Case{"sky", 512, 0.02},
                                          Case{"furnace-sphere", 128, 0.01}),
                          [](const auto& info) {
                              std::string name = info.param.name;
