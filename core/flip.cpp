@@ -59,7 +59,8 @@ dvec3 toHuntLab(dvec3 rgb)
 /// HyAB: large colour differences (Abasi, Tehran, Fairchild 2020).
 double hyab(dvec3 a, dvec3 b)
 {
-    return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
+    const double da = a.y - b.y, db = a.z - b.z;
+    return std::abs(a.x - b.x) + std::sqrt(da * da + db * db);
 }
 
 /// One value per pixel.
@@ -85,11 +86,9 @@ Plane convolve(const Plane& in, const Kernel& across, const Kernel& down)
         for (int y = int(begin); y < int(end); ++y) {
             for (int x = -radiusX; x < in.width + radiusX; ++x)
                 padded[size_t(x + radiusX)] = in.row(y)[std::clamp(x, 0, in.width - 1)];
-            for (int x = 0; x < in.width; ++x) {
-                double sum = 0;
-                for (size_t k = 0; k < across.size(); ++k) sum += across[k] * padded[size_t(x) + k];
-                rows.row(y)[x] = sum;
-            }
+            double* row = rows.row(y);
+            for (size_t k = 0; k < across.size(); ++k)
+                for (int x = 0; x < in.width; ++x) row[x] += across[k] * padded[size_t(x) + k];
         }
     });
     parallelFor(size_t(in.height), 16, [&](size_t begin, size_t end) {
@@ -97,7 +96,8 @@ Plane convolve(const Plane& in, const Kernel& across, const Kernel& down)
             for (int k = -radiusY; k <= radiusY; ++k) {
                 const double weight = down[size_t(k + radiusY)];
                 const double* from = rows.row(std::clamp(y + k, 0, in.height - 1));
-                for (int x = 0; x < in.width; ++x) out.row(y)[x] += weight * from[x];
+                double* row = out.row(y);
+                for (int x = 0; x < in.width; ++x) row[x] += weight * from[x];
             }
     });
     return out;
@@ -174,7 +174,7 @@ Plane magnitude(const Plane& x, const Plane& y)
 {
     Plane out(x.width, x.height);
     for (size_t p = 0; p < out.values.size(); ++p)
-        out.values[p] = std::hypot(x.values[p], y.values[p]);
+        out.values[p] = std::sqrt(x.values[p] * x.values[p] + y.values[p] * y.values[p]);
     return out;
 }
 
