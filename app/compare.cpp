@@ -1,3 +1,5 @@
+// Reads two files, measures, prints. What the numbers mean stands in core/metrics.h and
+// core/flip.h.
 #include "app/compare.h"
 
 #include <charconv>

@@ -1,3 +1,4 @@
+// Axes and angles of a camera, made safe: any input gives finite, orthonormal axes.
 #include "core/camera.h"
 
 #include <algorithm>

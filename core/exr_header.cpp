@@ -1,3 +1,4 @@
+// A reader of EXR attributes that believes nothing: every length is checked against what is left.
 #include "core/exr_header.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Mean and variance of the mean from sums in double.
 #include "core/film.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// FLIP in double. Every filter is a sum of separable Gaussians or derivatives of one, so each costs
+// two passes instead of a square of weights; the result is that of the papers.
 #include "core/flip.h"
 
 #include <algorithm>

@@ -1,3 +1,8 @@
+// Sums in double, kept per row or tile and added in order: the numbers do not depend on the
+// threads.
+//   Welch, "The Generalization of Student's Problem", 1947; Satterthwaite 1946 for the degrees of
+//   freedom; Wallace, "Bounds on Normal Approximations to Student's and the Chi-Square
+//   Distributions", 1959.
 #include "core/metrics.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Loops on TBB; what a block is depends on the work alone.
 #include "core/parallel.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// JSON and binary of a glTF 2.0 file; accessors are packed one after the other at multiples of four
+// bytes.
 #include "assets/generator/gltf_writer.h"
 
 #include <cstring>

@@ -1,3 +1,4 @@
+// Materials as JSON.
 #include "assets/generator/materials.h"
 
 #include <algorithm>

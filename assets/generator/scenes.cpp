@@ -1,3 +1,4 @@
+// Everything at once.
 #include "assets/generator/scenes.h"
 
 #include "assets/generator/textures.h"

@@ -1,3 +1,4 @@
+// Images as functions of (u, v), and the shared-exponent format of Radiance.
 #include "assets/generator/textures.h"
 
 #include <algorithm>
