@@ -5,6 +5,7 @@
 #include <new>
 
 #include "app/args.h"
+#include "app/bench_throughput.h"
 #include "app/compare.h"
 #include "app/devices_command.h"
 #include "app/fly_through.h"
@@ -22,9 +23,9 @@ struct Run {
     }
     int operator()(const app::InfoOptions& o) const { return app::infoCommand(o, std::cout); }
     int operator()(const app::DevicesOptions& o) const { return app::devicesCommand(o, std::cout); }
-    int operator()(const app::ThroughputOptions&) const
+    int operator()(const app::ThroughputOptions& o) const
     {
-        throw core::Error("bench throughput is not in this version", core::ExitCode::commandLine);
+        return app::benchThroughput(o, std::cout);
     }
     int operator()(const app::FlyThroughOptions& o) const { return app::flyThrough(o); }
     int operator()(const app::Printed& o) const

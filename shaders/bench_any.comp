@@ -1,0 +1,26 @@
+// Whether an array of rays is blocked, for measuring and testing the traversal alone: w is 1 or 0.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+#include "path_common.glsl"
+
+layout(local_size_x = 64) in;
+
+// Two words per ray: origin | tMin, direction | tMax.
+layout(set = 0, binding = kBindStateTexels) uniform usamplerBuffer rayWords;
+
+layout(set = 0, binding = kBindOutput, scalar) writeonly buffer OutputBlock
+{
+    vec4 words[];
+};
+
+void main()
+{
+    const uint lane = gl_GlobalInvocationID.x;
+    if (lane >= batch.sampleCount) return;
+    const vec4 a = uintBitsToFloat(texelFetch(rayWords, int(2u * lane)));
+    const vec4 b = uintBitsToFloat(texelFetch(rayWords, int(2u * lane + 1u)));
+    const bool blocked = traceAny(Ray(a.xyz, a.w, b.xyz, b.w), lane);
+    words[lane] = vec4(0.0, 0.0, 0.0, uintBitsToFloat(blocked ? 1u : 0u));
+}

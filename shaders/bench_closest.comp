@@ -1,0 +1,30 @@
+// Nearest hits of an array of rays, for measuring and testing the traversal alone: t, barycentrics, triangle (kNone: miss).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+#include "path_common.glsl"
+
+layout(local_size_x = 64) in;
+
+// Two words per ray: origin | tMin, direction | tMax.
+layout(set = 0, binding = kBindStateTexels) uniform usamplerBuffer rayWords;
+
+layout(set = 0, binding = kBindOutput, scalar) writeonly buffer OutputBlock
+{
+    vec4 words[];
+};
+
+void main()
+{
+    const uint lane = gl_GlobalInvocationID.x;
+    if (lane >= batch.sampleCount) return;
+    const vec4 a = uintBitsToFloat(texelFetch(rayWords, int(2u * lane)));
+    const vec4 b = uintBitsToFloat(texelFetch(rayWords, int(2u * lane + 1u)));
+    Hit hit;
+    uint triangle = kNone;
+    if (traceClosest(Ray(a.xyz, a.w, b.xyz, b.w), lane, hit)) {
+        triangle = floatBitsToUint(fetchTriangleVertex(hit.slot, 0u).w);
+    }
+    words[lane] = vec4(hit.t, hit.barycentrics, uintBitsToFloat(triangle));
+}
