@@ -137,8 +137,9 @@ SHARED_FN bool intersectTriangle(ShearRay r, vec3 v0, vec3 v1, vec3 v2, float tM
     PRECISE float w = bx * ay - by * ax;
     float det = u + v + w;
     float inverse = 1.0f / det;
-    t = (u * dot(r.rowZ, a) + v * dot(r.rowZ, b) + w * dot(r.rowZ, c)) * inverse;
     barycentrics = vec2(v * inverse, w * inverse);
+    t = u * inverse * dot(r.rowZ, a) + barycentrics.x * dot(r.rowZ, b) +
+        barycentrics.y * dot(r.rowZ, c);
     bool inside = (u >= 0.0f && v >= 0.0f && w >= 0.0f) || (u <= 0.0f && v <= 0.0f && w <= 0.0f);
     return inside && det != 0.0f && t > tMin && t < tMax;
 }
