@@ -190,6 +190,36 @@ TEST(GltfGeometry, TangentsFollowTheCoordinates)
     }
 }
 
+TEST(GltfGeometry, MirroredHalvesShareNoTangent)
+{
+    // Two squares side by side; u grows towards the edge in the middle from both sides.
+    test::Document document = test::texturedTriangle(test::encodeImage("png", 1, 1, 3, onePixel()));
+    document.material()["normalTexture"]["index"] = 0;
+    document.attributes() = {
+        {"POSITION", document.values<float>({0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0},
+                                            test::kFloat, "VEC3", 3)},
+        {"NORMAL", document.values<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1},
+                                          test::kFloat, "VEC3", 3)},
+        {"TEXCOORD_0",
+         document.values<float>({0, 1, 1, 1, 0, 1, 0, 0, 1, 0, 0, 0}, test::kFloat, "VEC2", 2)}};
+    document.primitive()["indices"] = document.values<uint16_t>(
+        {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4}, test::kUnsignedShort, "SCALAR", 1);
+    const core::Mesh mesh = onlyMesh(document);
+    EXPECT_EQ(mesh.positions.size(), 8u) << "the two vertices of the edge are doubled";
+    ASSERT_EQ(mesh.attributes.size(), 8u);
+    ASSERT_EQ(mesh.triangles.size(), 4u);
+    for (size_t i = 0; i < 4; ++i) {
+        const bool left = i < 2;
+        for (int k = 0; k < 3; ++k) {
+            const uint32_t v = mesh.triangles[i][k];
+            const glm::vec4 t = shared::unpackTangent(mesh.attributes[v].tangent);
+            EXPECT_NEAR(t.x, left ? 1 : -1, 1e-4);
+            EXPECT_EQ(t.w, left ? 1.0f : -1.0f);
+            EXPECT_EQ(mesh.positions[v].x <= 1, left || mesh.positions[v].x == 1);
+        }
+    }
+}
+
 TEST(GltfGeometry, MorphTargetsApplyTheirDefaultWeights)
 {
     test::Document document = test::triangle();

@@ -2,6 +2,7 @@
 #include "core/gltf/geometry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "shared/warp.h"
@@ -111,37 +112,93 @@ size_t repairNormals(Primitive& primitive, double tolerance, size_t& rescaled)
     return replaced;
 }
 
+namespace {
+
+/// What the triangles of one handedness say about a vertex.
+struct Side {
+    std::vector<glm::vec3> alongU;
+    std::vector<float> angle;
+
+    explicit Side(size_t count) : alongU(count, glm::vec3(0)), angle(count, 0) {}
+};
+
+/// Handedness of a triangle's coordinates (0: positive, 1: negative, -1: none) and its direction of
+/// growing u.
+int handednessOf(const Primitive& primitive, const std::vector<glm::vec2>& uv, const glm::uvec3& t,
+                 glm::dvec3& direction)
+{
+    const glm::dvec3 a(primitive.positions[t.x]);
+    const glm::dvec3 e1 = glm::dvec3(primitive.positions[t.y]) - a;
+    const glm::dvec3 e2 = glm::dvec3(primitive.positions[t.z]) - a;
+    const glm::dvec2 d1 = uv[t.y] - uv[t.x], d2 = uv[t.z] - uv[t.x];
+    const double determinant = d1.x * d2.y - d1.y * d2.x;
+    const glm::dvec3 gradient = e1 * d2.y - e2 * d1.y;
+    const double length = safeLength(gradient);
+    if (!std::isfinite(determinant) || determinant == 0 || !(length > 0)) return -1;
+    direction = gradient * ((determinant > 0 ? 1 : -1) / length);
+    // Green of a normal map points up in the image, against v: hence the order.
+    return determinant > 0 ? 1 : 0;
+}
+
+double angleAt(const Primitive& primitive, const glm::uvec3& t, int corner)
+{
+    const glm::dvec3 p(primitive.positions[t[corner]]);
+    const glm::dvec3 left = glm::dvec3(primitive.positions[t[(corner + 1) % 3]]) - p;
+    const glm::dvec3 right = glm::dvec3(primitive.positions[t[(corner + 2) % 3]]) - p;
+    const double lengths = safeLength(left) * safeLength(right);
+    return lengths > 0 ? std::acos(std::clamp(glm::dot(left, right) / lengths, -1.0, 1.0)) : 0;
+}
+
+/// A second vertex with the same attributes.
+uint32_t duplicate(Primitive& primitive, size_t vertex)
+{
+    const auto copy = [&](auto& values) {
+        if (values.empty()) return;
+        const auto value = values[vertex];
+        values.push_back(value);
+    };
+    copy(primitive.normals);
+    copy(primitive.colors);
+    copy(primitive.uv0);
+    copy(primitive.uv1);
+    copy(primitive.tangents);
+    copy(primitive.positions);
+    return static_cast<uint32_t>(primitive.positions.size() - 1);
+}
+
+}  // namespace
+
 void makeTangents(Primitive& primitive, const std::vector<glm::vec2>& uv)
 {
     const size_t count = primitive.positions.size();
-    std::vector<glm::vec3> alongU(count, glm::vec3(0));
-    std::vector<float> handedness(count, 0);
-    for (const glm::uvec3& t : primitive.triangles) {
-        const glm::dvec3 a(primitive.positions[t.x]);
-        const glm::dvec3 e1 = glm::dvec3(primitive.positions[t.y]) - a,
-                         e2 = glm::dvec3(primitive.positions[t.z]) - a;
-        const glm::dvec2 d1 = uv[t.y] - uv[t.x], d2 = uv[t.z] - uv[t.x];
-        const double determinant = d1.x * d2.y - d1.y * d2.x;
-        const glm::dvec3 gradient = e1 * d2.y - e2 * d1.y;
-        const double length = safeLength(gradient);
-        if (!std::isfinite(determinant) || determinant == 0 || !(length > 0)) continue;
-        const double side = determinant > 0 ? 1 : -1;
-        const glm::dvec3 direction = gradient * (side / length);
+    std::array<Side, 2> sides{Side(count), Side(count)};
+    std::vector<int8_t> handedness(primitive.triangles.size(), -1);
+    for (size_t i = 0; i < primitive.triangles.size(); ++i) {
+        const glm::uvec3& t = primitive.triangles[i];
+        glm::dvec3 direction(0);
+        const int side = handednessOf(primitive, uv, t, direction);
+        handedness[i] = static_cast<int8_t>(side);
+        if (side < 0) continue;
         for (int k = 0; k < 3; ++k) {
-            const glm::dvec3 corner(primitive.positions[t[k]]);
-            const glm::dvec3 left = glm::dvec3(primitive.positions[t[(k + 1) % 3]]) - corner;
-            const glm::dvec3 right = glm::dvec3(primitive.positions[t[(k + 2) % 3]]) - corner;
-            const double lengths = safeLength(left) * safeLength(right);
-            if (!(lengths > 0)) continue;
-            const double angle = std::acos(std::clamp(glm::dot(left, right) / lengths, -1.0, 1.0));
-            alongU[t[k]] += glm::vec3(direction * angle);
-            // Green of a normal map points up in the image, against v: hence the sign.
-            handedness[t[k]] -= static_cast<float>(side * angle);
+            const double angle = angleAt(primitive, t, k);
+            sides[static_cast<size_t>(side)].alongU[t[k]] += glm::vec3(direction * angle);
+            sides[static_cast<size_t>(side)].angle[t[k]] += static_cast<float>(angle);
         }
     }
     primitive.tangents.resize(count);
-    for (size_t i = 0; i < count; ++i)
-        primitive.tangents[i] = glm::vec4(alongU[i], handedness[i] < 0 ? -1.0f : 1.0f);
+    std::vector<uint32_t> negative(count);  // the vertex for triangles of negative handedness
+    for (size_t v = 0; v < count; ++v) {
+        const bool positive = !(sides[1].angle[v] > 0) || sides[0].angle[v] > 0;
+        primitive.tangents[v] = glm::vec4(sides[positive ? 0 : 1].alongU[v], positive ? 1 : -1);
+        negative[v] = static_cast<uint32_t>(v);
+        if (!positive || !(sides[1].angle[v] > 0)) continue;
+        negative[v] = duplicate(primitive, v);
+        primitive.tangents.back() = glm::vec4(sides[1].alongU[v], -1);
+    }
+    for (size_t i = 0; i < handedness.size(); ++i)
+        if (handedness[i] == 1)
+            for (int k = 0; k < 3; ++k)
+                primitive.triangles[i][k] = negative[primitive.triangles[i][k]];
 }
 
 size_t repairTangents(Primitive& primitive)

@@ -26,10 +26,10 @@ size_t dropNonFinite(Primitive& primitive);
 /// faces. Returns how many had to be replaced; `rescaled` counts those of a wrong length.
 size_t repairNormals(Primitive& primitive, double tolerance, size_t& rescaled);
 
-/// Tangents from texture coordinates: per vertex the gradient of u over its triangles, weighted by
-/// angle, made orthogonal to the normal (in the manner of Mikkelsen, "Simulation of Wrinkled
-/// Surfaces Revisited", 2008, but without splitting vertices where the handedness differs: the
-/// larger side decides).
+/// Tangents from texture coordinates: per vertex the direction of growing u, averaged over its
+/// triangles weighted by angle. Vertices between triangles of different handedness (mirrored
+/// halves) are doubled, as Mikkelsen's "Simulation of Wrinkled Surfaces Revisited" (2008) has it;
+/// unlike his reference code, vertices are joined where the file joins them and nowhere else.
 void makeTangents(Primitive& primitive, const std::vector<glm::vec2>& uv);
 
 /// Replaces tangents that are not finite, zero or parallel to the normal by an arbitrary one.

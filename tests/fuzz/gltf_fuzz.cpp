@@ -1,0 +1,25 @@
+// libFuzzer entry over the whole loader with every file access refused. Not part of the normal
+// build; with clang:
+//   cmake -S . -B build-fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DREKINDLE_TESTS=OFF
+//         -DREKINDLE_SANITIZE=fuzzer-no-link,address,undefined
+//   ninja -C build-fuzz gltf_fuzz
+//   build-fuzz/gltf_fuzz -dict=tests/fuzz/gltf.dict -max_len=65536 -rss_limit_mb=1024 CORPUS
+#include <cstdint>
+
+#include "core/gltf/gltf.h"
+
+// The fuzzer's contract gives the name.
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
+{
+    core::LoadOptions options;
+    options.maxMemoryMb = 128;
+    options.maxTextureSize = 1024;
+    try {
+        core::loadGltfFromMemory(std::as_bytes(std::span(data, size)), "fuzz.gltf", options);
+    } catch (const core::LoadError&) {
+        // A refusal is a right answer; any other exception is a find.
+    }
+    return 0;
+}
