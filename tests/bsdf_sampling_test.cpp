@@ -350,6 +350,11 @@ Draw metalWith(const std::function<vec3(vec3, float, vec2)>& normal)
     };
 }
 
+float depthOf(vec3 wo, float alpha)
+{
+    return shared::capDepth(wo.z, alpha * alpha, false);
+}
+
 TEST(BsdfSampling, plantedFaultsAreSeen)
 {
     constexpr uint kCount = 100'000;
@@ -359,25 +364,25 @@ TEST(BsdfSampling, plantedFaultsAreSeen)
         std::vector<Side> mirror = {{false, false, 1}};
         // The frame itself is good.
         auto right = metalWith([](vec3 w, float a, vec2 u) {
-            return shared::visibleNormal(w, a, shared::sampleDisk(u));
+            return shared::visibleNormal(w, a, depthOf(w, a), shared::sampleDisk(u));
         });
         EXPECT_GT(halfVectorTest(b, wo, mirror, kCount, right).p, kLevel);
         // A missing square root: the disk's radius taken as uniform.
         auto noRoot = metalWith([](vec3 w, float a, vec2 u) {
             vec2 p = shared::sampleDisk(u);
-            return shared::visibleNormal(w, a, p * shared::length(p));
+            return shared::visibleNormal(w, a, depthOf(w, a), p * shared::length(p));
         });
         EXPECT_LT(halfVectorTest(b, wo, mirror, kCount, noRoot).p, 1e-20);
         // All normals instead of the visible ones.
         auto allNormals = metalWith([](vec3, float a, vec2 u) {
-            return shared::visibleNormal(vec3(0, 0, 1), a, shared::sampleDisk(u));
+            return shared::visibleNormal(vec3(0, 0, 1), a, 1, shared::sampleDisk(u));
         });
         if (alpha > 0.1f) {
             EXPECT_LT(halfVectorTest(b, wo, mirror, kCount, allNormals).p, 1e-20);
         }
         // Alpha wrong by 5 %.
         auto wider = metalWith([](vec3 w, float a, vec2 u) {
-            return shared::visibleNormal(w, a * 1.05f, shared::sampleDisk(u));
+            return shared::visibleNormal(w, a * 1.05f, depthOf(w, a), shared::sampleDisk(u));
         });
         EXPECT_LT(halfVectorTest(b, wo, mirror, kCount, wider).p, kLevel);
         // A half-vector density without its Jacobian.

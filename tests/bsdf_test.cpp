@@ -318,6 +318,14 @@ TEST(Bsdf, metalAndGlassMatchTheTextbook)
                 double g = 1 / (1 + lambda(o.z, a) + lambda(std::abs(w.z), a));
                 double value = ggx(h, a) * g / (4 * o.z * std::abs(w.z));
                 double pdf = visible(o, h, a) / (4 * oh);
+                // Where nothing refracts, the cap of normals is bounded: G1's denominator shrinks.
+                double root2 = std::sqrt(a * a + (1 - a * a) * o.z * o.z);
+                auto bounded = [&](bool all) {
+                    double depth =
+                        static_cast<double>(shared::capDepth(wo.z, b.alpha * b.alpha, all));
+                    return (o.z + root2) / (depth * o.z + root2);
+                };
+                pdf *= bounded(wall != Wall::thin);
                 if (refracted) {
                     double root = oh - eta * ih;
                     value = ggx(h, a) * g * oh * ih / (o.z * std::abs(w.z) * root * root);

@@ -302,6 +302,12 @@ SHARED_FN float reflectShare(Bsdf b, vec3 reflected, float through)
     return r + t > 0.0f ? r / (r + t) : 1.0f;
 }
 
+/// True when normals whose mirror direction ends below the surface are of use, to refraction.
+SHARED_FN bool refractsBelow(Bsdf b)
+{
+    return FEATURE(kFeatureTransmission) && (b.parts & kBsdfSolid) != 0u;
+}
+
 /// Adds the main interface's lobe with density to f and pdf.
 SHARED_FN void addFacet(Bsdf b, float probability, vec3 wo, vec3 wi, INOUT(vec3) f,
                         INOUT(float) pdf)
@@ -314,8 +320,9 @@ SHARED_FN void addFacet(Bsdf b, float probability, vec3 wo, vec3 wi, INOUT(vec3)
     if (FEATURE(kFeatureTransmission) && !up && (b.parts & kBsdfSolid) != 0u) {
         facet = refractFacet(wo, wi, b.alpha, b.eta);
     } else {
-        facet = reflectFacet(wo, vec3(wi.x, wi.y, abs(wi.z)),
-                             b.alpha);  // a thin wall mirrors its reflection
+        facet = reflectFacet(wo, vec3(wi.x, wi.y, abs(wi.z)), b.alpha,
+                             capDepth(wo.z, b.alpha * b.alpha,
+                                      refractsBelow(b)));  // a thin wall mirrors its reflection
     }
     vec3 reflected;
     float through;
@@ -348,7 +355,8 @@ SHARED_FN void evalLobes(Bsdf b, LobeChoice c, vec3 wo, vec3 wi, OUT(vec3) f, OU
     if (FEATURE(kFeatureClearcoat) && (b.parts & kBsdfCoat) != 0u) {
         f *= coatThrough(b, wo.z, wi.z);
         if (b.coatAlpha > 0.0f && wi.z > 0.0f && (b.parts & kBsdfInside) == 0u) {
-            Facet facet = reflectFacet(wo, wi, b.coatAlpha);
+            float depth = capDepth(wo.z, b.coatAlpha * b.coatAlpha, false);
+            Facet facet = reflectFacet(wo, wi, b.coatAlpha, depth);
             f += vec3(b.coat * fresnelDielectric(facet.cosine, kCoatIor) * facet.value);
             pdf += c.coat * facet.pdf;
         }
@@ -447,7 +455,8 @@ SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) 
     if (inCoat || uLobe < c.coat + c.facet) {
         float alpha = inCoat ? b.coatAlpha : b.alpha;
         bool delta = FEATURE(kFeatureDelta) && alpha == 0.0f;
-        vec3 h = delta ? vec3(0.0f, 0.0f, 1.0f) : visibleNormal(wo, alpha, disk);
+        float depth = capDepth(wo.z, alpha * alpha, !inCoat && refractsBelow(b));
+        vec3 h = delta ? vec3(0.0f, 0.0f, 1.0f) : visibleNormal(wo, alpha, depth, disk);
         s.flags = delta ? kLobeSpecular | kLobeDelta : kLobeSpecular;
         if (inCoat) {
             s.wi = mirrorAbout(wo, h);

@@ -1,7 +1,7 @@
 // Dielectric Fresnel and GGX with height-correlated Smith shadowing (Heitz 2014): densities, albedo
-// bounds, visible normals by spherical caps (Dupuy & Benyoub 2023), reflection and rough refraction
-// (Walter et al. 2007). Differs from the papers in arrangement only: no sum cancels at grazing
-// angles, narrow lobes or index one.
+// bounds, visible normals by bounded spherical caps (Dupuy & Benyoub 2023, Eto & Tokuyoshi 2023),
+// reflection and rough refraction (Walter et al. 2007). Differs from the papers in arrangement
+// only: no sum cancels at grazing angles, narrow lobes or index one.
 #ifndef REKINDLE_SHARED_MICROFACET_H
 #define REKINDLE_SHARED_MICROFACET_H
 
@@ -73,17 +73,29 @@ SHARED_FN vec2 roughAlbedoMean(float eta, float alpha)
 
 // --- microfacets -------------------------------------------------------------------------------
 
+/// How far below the horizon of the stretched space the cap of visibleNormal reaches, over the
+/// height of wo: 1 covers all visible normals; less leaves out mirror directions that surely end
+/// below the surface (Eto & Tokuyoshi, "Bounded VNDF Sampling for Smith-GGX Reflections", 2023).
+SHARED_FN float capDepth(float cosine, float a2, bool refracts)
+{
+    float sine2 = max(1.0f - cosine * cosine, 0.0f);
+    float s = 1.0f + sqrt(sine2);
+    float s2 = s * s;
+    return refracts ? 1.0f : (1.0f - a2) * s2 / (s2 + a2 * cosine * cosine);
+}
+
 /// A visible normal of GGX from a point of the unit disk. In the space where GGX is a hemisphere,
 /// mirror directions are uniform on a spherical cap, and h is halfway (Dupuy & Benyoub 2023). Sums
 /// are arranged so that nothing cancels at grazing angles.
-SHARED_FN vec3 visibleNormal(vec3 wo, float alpha, vec2 disk)
+SHARED_FN vec3 visibleNormal(vec3 wo, float alpha, float depth, vec2 disk)
 {
     vec3 w = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
-    float k = 1.0f + w.z;
-    float z = (1.0f - dot(disk, disk)) * k;  // height of cap + w.z
-    float stretch = sqrt(k * max((1.0f - w.z) + z, 0.0f));
-    return normalize(
-        vec3(alpha * (disk.x * stretch + w.x), alpha * (disk.y * stretch + w.y), max(z, 1.0e-12f)));
+    float bottom = depth * w.z;
+    float k = 1.0f + bottom;
+    float z = (1.0f - dot(disk, disk)) * k;  // height above the bottom of the cap
+    float stretch = sqrt(k * max((1.0f - bottom) + z, 0.0f));
+    return normalize(vec3(alpha * (disk.x * stretch + w.x), alpha * (disk.y * stretch + w.y),
+                          max(z + (w.z - bottom), 1.0e-12f)));
 }
 
 /// sqrt(alpha^2 sin^2 + cos^2): Smith's G1 is 2 cos / (cos + this).
@@ -109,7 +121,8 @@ struct Facet {
     float cosine;
 };
 
-SHARED_FN Facet reflectFacet(vec3 wo, vec3 wi, float alpha)
+/// depth: that of visibleNormal.
+SHARED_FN Facet reflectFacet(vec3 wo, vec3 wi, float alpha, float depth)
 {
     Facet r;
     float a2 = alpha * alpha;
@@ -117,7 +130,7 @@ SHARED_FN Facet reflectFacet(vec3 wo, vec3 wi, float alpha)
     float l2 = dot(h, h);
     float d = ggxDensity(h, max(l2, 1.0e-30f), a2);
     float rootO = smithRoot(wo.z, a2);
-    r.pdf = 0.5f * d / (wo.z + rootO);
+    r.pdf = 0.5f * d / (depth * wo.z + rootO);
     r.value = 0.5f * d / (wi.z * rootO + wo.z * smithRoot(wi.z, a2));
     r.cosine = min(0.5f * sqrt(l2), 1.0f);
     return r;
