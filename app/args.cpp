@@ -146,6 +146,8 @@ void checkRender(const RenderOptions& o)
         badCommandLine("--path needs --frames FIRST-LAST: which frames of it to render");
     if (o.validation && o.device == DeviceKind::cpu)
         badCommandLine("--validation is for --device vulkan");
+    if (o.deviceIndex >= 0 && o.device == DeviceKind::cpu)
+        badCommandLine("--device-index is for --device vulkan");
     if (o.frames && !o.reference.empty())
         badCommandLine("--reference is one picture: it does not go with --frames");
     if (o.untilRmse && o.reference.empty())
@@ -247,6 +249,16 @@ Subcommand devicesCommandLine(CLI::App& root)
     return {&app, "rekindle devices [--json]", [o]() -> Command { return *o; }};
 }
 
+Subcommand viewCommandLine(CLI::App& root)
+{
+    auto o = std::make_shared<FlyThroughOptions>();
+    CLI::App& app = *root.add_subcommand(
+        "view", "fly through a scene: numbered pictures for now, a window in a later version");
+    addSceneOptions(app, o->scene);
+    app.footer("Example: rekindle view room.glb");
+    return {&app, "rekindle view [SCENE] [options]", [o]() -> Command { return *o; }};
+}
+
 Subcommand throughputCommandLine(CLI::App& bench)
 {
     auto o = std::make_shared<ThroughputOptions>();
@@ -329,8 +341,9 @@ Command parseArguments(int argc, const char* const* argv)
                 "5 device lost or out of memory, 6 target not reached, 130 interrupted (what was "
                 "rendered is saved).");
 
-    std::vector<Subcommand> commands{renderCommandLine(root), compareCommandLine(root),
-                                     infoCommandLine(root), devicesCommandLine(root)};
+    std::vector<Subcommand> commands{viewCommandLine(root), renderCommandLine(root),
+                                     compareCommandLine(root), infoCommandLine(root),
+                                     devicesCommandLine(root)};
     CLI::App& bench = *root.add_subcommand("bench", "measurements: bench throughput SCENE");
     bench.footer("Example: rekindle bench throughput room.glb");
     commands.push_back(throughputCommandLine(bench));

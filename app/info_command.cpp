@@ -132,7 +132,7 @@ Json infoJson(const LoadedWorld& loaded)
         {"warnings", warningsJson(w.warnings)}};
 }
 
-std::string short_(double value)
+std::string brief(double value)
 {
     char text[32];
     std::snprintf(text, sizeof text, "%.4g", value);
@@ -141,7 +141,7 @@ std::string short_(double value)
 
 std::string vectorText(const Json& v)
 {
-    return '(' + short_(v[0]) + ", " + short_(v[1]) + ", " + short_(v[2]) + ')';
+    return '(' + brief(v[0]) + ", " + brief(v[1]) + ", " + brief(v[2]) + ')';
 }
 
 std::string joined(const Json& names)
@@ -155,12 +155,12 @@ std::string cameraText(size_t index, const Json& camera)
 {
     std::string text = std::to_string(index) + " \"" + camera.value("name", "") + "\" at " +
                        vectorText(camera["position"]) + " towards " + vectorText(camera["forward"]);
-    text += camera.contains("yfov") ? ", " + short_(camera["yfov"]) + " degrees high"
-                                    : ", orthographic, half height " + short_(camera["ymag"]);
-    if (camera["aspect"].get<double>() > 0) text += ", aspect " + short_(camera["aspect"]);
+    text += camera.contains("yfov") ? ", " + brief(camera["yfov"]) + " degrees high"
+                                    : ", orthographic, half height " + brief(camera["ymag"]);
+    if (camera["aspect"].get<double>() > 0) text += ", aspect " + brief(camera["aspect"]);
     if (camera["aperture_radius"].get<double>() > 0)
-        text += ", aperture " + short_(camera["aperture_radius"]) + ", focus at " +
-                short_(camera["focus_distance"]);
+        text += ", aperture " + brief(camera["aperture_radius"]) + ", focus at " +
+                brief(camera["focus_distance"]);
     return text;
 }
 
@@ -180,29 +180,29 @@ void printText(const Json& info, const core::Warnings& warnings, std::ostream& o
         out << name << std::string(name.size() < 12 ? 12 - name.size() : 1, ' ') << text << '\n';
     };
     const Json& counts = info["counts"];
-    row("scene", info["scene"].get<std::string>() + ", " + short_(counts["file_mb"]) +
+    row("scene", info["scene"].get<std::string>() + ", " + brief(counts["file_mb"]) +
                      " MiB, hash " + info["scene_hash"].get<std::string>() + ", loaded in " +
-                     short_(info["seconds"]) + " s");
+                     brief(info["seconds"]) + " s");
     row("geometry", counts["triangles"].dump() + " triangles, " + counts["vertices"].dump() +
                         " vertices, " + counts["instances"].dump() + " mesh instances on " +
                         counts["nodes"].dump() + " nodes");
     row("materials", counts["materials"].dump() + " materials, " + counts["textures"].dump() +
                          " textures, " + counts["texels"].dump() + " texels (" +
-                         short_(counts["texel_mb"]) + " MiB)");
+                         brief(counts["texel_mb"]) + " MiB)");
     row("lights", lightsText(info["lights"]));
     for (size_t i = 0; i < info["cameras"].size(); ++i)
         row(i == 0 ? "cameras" : "", cameraText(i, info["cameras"][i]));
     row("animations", info["animations"].empty() ? "none" : "");
     for (const auto& a : info["animations"])
-        row("", '"' + a["name"].get<std::string>() + "\", " + short_(a["seconds"]) + " s, " +
+        row("", '"' + a["name"].get<std::string>() + "\", " + brief(a["seconds"]) + " s, " +
                     a["channels"].dump() + " channels");
     row("bounds", vectorText(info["bounds"]["low"]) + " to " + vectorText(info["bounds"]["high"]));
     row("placement", "rendered at (file - " + vectorText(info["placement"]["centre"]) + ") * " +
-                         short_(info["placement"]["scale"]));
+                         brief(info["placement"]["scale"]));
     row("needs", joined(info["features"]["used"]));
     row("left out", joined(info["features"]["skipped"]));
-    row("memory", "about " + short_(info["memory_mb"]["vulkan"]) + " MiB on a Vulkan device, " +
-                      short_(info["memory_mb"]["cpu"]) + " MiB with --device cpu");
+    row("memory", "about " + brief(info["memory_mb"]["vulkan"]) + " MiB on a Vulkan device, " +
+                      brief(info["memory_mb"]["cpu"]) + " MiB with --device cpu");
     const std::vector<std::string> lines = warningLines(warnings);
     row("warnings", lines.empty() ? "none" : std::to_string(warnings.total()));
     for (const std::string& line : lines) out << "  " << line << '\n';

@@ -183,6 +183,10 @@ TEST(Args, NoCommandIsAFlyThrough)
     ASSERT_TRUE(std::holds_alternative<app::FlyThroughOptions>(command));
     EXPECT_EQ(std::get<app::FlyThroughOptions>(command).scene.file, "room.glb");
     EXPECT_TRUE(std::get<app::FlyThroughOptions>(command).scene.load.strict);
+    EXPECT_TRUE(std::holds_alternative<app::FlyThroughOptions>(parse({"view"})));
+    const app::Command view = parse({"view", "room.glb"});
+    ASSERT_TRUE(std::holds_alternative<app::FlyThroughOptions>(view));
+    EXPECT_EQ(std::get<app::FlyThroughOptions>(view).scene.file, "room.glb");
 }
 
 TEST(Args, HelpWinsOverMistakes)
