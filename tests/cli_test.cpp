@@ -189,7 +189,8 @@ TEST_F(Cli, ScenesThatAreNone)
     writeFile("empty.glb", "");
     writeFile("array.gltf", "[]");
     fs::create_directory(work("folder.gltf"));
-    for (const Strings& command : {Strings{"render", "-o", "x.exr"}, {"info"}}) {
+    for (const Strings& command :
+         {Strings{"render", "-o", "x.exr"}, {"info"}, {"bench", "throughput"}}) {
         expectRefused(command + Strings{"missing.gltf"}, 3, "missing.gltf");
         expectRefused(command + Strings{"words.gltf"}, 3, "words.gltf");
         expectRefused(command + Strings{"empty.glb"}, 3, "empty.glb");
@@ -577,6 +578,21 @@ TEST_F(Cli, PngIsBrighterWithExposure)
         EXPECT_NE(size, previous);
         previous = size;
     }
+}
+
+TEST_F(Cli, BenchThroughputSaysWhatItMeasured)
+{
+    const Result result =
+        run({"bench", "throughput", kScene, "--width", "48", "--seconds", "0.05"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    for (const char* set : {"primary", "bounce", "any"}) {
+        EXPECT_GT(json.at("ratios").at(set).get<double>(), 0) << set;
+        EXPECT_GT(json.at("rays_per_second").at(set).get<double>(), 0) << set;
+    }
+    for (const std::string& device : kDevices)
+        EXPECT_GT(json.at("samples_per_second").at(device).get<double>(), 0) << device;
+    EXPECT_TRUE(files().empty());
 }
 
 TEST_F(Cli, DefaultSizeIsTheCamerasOwn)
