@@ -60,12 +60,8 @@ public:
         for (double y = std::floor(low.y) + 0.5; y < high.y + 0.5; y += step.y) {
             for (double x = std::floor(low.x) + 0.5; x < high.x + 0.5; x += step.x) {
                 if (!nearTriangle({x, y}, a * size, b * size, c * size)) continue;
-                sum += texel(
-                    r,
-                    shared::wrapTexel(static_cast<int>(std::floor(x)), static_cast<int>(r.width),
-                                      r.flags >> shared::kTextureWrapSShift & 3u),
-                    shared::wrapTexel(static_cast<int>(std::floor(y)), static_cast<int>(r.height),
-                                      r.flags >> shared::kTextureWrapTShift & 3u));
+                sum += texel(r, foldTexel(x, r.width, r.flags >> shared::kTextureWrapSShift),
+                             foldTexel(y, r.height, r.flags >> shared::kTextureWrapTShift));
                 count += 1;
             }
         }
@@ -78,6 +74,13 @@ private:
         const Texel& t = world_.texels[r.firstTexel + size_t(y) * r.width + x];
         return asPower(
             {shared::halfAsFloat(t.r), shared::halfAsFloat(t.g), shared::halfAsFloat(t.b)});
+    }
+
+    /// Index of the texel that a coordinate (in texels) falls on.
+    static uint32_t foldTexel(double x, uint32_t size, uint32_t wrap)
+    {
+        const float u = shared::foldCoordinate(static_cast<float>(x / size), wrap & 3u);
+        return std::min(static_cast<uint32_t>(u * static_cast<float>(size)), size - 1);
     }
 
     /// Inside the triangle, or within a texel of its edges.

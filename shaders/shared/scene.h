@@ -10,6 +10,9 @@
 
 #include <bit>
 #include <cstdint>
+#ifdef __F16C__
+#include <immintrin.h>
+#endif
 
 #define SCENE_PARAM const SceneView &scene,
 #define SCENE_ARG scene,
@@ -82,6 +85,11 @@ inline uvec4 fetchTextureReference(const SceneView& scene, uint reference, uint 
 inline vec4 fetchTexel(const SceneView& scene, uint texel)
 {
     const uint16_t* h = scene.texels + 4u * size_t(texel);
+#ifdef __F16C__
+    alignas(16) float v[4];
+    _mm_store_ps(v, _mm_cvtph_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(h))));
+    return vec4(v[0], v[1], v[2], v[3]);
+#endif
     return vec4(halfAsFloat(h[0]), halfAsFloat(h[1]), halfAsFloat(h[2]), halfAsFloat(h[3]));
 }
 

@@ -45,14 +45,20 @@ SHARED_FN vec3 offsetRay(vec3 p, vec3 n)
                 abs(p.z) < kOrigin ? nearZero.z : shifted.z);
 }
 
-/// A coordinate of a texture wrapped into [0, size).
+/// A coordinate of a texture folded into [0, 1] as its wrap mode says. In float: integer division is slow everywhere.
+SHARED_FN float foldCoordinate(float u, uint mode)
+{
+    if (mode == kWrapRepeat) return u - floor(u);
+    if (mode == kWrapClamp) return clamp(u, 0.0f, 1.0f);
+    const float t = u - 2.0f * floor(0.5f * u);
+    return t > 1.0f ? 2.0f - t : t;
+}
+
+/// Index of a texel that is at most one off the texture: the other end, or (mirrored or clamped) the end itself.
 SHARED_FN uint wrapTexel(int i, int size, uint mode)
 {
-    if (mode == kWrapClamp) return uint(clamp(i, 0, size - 1));
-    const int period = mode == kWrapMirror ? 2 * size : size;
-    int j = i - (i / period) * period;
-    j = j < 0 ? j + period : j;
-    return uint(min(j < size ? j : period - 1 - j, size - 1));
+    if (mode != kWrapRepeat) return uint(clamp(i, 0, size - 1));
+    return uint(i < 0 ? i + size : (i < size ? i : i - size));
 }
 
 /// Bilinear (or nearest) look-up; row 0 is at v = 0 as in glTF. Coordinates that are not finite read some texel.
@@ -69,16 +75,17 @@ SHARED_FN vec4 lookUpTexture(SCENE_PARAM uint reference, vec2 uv0, vec2 uv1)
     }
     const int width = int(head.y);
     const int height = int(head.z);
+    const uint wrapS = (flags >> kTextureWrapSShift) & 3u;
+    const uint wrapT = (flags >> kTextureWrapTShift) & 3u;
+    uv = vec2(foldCoordinate(uv.x, wrapS), foldCoordinate(uv.y, wrapT));
+    uv = vec2(uv.x >= 0.0f ? uv.x : 0.0f, uv.y >= 0.0f ? uv.y : 0.0f);  // no number: some texel
     vec2 texel = vec2(uv.x * float(width), uv.y * float(height));
-    texel = vec2(abs(texel.x) < 1.0e9f ? texel.x : 0.0f, abs(texel.y) < 1.0e9f ? texel.y : 0.0f);
     const bool nearest = (flags & kTextureNearest) != 0u;
     texel = nearest ? texel : texel - vec2(0.5f, 0.5f);
     const vec2 corner = floor(texel);
     const vec2 f = nearest ? vec2(0.0f, 0.0f) : texel - corner;
     const int x = int(corner.x);
     const int y = int(corner.y);
-    const uint wrapS = (flags >> kTextureWrapSShift) & 3u;
-    const uint wrapT = (flags >> kTextureWrapTShift) & 3u;
     const uint x0 = wrapTexel(x, width, wrapS);
     const uint row0 = head.x + wrapTexel(y, height, wrapT) * head.y;
     if (nearest) return fetchTexel(SCENE_ARG row0 + x0);
