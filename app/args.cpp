@@ -320,46 +320,50 @@ bool hasExtension(const std::filesystem::path& file, std::string_view extension)
     return found == extension;
 }
 
-Command parseArguments(int argc, const char* const* argv)
+/// All commands, the innermost first and the program itself last. `scene` is for the program
+/// without a command.
+static std::vector<Subcommand> addCommands(CLI::App& root, SceneOptions& scene)
 {
-    CLI::App root(
-        "Path-traces glTF scenes on Vulkan compute or, as reference, on the CPU. Without a command "
-        "it "
-        "renders a short fly-through of the scene (default assets/cornell-diffuse.gltf) to "
-        "numbered PNG "
-        "files in rekindle-frames/ and says where they are; a window comes in a later version.");
-    bool help = false, version = false;
-    SceneOptions scene;
-    addSceneOptions(root, scene);
-    root.set_help_flag();
-    root.add_flag("--version", version, "versions of the program and its libraries")
-        ->group("Help")
-        ->trigger_on_parse();
-    root.footer("Example: rekindle render room.glb -o room.exr --spp 64\n\n"
-                "Exit codes: 0 done, 1 unexpected failure, 2 bad command line, 3 bad input, 4 no "
-                "suitable device,\n"
-                "5 device lost or out of memory, 6 target not reached, 130 interrupted (what was "
-                "rendered is saved).");
-
     std::vector<Subcommand> commands{viewCommandLine(root), renderCommandLine(root),
                                      compareCommandLine(root), infoCommandLine(root),
                                      devicesCommandLine(root)};
     CLI::App& bench = *root.add_subcommand("bench", "measurements: bench throughput SCENE");
     bench.footer("Example: rekindle bench throughput room.glb");
+    bench.require_subcommand(0, 1);
     commands.push_back(throughputCommandLine(bench));
     commands.push_back({&bench, "rekindle bench throughput SCENE [options]", []() -> Command {
                             badCommandLine(
                                 "bench: which measurement? This version has: throughput");
                         }});
+    addSceneOptions(root, scene);
+    root.require_subcommand(0, 1);
+    root.footer("Example: rekindle render room.glb -o room.exr --spp 64\n\n"
+                "Exit codes: 0 done, 1 unexpected failure, 2 bad command line, 3 bad input, "
+                "4 no suitable device,\n5 device lost or out of memory, 6 target not reached, "
+                "130 interrupted (what was rendered is saved).");
     commands.push_back({&root, "rekindle [COMMAND] [SCENE] [options]",
                         [&scene]() -> Command { return FlyThroughOptions{scene}; }});
+    return commands;
+}
+
+Command parseArguments(int argc, const char* const* argv)
+{
+    CLI::App root(
+        "Path-traces glTF scenes on Vulkan compute or, as reference, on the CPU. Without a "
+        "command it renders a short fly-through of the scene (default "
+        "assets/cornell-diffuse.gltf) to numbered PNG files in rekindle-frames/ and says "
+        "where they are; a window comes in a later version.");
+    SceneOptions scene;
+    const std::vector<Subcommand> commands = addCommands(root, scene);
+    bool help = false, version = false;
     for (const Subcommand& command : commands) {
-        command.app->set_help_flag();
+        command.app->set_help_flag();  // ours does not end the parsing, and is told apart below
         command.app->add_flag("-h,--help", help, "this text")->group("Help")->trigger_on_parse();
         command.app->allow_extras();
     }
-    root.require_subcommand(0, 1);
-    bench.require_subcommand(0, 1);
+    root.add_flag("--version", version, "versions of the program and its libraries")
+        ->group("Help")
+        ->trigger_on_parse();
 
     std::string problem;
     try {
