@@ -93,14 +93,6 @@ std::string channelName(const std::string& layer, uint32_t channel, uint32_t cou
     return layer.empty() ? suffix : layer + "." + suffix;
 }
 
-/// Order of a channel inside its layer: the usual letters first, then the order in the file.
-size_t channelRank(const std::string& suffix)
-{
-    static constexpr std::array<const char*, 8> kOrder{"R", "G", "B", "A", "X", "Y", "Z", "W"};
-    const auto found = std::find(kOrder.begin(), kOrder.end(), suffix);
-    return static_cast<size_t>(found - kOrder.begin());
-}
-
 OIIO::ImageSpec exrSpec(const ImageFile& image)
 {
     const Image& first = image.layers.front().image;
@@ -138,24 +130,22 @@ std::vector<float> interleave(const std::vector<Layer>& layers, size_t channelCo
 /// Where the channels of one layer lie among those of the file.
 struct LayerChannels {
     std::string name;
-    std::vector<std::pair<size_t, size_t>> channels;  // rank, index in the file
+    std::vector<size_t> channels;  // indices in the file
 };
 
+/// The library gives the channels of a layer as R, G, B, A or X, Y, Z, whatever their order in the
+/// file.
 std::vector<LayerChannels> groupChannels(const std::vector<std::string>& names)
 {
     std::vector<LayerChannels> layers;
     for (size_t i = 0; i < names.size(); ++i) {
         const size_t dot = names[i].rfind('.');
         const std::string layer = dot == std::string::npos ? "" : names[i].substr(0, dot);
-        const std::string suffix = dot == std::string::npos ? names[i] : names[i].substr(dot + 1);
         auto found = std::find_if(layers.begin(), layers.end(),
                                   [&](const LayerChannels& l) { return l.name == layer; });
         if (found == layers.end()) found = layers.insert(layers.end(), {layer, {}});
-        found->channels.emplace_back(channelRank(suffix), i);
+        found->channels.push_back(i);
     }
-    for (LayerChannels& layer : layers)
-        std::stable_sort(layer.channels.begin(), layer.channels.end(),
-                         [](const auto& a, const auto& b) { return a.first < b.first; });
     return layers;
 }
 
@@ -244,7 +234,7 @@ ImageFile readExr(const std::filesystem::path& file)
         Image image(header.width, header.height, uint32_t(count));
         for (size_t i = 0; i < pixelCount; ++i)
             for (size_t c = 0; c < count; ++c)
-                image.pixels[i * count + c] = all[i * channelCount + layer.channels[c].second];
+                image.pixels[i * count + c] = all[i * channelCount + layer.channels[c]];
         result.layers.push_back({layer.name, std::move(image)});
     }
     return result;
