@@ -44,6 +44,29 @@ glm::dvec2 exrSize(std::span<const std::byte> bytes)
     return {double(box[2]) - box[0] + 1, double(box[3]) - box[1] + 1};
 }
 
+/// Follows the chunks of a PNG to its end and says what is wrong. Libpng would notice too, but
+/// OpenImageIO leaks its message then, and libpng writes its own to stderr.
+std::string judgePng(std::span<const std::byte> bytes, glm::dvec2& size)
+{
+    const auto word = [&](size_t at) {
+        uint32_t value = 0;
+        for (size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<uint32_t>(bytes[at + k]);
+        return value;
+    };
+    constexpr size_t kSignature = 8, kFrame = 12;  // length, type and checksum of a chunk
+    constexpr uint32_t kHeader = 0x49484452, kEnd = 0x49454e44;
+    for (size_t at = kSignature; at + kFrame <= bytes.size();) {
+        const uint64_t length = word(at);
+        const uint32_t type = word(at + 4);
+        if (length > bytes.size() - at - kFrame) break;
+        if (at == kSignature && (type != kHeader || length != 13)) return "is damaged: no header";
+        if (at == kSignature) size = {word(at + 8), word(at + 12)};
+        if (type == kEnd) return {};
+        at += kFrame + length;
+    }
+    return "is damaged: cut off after " + std::to_string(bytes.size()) + " bytes";
+}
+
 std::string sizeText(double width, double height)
 {
     return std::to_string(static_cast<int64_t>(width)) + " x " +
@@ -136,10 +159,12 @@ DecodedImage decodeImage(std::span<const std::byte> bytes, const ImageGuards& gu
 {
     const std::string name = readerFor(bytes);
     if (name.empty()) return {{}, "is no PNG, JPEG, OpenEXR or Radiance image by its content"};
-    if (name == "openexr") {
-        const glm::dvec2 size = exrSize(bytes);
+    if (name == "openexr" || name == "png") {
+        glm::dvec2 size = name == "png" ? glm::dvec2(1) : exrSize(bytes);
+        const std::string damage = name == "png" ? judgePng(bytes, size) : "";
         if (std::string problem = judgeSize(size.x, size.y, guards); !problem.empty())
             return {{}, problem};
+        if (!damage.empty()) return {{}, damage};
     }
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
     if (!input) return {{}, "cannot be read: this OpenImageIO has no reader for " + name};

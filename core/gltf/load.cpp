@@ -24,7 +24,7 @@ void ContentHash::add(std::span<const std::byte> bytes)
         mix(value);
     }
     uint64_t rest = 0;
-    std::memcpy(&rest, bytes.data() + i, bytes.size() - i);
+    if (i < bytes.size()) std::memcpy(&rest, bytes.data() + i, bytes.size() - i);
     mix(rest);
     mix(bytes.size());  // tells "ab" + "c" from "a" + "bc"
 }
