@@ -48,27 +48,12 @@ struct Ray {
         node = hitA || hitB ? (aFirst ? a.w : b.w) : popped;         \
     } while ((node & kBvhLeaf) == 0u)
 
-// Tests the triangle in `slot`: sets found, t, barycentrics.
-#define BVH_TEST_TRIANGLE(shear, slot, tMin, tMax)                                                \
-    vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));                                                   \
-    vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));                                              \
-    vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));                                              \
-    float t;                                                                                      \
-    vec2 barycentrics;                                                                            \
-    bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, tMin, tMax, t, barycentrics);   \
-    if (FEATURE(kFeatureAlpha)) {                                                                 \
-        if (found && (floatBitsToUint(v1.w) & kTriangleAlphaBit) != 0u) {                         \
-            found = alphaPasses(slot, barycentrics, alphaSeed);                                   \
-        }                                                                                         \
-    }
-
-/// Nearest hit with tMin < t < tMax, tMin >= 0; false, and `hit` not meaningful, when there is none, or the ray is not
-/// finite or has no direction. t counts in lengths of the direction.
-bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
+/// Both traversals; `anyHit` is a literal, so each is compiled for itself. hit.t holds tMax at first, hit.slot kNone.
+/// A hit that needs the alpha test stops its lane, which goes on where it was once all lanes have stopped or are done:
+/// the test, which costs as much as several triangles even when no lane wants it, is then run a few times per ray
+/// rather than with every triangle.
+void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
 {
-    hit.t = r.tMax;
-    hit.barycentrics = vec2(0.0f);
-    hit.slot = kNone;
     GridRay grid = makeGridRay(r.origin, r.direction, BVH_GRID_LOW, BVH_GRID_SCALE);
     ShearRay shear = makeShearRay(r.origin, r.direction);
     int nearest = boxBound(r.tMin);
@@ -76,7 +61,9 @@ bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
     int top = 0;
     stack[0] = kBvhDone;
     uint node = 0u;
-    if (isTraceable(r.origin, r.direction)) {
+    bool waits = false;  // for the alpha test of `candidate`
+    Hit candidate = hit;
+    do {
         do {
             if ((node & kBvhLeaf) == 0u) {
                 BVH_STEP_DOWN(grid, node, nearest, boxBound(hit.t));
@@ -85,51 +72,60 @@ bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
                 uint slot = node & kBvhIndexMask;
                 uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
                 do {
-                    BVH_TEST_TRIANGLE(shear, slot, r.tMin, hit.t)
+                    vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));
+                    vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));
+                    vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));
+                    float t;
+                    vec2 barycentrics;
+                    bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, hit.t, t, barycentrics);
+                    if (FEATURE(kFeatureAlpha)) {
+                        waits = found && (floatBitsToUint(v1.w) & kTriangleAlphaBit) != 0u;
+                        candidate.t = t;
+                        candidate.barycentrics = barycentrics;
+                        candidate.slot = slot;
+                        found = found && !waits;
+                    }
                     hit.t = found ? t : hit.t;
                     hit.barycentrics = found ? barycentrics : hit.barycentrics;
                     hit.slot = found ? slot : hit.slot;
                     ++slot;
-                } while (slot < end);
-                node = stack[top];
-                --top;
+                } while (slot < end && !waits);
+                bool leafGoesOn = waits && slot < end;
+                node = leafGoesOn ? kBvhLeaf | ((end - slot) << kBvhCountShift) | slot : stack[top];
+                top -= leafGoesOn ? 0 : 1;
+                node = anyHit && hit.slot != kNone ? kBvhDone : node;
             }
-        } while (node != kBvhDone);
-    }
+        } while (node != kBvhDone && !waits);
+        if (FEATURE(kFeatureAlpha)) {
+            if (waits) {
+                if (alphaPasses(candidate.slot, candidate.barycentrics, alphaSeed)) hit = candidate;
+                node = anyHit && hit.slot != kNone ? kBvhDone : node;
+                waits = false;
+            }
+        }
+    } while (FEATURE(kFeatureAlpha) && node != kBvhDone);
+}
+
+/// Nearest hit with tMin < t < tMax, tMin >= 0; false, and `hit` not meaningful, when there is none, or the ray is not
+/// finite or has no direction. t counts in lengths of the direction.
+bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
+{
+    hit.t = r.tMax;
+    hit.barycentrics = vec2(0.0f);
+    hit.slot = kNone;
+    if (isTraceable(r.origin, r.direction)) traverse(r, alphaSeed, false, hit);
     return hit.slot != kNone;
 }
 
 /// Whether anything lies at tMin < t < tMax.
 bool traceAny(Ray r, uint alphaSeed)
 {
-    GridRay grid = makeGridRay(r.origin, r.direction, BVH_GRID_LOW, BVH_GRID_SCALE);
-    ShearRay shear = makeShearRay(r.origin, r.direction);
-    int nearest = boxBound(r.tMin);
-    int farthest = boxBound(r.tMax);
-    uint stack[kBvhStackSize];
-    int top = 0;
-    stack[0] = kBvhDone;
-    uint node = 0u;
-    bool blocked = false;
-    if (isTraceable(r.origin, r.direction)) {
-        do {
-            if ((node & kBvhLeaf) == 0u) {
-                BVH_STEP_DOWN(grid, node, nearest, farthest);
-            }
-            if (node != kBvhDone) {
-                uint slot = node & kBvhIndexMask;
-                uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
-                do {
-                    BVH_TEST_TRIANGLE(shear, slot, r.tMin, r.tMax)
-                    blocked = blocked || found;
-                    ++slot;
-                } while (slot < end);
-                node = blocked ? kBvhDone : stack[top];
-                --top;
-            }
-        } while (node != kBvhDone);
-    }
-    return blocked;
+    Hit hit;
+    hit.t = r.tMax;
+    hit.barycentrics = vec2(0.0f);
+    hit.slot = kNone;
+    if (isTraceable(r.origin, r.direction)) traverse(r, alphaSeed, true, hit);
+    return hit.slot != kNone;
 }
 
 #endif
