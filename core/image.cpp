@@ -36,8 +36,10 @@ class PendingFile {
 public:
     explicit PendingFile(std::filesystem::path file) : file_(std::move(file))
     {
-        temporary_ = file_.parent_path() /
-                     ("." + file_.filename().string() + "." + std::to_string(getpid()) + ".tmp");
+        std::string name(1, '.');
+        name.append(file_.filename().string()).append(1, '.');
+        name.append(std::to_string(getpid())).append(".tmp");
+        temporary_ = file_.parent_path() / name;
     }
     PendingFile(const PendingFile&) = delete;
     PendingFile& operator=(const PendingFile&) = delete;
