@@ -77,7 +77,7 @@ struct Load {
     void reserveMemory(uint64_t bytes, const std::string& pointer);
 };
 
-/// "3 words" from a number: for messages.
+/// "512 bytes", "20 MiB": for messages.
 std::string formatBytes(uint64_t bytes);
 
 }  // namespace core::gltf
