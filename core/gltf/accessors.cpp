@@ -12,8 +12,6 @@ namespace core::gltf {
 
 namespace {
 
-constexpr std::string_view kRefused = "file refused";
-
 uint32_t componentBytes(uint64_t type)
 {
     switch (type) {

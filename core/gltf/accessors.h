@@ -35,8 +35,8 @@ struct Accessor {
     const std::byte* sparseValues = nullptr;
 
     uint32_t elementBytes() const;
-    /// Component type and shape are among those that glTF (and KHR_mesh_quantization) allow for it.
     bool isFloat() const { return componentType == kFloat; }
+    /// False when every element is zero for want of a buffer view.
     bool hasData() const { return data != nullptr || sparseCount > 0; }
 };
 

@@ -32,7 +32,7 @@ void readAnimations(Load& load, const std::vector<Accessor>& accessors, const No
 void readCameras(Load& load, const NodePlan& plan);
 void readLights(Load& load, const NodePlan& plan);
 
-/// Which materials of the document became which of the scene, and the images that they need.
+/// Which materials of the document became which of the scene.
 struct MaterialPlan {
     std::vector<int> sceneMaterial;  // per material of the document, -1: not used
     int fallback = -1;               // glTF's default material, when used
