@@ -218,7 +218,7 @@ TEST(BsdfSampling, lobesFollowTheirDensity)
 
 TEST(BsdfSampling, SlowLobesFollowTheirDensity)
 {
-    testLobes(4'000'000, {1.001e-3f, 0.01f, 0.05f, 0.2f, 0.5f, 1.0f});
+    testLobes(2'000'000, {1.001e-3f, 0.01f, 0.05f, 0.2f, 0.5f, 1.0f});
 }
 
 // --- mixtures ----------------------------------------------------------------------------------
@@ -298,7 +298,7 @@ TEST(BsdfSampling, mixturesFollowTheirDensity)
 
 TEST(BsdfSampling, SlowMixturesFollowTheirDensity)
 {
-    testMixtures(4'000'000);
+    testMixtures(2'000'000);
 }
 
 TEST(BsdfSampling, deltaPartsAreDrawnWithTheProbabilityTheDensityLacks)
