@@ -25,15 +25,16 @@ std::string readBytes(const std::filesystem::path& file)
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-/// Relative names of the files that a generator writes: everything but sources.
+/// Relative names and sizes of scenes and their textures in a folder.
 std::map<std::string, uintmax_t> assetFiles(const std::filesystem::path& folder)
 {
     std::map<std::string, uintmax_t> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-        const std::string extension = entry.path().extension().string();
-        if (entry.is_regular_file() && extension != ".cpp" && extension != ".h" &&
-            extension != ".md")
-            files[std::filesystem::relative(entry.path(), folder).string()] = entry.file_size();
+        const std::filesystem::path name = std::filesystem::relative(entry.path(), folder);
+        const bool scene =
+            !name.has_parent_path() && (name.extension() == ".gltf" || name.extension() == ".bin");
+        if (entry.is_regular_file() && (scene || name.parent_path() == "textures"))
+            files[name.string()] = entry.file_size();
     }
     return files;
 }
