@@ -227,9 +227,10 @@ void fillPacket(std::span<const Ray> rays, int* valid, RTCRay16& packet)
 
 }  // namespace
 
-void Accel::closest(std::span<const Ray> rays, shared::Hit* hits) const
+void Accel::closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent) const
 {
     Context context = impl_->context();
+    if (coherent) context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     alignas(64) int valid[kPacket];
     RTCRayHit16 packet;
     for (size_t first = 0; first < rays.size(); first += kPacket) {

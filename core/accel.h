@@ -41,8 +41,8 @@ public:
     Accel(const Accel&) = delete;
     Accel& operator=(const Accel&) = delete;
 
-    /// The nearest hit in (0, tMax]; false when there is none (`hit` then holds no meaning). Rays that are no numbers
-    /// meet nothing.
+    /// The nearest hit in (0, tMax]; false when there is none (`hit` then holds no meaning). Rays
+    /// that are no numbers meet nothing.
     bool closest(const Ray& ray, shared::Hit& hit) const;
 
     /// True when something lies in (0, tMax).
@@ -51,7 +51,8 @@ public:
     /// The same for many rays at once, in packets of 16: hits[i].slot is kNone where there is none;
     /// blocked[i] is 1 or 0. Which rays stand together may decide the last bit of a hit: keep it a
     /// function of the image alone.
-    void closest(std::span<const Ray> rays, shared::Hit* hits) const;
+    /// `coherent`: neighbours go much the same way, as camera rays do, which is faster if true.
+    void closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent = false) const;
     void occluded(std::span<const Ray> rays, uint8_t* blocked) const;
 
     AccelStats stats() const;

@@ -122,7 +122,7 @@ void traceWave(const PathJob& job, Wave& wave)
         const uint32_t i = wave.active[k];
         setRay(wave, k, wave.paths[i].origin, wave.paths[i].direction, shared::kInfinity, i, 0);
     }
-    job.accel->closest({wave.rays.data(), wave.activeCount}, wave.hits.data());
+    job.accel->closest({wave.rays.data(), wave.activeCount}, wave.hits.data(), wave.depth == 0);
 }
 
 /// Shades every active path; keeps those that go on and queues connections to emitters.
