@@ -43,7 +43,7 @@ uint64_t withinTime(uint64_t step, uint64_t samples, double seconds, double limi
 
 }  // namespace
 
-Outcome renderUntil(core::Renderer& renderer, const Goal& goal, std::stop_token stop,
+Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_token& stop,
                     const LoopProgress& progress)
 {
     CHECK(goal.spp >= 1);

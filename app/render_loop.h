@@ -37,7 +37,7 @@ using LoopProgress =
 /// Advances `renderer` from where it stands. Steps grow until one takes about a quarter of a
 /// second, so that stopping and progress are prompt; the image does not depend on them. With a
 /// target, the error is measured whenever the samples have grown by a fifth.
-Outcome renderUntil(core::Renderer& renderer, const Goal& goal, std::stop_token stop,
+Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_token& stop,
                     const LoopProgress& progress);
 
 }  // namespace app
