@@ -648,7 +648,7 @@ TEST_F(Cli, SlowKernelsThatLeaveNothingOutAgree)
 {
     const Json skipped =
         Json::parse(run({"info", kScene, "--json"}).out).at("features").at("skipped");
-    constexpr uint64_t kSpp = 1600;
+    constexpr uint64_t kSpp = 2400;
     for (const std::string& device : kDevices) {
         SCOPED_TRACE(device);
         const Strings render{
