@@ -207,9 +207,12 @@ private:
     void shareRoom(const Range& range, Decision& d)
     {
         const size_t leftCount = d.middle - range.begin, rightCount = range.end - d.middle;
-        const size_t leftRoom =
-            static_cast<size_t>(static_cast<double>(range.room()) * static_cast<double>(leftCount) /
-                                static_cast<double>(leftCount + rightCount));
+        const double leftWeight =
+            static_cast<double>(leftCount) * static_cast<double>(d.leftBounds.box.halfArea());
+        const double rightWeight =
+            static_cast<double>(rightCount) * static_cast<double>(d.rightBounds.box.halfArea());
+        const double share = leftWeight > 0 ? leftWeight / (leftWeight + rightWeight) : 0.5;
+        const size_t leftRoom = static_cast<size_t>(static_cast<double>(range.room()) * share);
         d.left = {range.begin, d.middle, d.middle + leftRoom};
         d.right = {d.middle + leftRoom, d.middle + leftRoom + rightCount, range.capacity};
         const size_t moved = std::min(leftRoom, rightCount);

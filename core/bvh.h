@@ -17,10 +17,10 @@ namespace core {
 
 struct BvhOptions {
     uint32_t leafSize = 8;  // triangles per leaf at most, 1 to 14
-    float duplicateBudget =
-        0.3f;  // spatial splits may add this fraction of references; 0 = object splits only
-    float triangleCost =
-        1.0f;  // of one triangle test, in box-pair tests: decides where leaves begin
+    // Spatial splits may add this fraction of references; 0 = object splits only.
+    float duplicateBudget = 0.5f;
+    // Of one triangle test, in box-pair tests: decides where leaves begin.
+    float triangleCost = 1.0f;
 };
 
 /// Node i is words 2i and 2i+1, one per child: (xlo | xhi << 16, ylo | yhi << 16, zlo | zhi << 16,

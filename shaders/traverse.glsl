@@ -3,6 +3,8 @@
 //   device shape it: a masked store or a divergent branch costs more than arithmetic, so the far child is always written
 //   above the top of the stack and only the top moves; the body of a loop runs once more after the last lane has left it
 //   at its head, so all loops test at their end; min and max of floats cost three instructions, of integers one.
+//   The same device leaves every loop, silently, once the loops of an invocation have turned 65535 times in sum: a ray takes
+//   some hundreds, so a kernel must not trace more than about a hundred rays in a row.
 // The including kernel defines, before the include:
 //   BVH_FETCH_NODE(i)    word i of the nodes, uvec4 (two words per node)
 //   BVH_FETCH_VERTEX(i)  word i of the slots, vec4 (three words per slot: v0 | triangle, v1 | material, v2 | emitter;
