@@ -85,26 +85,26 @@ TEST_P(GpuPath, SlowAgreesWithCpu)
 TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
 {
     const auto world = asset(GetParam().name);
-    const uint32_t size = 256;
+    const size_t size = 256;
     gpuRenderer().setWorld(world, {});
-    gpuRenderer().setView(world->cameras.at(0), size, size, {});
+    gpuRenderer().setView(world->cameras.at(0), 256, 256, {});
     const core::Aovs a = gpuRenderer().aovs();
     const auto cpu = core::makeRenderer("path");
     cpu->setWorld(world, {});
-    cpu->setView(world->cameras.at(0), size, size, {});
+    cpu->setView(world->cameras.at(0), 256, 256, {});
     const core::Aovs b = cpu->aovs();
     // Pixel centres on an edge that triangles share (the corners of a box, say) may name any of them: equal depth is a tie.
     size_t otherIds = 0, otherDepths = 0, otherNormals = 0, otherAlbedos = 0, hits = 0;
-    for (size_t p = 0; p < size_t(size) * size; ++p) {
+    for (size_t p = 0; p < size * size; ++p) {
         const bool deeper = std::abs(a.depth.pixels[p] - b.depth.pixels[p]) > 1e-5f * b.depth.pixels[p];
         const bool same = a.ids.pixels[3 * p] == b.ids.pixels[3 * p];
-        otherIds += !same && deeper ? 1 : 0;
+        otherIds += !same && deeper ? 1u : 0u;
         if (!same) continue;
-        hits += a.depth.pixels[p] > 0 ? 1 : 0;
-        otherDepths += deeper ? 1 : 0;
+        hits += a.depth.pixels[p] > 0 ? 1u : 0u;
+        otherDepths += deeper ? 1u : 0u;
         for (size_t k = 3 * p; k < 3 * p + 3; ++k) {
-            otherNormals += std::abs(a.normal.pixels[k] - b.normal.pixels[k]) > 1e-3f ? 1 : 0;
-            otherAlbedos += std::abs(a.albedo.pixels[k] - b.albedo.pixels[k]) > 1e-3f ? 1 : 0;
+            otherNormals += std::abs(a.normal.pixels[k] - b.normal.pixels[k]) > 1e-3f ? 1u : 0u;
+            otherAlbedos += std::abs(a.albedo.pixels[k] - b.albedo.pixels[k]) > 1e-3f ? 1u : 0u;
         }
     }
     EXPECT_GT(hits, 1000u);
@@ -121,8 +121,8 @@ INSTANTIATE_TEST_SUITE_P(Assets, GpuPath,
                                          Case{"lights", 1200, 0.02}, Case{"hall", 1000, 0.03},
                                          Case{"door-ajar", 1900, 0.1}, Case{"sky", 512, 0.02},
                                          Case{"furnace-sphere", 128, 0.01}),
-                         [](const auto& info) {
-                             std::string name = info.param.name;
+                         [](const auto& instance) {
+                             std::string name = instance.param.name;
                              std::replace(name.begin(), name.end(), '-', '_');
                              return name;
                          });
