@@ -33,6 +33,18 @@ double polygonIrradiance(const std::vector<glm::dvec3>& polygon, const glm::dvec
     return std::abs(0.5 * sum);
 }
 
+/// The same at p, facing up, from a convex body: its front faces hide nothing of each other.
+double convexIrradiance(const core::Mesh& mesh, const glm::dvec3& p)
+{
+    double sum = 0;
+    for (const glm::uvec3& t : mesh.triangles) {
+        const glm::dvec3 a(mesh.positions[t.x]), b(mesh.positions[t.y]), c(mesh.positions[t.z]);
+        if (glm::dot(glm::cross(b - a, c - a), p - a) > 0)
+            sum += polygonIrradiance({a, b, c}, p, {0, 1, 0});
+    }
+    return sum;
+}
+
 /// The floor y = 0 with `lights`, seen from nearby at 16 points, each a few thousandths across.
 struct Stage {
     SceneBuilder builder;
@@ -154,19 +166,42 @@ TEST(DirectLight, Sphere)
     stage.builder.sphere({0.3f, 1.8f, 0.2f}, 0.5f, 3,
                          stage.builder.material(emitter(glm::vec3(5))));
     const core::Mesh& mesh = stage.builder.scene.meshes.back();
-    stage.compare(
-        1200,
-        [&](glm::dvec3 p) {
-            double sum = 0;  // of a convex body: its front faces hide nothing of each other
-            for (const glm::uvec3& t : mesh.triangles) {
-                const glm::dvec3 a(mesh.positions[t.x]), b(mesh.positions[t.y]),
-                    c(mesh.positions[t.z]);
-                if (glm::dot(glm::cross(b - a, c - a), p - a) > 0)
-                    sum += polygonIrradiance({a, b, c}, p, {0, 1, 0});
-            }
-            return 5 * sum;
-        },
-        0.006);
+    stage.compare(1300, [&](glm::dvec3 p) { return 5 * convexIrradiance(mesh, p); });
+}
+
+/// The flat faces of a small body are often seen almost edge-on: shadow rays must not be stopped by
+/// the face they aim at.
+TEST(DirectLight, Octahedron)
+{
+    Stage stage;
+    stage.builder.sphere({0.3f, 1.8f, 0.2f}, 0.5f, 0,
+                         stage.builder.material(emitter(glm::vec3(5))));
+    const core::Mesh& mesh = stage.builder.scene.meshes.back();
+    stage.compare(1200, [&](glm::dvec3 p) { return 5 * convexIrradiance(mesh, p); });
+}
+
+/// A lamp with alpha shines as much as it is there, however it is found.
+TEST(DirectLight, TransparentLamp)
+{
+    for (const bool mask : {false, true}) {
+        Stage stage;
+        core::Material lamp = emitter(glm::vec3(5));
+        lamp.data.flags |= mask ? shared::kMaterialAlphaMask : shared::kMaterialAlphaBlend;
+        lamp.data.alpha = mask ? 0.6f : 0.4f;  // 0.6 is above the cut-off
+        const std::vector<glm::dvec3> corners{{-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}};
+        stage.builder.mesh({corners.begin(), corners.end()}, {{0, 1, 2}, {0, 2, 3}},
+                           stage.builder.material(lamp));
+        if (mask) {  // a second lamp, cut away
+            lamp.data.alpha = 0.3f;
+            stage.builder.quad({-1, 0.7f, -1}, {2, 0, 0}, {0, 0, 2}, stage.builder.material(lamp));
+        }
+        stage.compare(
+            900,
+            [&](glm::dvec3 p) {
+                return 5 * (mask ? 1.0 : 0.4) * polygonIrradiance(corners, p, {0, 1, 0});
+            },
+            0.02);
+    }
 }
 
 TEST(DirectLight, ConstantEnvironment)

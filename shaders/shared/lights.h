@@ -152,6 +152,8 @@ SHARED_FN bool sampleEmitter(SCENE_PARAM PathSettings settings, uint index, vec3
         if (FEATURE(kFeatureEmissiveTextures) && found && (e.kind & kEmitterTextured) != 0u) {
             s.radiance *= emitterTexture(SCENE_ARG e.slot, s.barycentrics);
         }
+        // Rays meet a transparent emitter with probability alpha: so much of it shines.
+        if (FEATURE(kFeatureAlpha) && found) s.radiance *= surfaceAlpha(SCENE_ARG e.slot, s.barycentrics);
     }
     if (FEATURE(kFeaturePunctualLights) && kind >= kEmitterPoint && kind <= kEmitterDirectional) {
         found = samplePunctual(e, p, s);

@@ -317,16 +317,15 @@ SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direc
     return shading;
 }
 
-/// The alpha test inside traversal: true when the surface is there for this ray. Blending is stochastic: the surface
-/// is there with probability alpha, decided by a hash of `seed` and the triangle.
-SHARED_FN bool alphaPasses(SCENE_PARAM uint slot, vec2 barycentrics, uint seed)
+/// How much of the surface is there at a point of a triangle: 0 or 1 where alpha is a mask, alpha where it blends,
+/// 1 where the material has neither.
+SHARED_FN float surfaceAlpha(SCENE_PARAM uint triangle, vec2 barycentrics)
 {
-    const uint triangle = floatAsUint(fetchTriangleVertex(SCENE_ARG slot, 0u).w);
     const uvec4 vertices = fetchTriangleIndices(SCENE_ARG triangle);
-    const vec4 word0 = fetchMaterial(SCENE_ARG vertices.w, 0u);
     const vec4 word5 = fetchMaterial(SCENE_ARG vertices.w, 5u);
     const uint flags = floatAsUint(word5.z);
-    float alpha = word0.w;
+    if ((flags & (kMaterialAlphaMask | kMaterialAlphaBlend)) == 0u) return 1.0f;
+    float alpha = fetchMaterial(SCENE_ARG vertices.w, 0u).w;
     vec2 uv0 = vec2(0.0f, 0.0f);
     vec2 uv1 = vec2(0.0f, 0.0f);
     vec4 color = vec4(1.0f, 1.0f, 1.0f, 1.0f);
@@ -347,8 +346,18 @@ SHARED_FN bool alphaPasses(SCENE_PARAM uint slot, vec2 barycentrics, uint seed)
         alpha *= lookUpTexture(SCENE_ARG t - 1u, uv0, uv1).w;
     }
     alpha *= color.w;
-    if ((flags & kMaterialAlphaMask) != 0u) return alpha >= fetchMaterial(SCENE_ARG vertices.w, 1u).w;
-    return unitFloat(hashUint(seed ^ hashUint(triangle))) < alpha;
+    if ((flags & kMaterialAlphaMask) != 0u) {
+        return alpha >= fetchMaterial(SCENE_ARG vertices.w, 1u).w ? 1.0f : 0.0f;
+    }
+    return alpha;
+}
+
+/// The alpha test inside traversal: true when the surface is there for this ray. Blending is stochastic: the surface
+/// is there with probability alpha, decided by a hash of `seed` and the triangle.
+SHARED_FN bool alphaPasses(SCENE_PARAM uint slot, vec2 barycentrics, uint seed)
+{
+    const uint triangle = floatAsUint(fetchTriangleVertex(SCENE_ARG slot, 0u).w);
+    return unitFloat(hashUint(seed ^ hashUint(triangle))) < surfaceAlpha(SCENE_ARG triangle, barycentrics);
 }
 
 SHARED_END
