@@ -64,7 +64,7 @@ template <class T> std::string readValue(const std::string& text, core::Range ra
         value = number;
         return {};
     } else {
-        if (text.empty()) return "a value that is not empty";
+        if (text.empty()) return "a name";
         value = text;
         return {};
     }

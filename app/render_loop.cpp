@@ -60,6 +60,8 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
         const uint64_t left = goal.spp - std::min(goal.spp, outcome.samples);
         if (left > 0) {
             step = nextStep(step, outcome.samples - first, outcome.seconds);
+            // A step longer than the samples between two measurements would overshoot a target.
+            if (goal.rmse > 0) step = std::min(step, std::max<uint64_t>(1, outcome.samples / 5));
             const uint64_t taken = std::min(
                 left, withinTime(step, outcome.samples - first, outcome.seconds, goal.seconds));
             const Clock::time_point start = Clock::now();

@@ -88,7 +88,7 @@ TEST(RenderLoop, StopsAtTheTarget)
     EXPECT_EQ(outcome.ended, app::Ended::target);
     ASSERT_TRUE(outcome.rmse.has_value());
     EXPECT_LE(*outcome.rmse, 0.01);
-    EXPECT_LE(outcome.samples, 200u);
+    EXPECT_LE(outcome.samples, 125u);  // the error is 1/n or 0: reached at 100 at the latest
 
     // A target that cannot be reached: the other limit ends it, with the error measured at the very
     // end.
