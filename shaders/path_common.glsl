@@ -2,13 +2,12 @@
 #include "scene_buffers.glsl"
 #include "shared/path.h"
 
-layout(constant_id = 2) const uint kSampler = 0u;  // kSpecializeSampler
+layout(constant_id = 1) const uint kSampler = 0u;  // kSpecializeSampler
 
 #define BVH_FETCH_NODE(i) texelFetch(nodeWords, int(i))
 #define BVH_FETCH_VERTEX(i) uintBitsToFloat(texelFetch(triangleWords, int(i)))
 #define BVH_GRID_LOW frame.gridLow
 #define BVH_GRID_SCALE frame.gridScale
-#define BVH_TRIANGLE_COUNT frame.triangleCount
 #include "traverse.glsl"
 
 layout(push_constant, scalar) uniform BatchBlock

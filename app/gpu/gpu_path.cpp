@@ -28,6 +28,9 @@ double since(Clock::time_point start)
 
 constexpr uint32_t kMaxLanes = 1u << 18;
 constexpr double kTargetSeconds = 0.1;      // of one submission
+// Mesa's software device ends every loop of an invocation after 65,535 iterations in all, silently: a whole path must
+// stay below. Its bounces are invocations of their own in the other kernel.
+constexpr uint32_t kDeepestMegakernel = 32;
 constexpr uint32_t kMeasuredLanes = 1u << 14;
 constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
 
@@ -215,11 +218,12 @@ void PathRenderer::warmUp()
 void PathRenderer::chooseKernel(uint32_t samples)
 {
     kernelChosen_ = true;
-    wavefront_ = params_.kernel != core::Kernel::megakernel;
+    const bool tooDeep = device_.isSoftware() && params_.maxDepth > kDeepestMegakernel;
+    wavefront_ = params_.kernel != core::Kernel::megakernel || tooDeep;
     const uint32_t tiles = tileCount();
     const uint32_t count = std::min(tiles, kMeasuredLanes / shared::kGroupSize);
     if (params_.kernel == core::Kernel::automatic && params_.maxDepth <= 1) wavefront_ = false;
-    if (params_.kernel == core::Kernel::automatic && uint64_t(samples) * tiles > 40 * uint64_t(count)) {
+    if (params_.kernel == core::Kernel::automatic && !tooDeep && uint64_t(samples) * tiles > 40 * uint64_t(count)) {
         const shared::Batch batch{(tiles - count) / 2, count, 0, 1, 0};
         double best[2] = {1e30, 1e30};
         for (int round = 0; round < 4; ++round) {

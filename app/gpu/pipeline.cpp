@@ -64,9 +64,8 @@ Pipeline::Pipeline(const Device& device, const KernelLayout& layout, std::span<c
     VK_CHECK(vkCreateShaderModule(device.get(), &module, nullptr, &moduleObject));
     const Handle<VkShaderModule, vkDestroyShaderModule> owner(device.get(), moduleObject);
 
-    const std::array<VkSpecializationMapEntry, 3> entries{
+    const std::array<VkSpecializationMapEntry, 2> entries{
         VkSpecializationMapEntry{0, offsetof(Specialization, features), 4},
-        VkSpecializationMapEntry{shared::kSpecializeTinyScene, offsetof(Specialization, tinyScene), 4},
         VkSpecializationMapEntry{shared::kSpecializeSampler, offsetof(Specialization, sampler), 4}};
     const VkSpecializationInfo constants{entries.size(), entries.data(), sizeof(specialization), &specialization};
     VkComputePipelineCreateInfo create{};

@@ -25,7 +25,6 @@ private:
 /// What a kernel is specialised on; the constants' numbers are those of lang.h and bindings.h.
 struct Specialization {
     uint32_t features = 0xffffffffu;
-    uint32_t tinyScene = 0;
     uint32_t sampler = 0;
     friend auto operator<=>(const Specialization&, const Specialization&) = default;
 };

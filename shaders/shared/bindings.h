@@ -37,8 +37,7 @@ SHARED_CONST uint kBindOutput = 21u;      // vec4s of the kernel's own meaning
 SHARED_CONST uint kBindingCount = 22u;
 
 // Specialization constants beside kFeatures (0).
-SHARED_CONST uint kSpecializeTinyScene = 1u;  // test every triangle instead of traversing
-SHARED_CONST uint kSpecializeSampler = 2u;    // the sampler's kind, so that only one is compiled
+SHARED_CONST uint kSpecializeSampler = 1u;    // the sampler's kind, so that only one is compiled
 
 /// Everything that stays fixed between two changes of the view.
 struct FrameData {
