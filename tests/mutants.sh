@@ -11,7 +11,7 @@ build=$root/build-mutants/build
 faults='
 missing-cosine@shaders/shared/path.h@e.radiance * (abs(wi.z) * weight)@e.radiance * weight@Furnace*:Direct*
 missing-pi@shaders/shared/bsdf.h@f = b.diffuse * kInvPi;@f = b.diffuse;@Bsdf*:Furnace*
-half-vector-jacobian@shaders/shared/bsdf.h@r.pdf = 0.5f * d / (wo.z + rootO);@r.pdf = d / (wo.z + rootO);@Bsdf*
+half-vector-jacobian@shaders/shared/microfacet.h@r.pdf = 0.5f * d / (depth * wo.z + rootO);@r.pdf = d / (depth * wo.z + rootO);@Bsdf*
 mis-swapped@shaders/shared/path.h@powerHeuristic(pmf * e.pdf, pdf)@powerHeuristic(pdf, pmf * e.pdf)@Furnace*:Direct*:Path*
 light-pdf-in-area@shaders/shared/emitter.h@float pdf = 2.0f * distance * distance / projected;@float pdf = 2.0f / projected;@Emitter*:Direct*
 roulette-unpaid@shaders/shared/path.h@path.beta *= 1.0f / survival;@@Furnace*:Path*
@@ -21,7 +21,7 @@ last-sample-dropped@shaders/accumulate.comp@s < batch.sampleCount;@s + 1u < batc
 half-pixel-shift@shaders/shared/camera.h@2.0f * film.x / size.x - 1.0f@2.0f * (film.x + 0.5f) / size.x - 1.0f@Camera*:*Aov*:Path*
 back-face-normal@shaders/shared/surface.h@const float side = s.backFace != 0u ? -1.0f : 1.0f;@const float side = 1.0f;@Furnace*:Path*:Direct*
 eta-squared@shaders/shared/bsdf.h@? 1.0f / (b.eta * b.eta) : 1.0f;@? 1.0f : 1.0f;@Bsdf*
-srgb-twice@shaders/shared/tonemap.h@pow(@0.5f * pow(@Tone*:Image*
+srgb-twice@shaders/shared/tonemap.h@pow((x + 0.055f) * (1.0f / 1.055f), 2.4f)@pow((x + 0.055f) * (1.0f / 1.055f), 5.76f)@Tone*:Image*:Gltf*
 '
 
 mkdir -p "$copy"
