@@ -53,7 +53,7 @@ struct PathParams {
           p.strategy);
         v(Field{"clamp-indirect", "upper bound of an indirect sample, 0 = off; darkens the image", {0, 1e6, true}, true},
           p.clampIndirect);
-        v(Field{"kernel", "GPU kernel: auto measures both"}, p.kernel);
+        v(Field{"kernel", "GPU kernel: auto measures both; software devices run megakernel to depth 32 only"}, p.kernel);
     }
     friend bool operator==(const PathParams&, const PathParams&) = default;
 };

@@ -59,7 +59,7 @@ FilmComparison compareFilms(const core::Film& a, const core::Film& b, uint32_t t
                 const double scale = std::max(std::abs(ta.mean), std::abs(tb.mean));
                 const double sigma = std::sqrt(ta.variance + tb.variance);
                 if (sigma <= 1e-6 * scale) {  // constant up to rounding, e.g. a view into a lamp
-                    c.exactMismatches += std::abs(ta.mean - tb.mean) > 1e-4 * scale ? 1 : 0;
+                    c.exactMismatches += std::abs(ta.mean - tb.mean) > 1e-4 * scale ? 1u : 0u;
                     continue;
                 }
                 const double z = (ta.mean - tb.mean) / sigma;

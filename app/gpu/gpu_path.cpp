@@ -133,7 +133,6 @@ void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t 
     frame_.camera = core::cameraData(camera, width, height);
     frame_.gridLow = scene_->gridLow();
     frame_.gridScale = scene_->gridScale();
-    frame_.triangleCount = scene_->triangleCount();
     frame_.tilesPerRow = (width + 7) / 8;
     frameBuffer_.write(std::as_bytes(std::span(&frame_, 1)));
 

@@ -22,7 +22,6 @@ GpuRays::GpuRays(Device& device, const core::World& world, bool alpha)
     shared::FrameData frame{};
     frame.gridLow = scene_.gridLow();
     frame.gridScale = scene_.gridScale();
-    frame.triangleCount = scene_.triangleCount();
     frame_.write(std::as_bytes(std::span(&frame, 1)));
     scene_.bind(bindings_);
     bindings_.bind(shared::kBindFrame, frame_);

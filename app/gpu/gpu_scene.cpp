@@ -31,7 +31,7 @@ std::vector<glm::uvec4> triangleWords(const core::World& world, const core::Bvh&
 }  // namespace
 
 GpuScene::GpuScene(Device& device, const core::World& world, const core::Progress& progress)
-    : triangleCount_(static_cast<uint32_t>(world.triangles.size())), features_(world.features)
+    : features_(world.features)
 {
     const auto upload = [&](uint32_t binding, const char* name, const auto& data) {
         if (data.empty()) return;

@@ -17,7 +17,6 @@ public:
     /// Points the texel bindings of a set here.
     void bind(Bindings& bindings) const;
 
-    uint32_t triangleCount() const { return triangleCount_; }
     uint32_t features() const { return features_; }
     glm::vec3 gridLow() const { return gridLow_; }
     glm::vec3 gridScale() const { return gridScale_; }
@@ -26,7 +25,7 @@ public:
 
 private:
     std::array<Buffer, shared::kTexelBindings> buffers_;
-    uint32_t triangleCount_ = 0, features_ = 0;
+    uint32_t features_ = 0;
     glm::vec3 gridLow_{0}, gridScale_{1};
     double buildSeconds_ = 0;
 };

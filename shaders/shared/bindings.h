@@ -44,7 +44,7 @@ struct FrameData {
     PathSettings settings;
     CameraData camera;
     vec3 gridLow;    // of the BVH: cell = (world - gridLow) * gridScale
-    uint triangleCount;
+    uint reserved0;
     vec3 gridScale;
     uint tilesPerRow;  // 8x8 pixels each
 };
