@@ -44,9 +44,9 @@ struct Features {
 std::optional<uint32_t> computeQueue(VkPhysicalDevice physical, VkQueueFamilyProperties* properties)
 {
     uint32_t count = 0;
-    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
+    vk.GetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
-    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
+    vk.GetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
     for (uint32_t i = 0; i < count; ++i) {
         if ((families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) continue;
         if (properties != nullptr) *properties = families[i];
@@ -82,7 +82,7 @@ DeviceInfo describe(VkPhysicalDevice physical)
     VkPhysicalDeviceProperties2 properties{};
     properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
     properties.pNext = &subgroup;
-    vkGetPhysicalDeviceProperties2(physical, &properties);
+    vk.GetPhysicalDeviceProperties2(physical, &properties);
     const VkPhysicalDeviceProperties& p = properties.properties;
 
     DeviceInfo info;
@@ -93,7 +93,7 @@ DeviceInfo describe(VkPhysicalDevice physical)
     info.maxStorageRange = p.limits.maxStorageBufferRange;
     info.maxTexelElements = p.limits.maxTexelBufferElements;
     VkPhysicalDeviceMemoryProperties memory;
-    vkGetPhysicalDeviceMemoryProperties(physical, &memory);
+    vk.GetPhysicalDeviceMemoryProperties(physical, &memory);
     for (uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
         if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0) {
             info.heapBytes = std::max<uint64_t>(info.heapBytes, memory.memoryHeaps[i].size);
@@ -106,7 +106,7 @@ DeviceInfo describe(VkPhysicalDevice physical)
     }
     if (!computeQueue(physical, nullptr)) info.missing.emplace_back("a compute queue");
     Features features;
-    vkGetPhysicalDeviceFeatures2(physical, &features.all);
+    vk.GetPhysicalDeviceFeatures2(physical, &features.all);
     if (features.v12.scalarBlockLayout == VK_FALSE) info.missing.emplace_back("scalarBlockLayout");
     if (features.v13.maintenance4 == VK_FALSE) info.missing.emplace_back("maintenance4");
     const VkSubgroupFeatureFlags needed = VK_SUBGROUP_FEATURE_BALLOT_BIT | VK_SUBGROUP_FEATURE_ARITHMETIC_BIT;
@@ -142,7 +142,7 @@ VkInstance makeInstance(bool validation)
         create.ppEnabledExtensionNames = extensions.data();
     }
     VkInstance instance = VK_NULL_HANDLE;
-    const VkResult result = vkCreateInstance(&create, nullptr, &instance);
+    const VkResult result = vk.CreateInstance(&create, nullptr, &instance);
     if (result == VK_ERROR_LAYER_NOT_PRESENT) {
         throw core::Error("the Vulkan validation layer is not installed — install vulkan-validationlayers",
                           core::ExitCode::noDevice);
@@ -158,9 +158,9 @@ VkInstance makeInstance(bool validation)
 std::vector<VkPhysicalDevice> physicalDevices(VkInstance instance)
 {
     uint32_t count = 0;
-    VK_CHECK(vkEnumeratePhysicalDevices(instance, &count, nullptr));
+    VK_CHECK(vk.EnumeratePhysicalDevices(instance, &count, nullptr));
     std::vector<VkPhysicalDevice> devices(count);
-    VK_CHECK(vkEnumeratePhysicalDevices(instance, &count, devices.data()));
+    VK_CHECK(vk.EnumeratePhysicalDevices(instance, &count, devices.data()));
     return devices;
 }
 
@@ -219,7 +219,7 @@ std::vector<DeviceInfo> listDevices()
     VkInstance instance = makeInstance(false);
     std::vector<DeviceInfo> infos;
     for (VkPhysicalDevice physical : physicalDevices(instance)) infos.push_back(describe(physical));
-    vkDestroyInstance(instance, nullptr);
+    vk.DestroyInstance(instance, nullptr);
     return infos;
 }
 
@@ -241,7 +241,7 @@ Device::Device(const DeviceOptions& options)
                                  VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
             create.pfnUserCallback = onMessage;
             const auto make = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
-                vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
+                vk.GetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
             VK_CHECK(make(instance_, &create, nullptr, &messenger_));
         }
         physical_ = chooseDevice(physicalDevices(instance_), options.index);
@@ -253,7 +253,7 @@ Device::Device(const DeviceOptions& options)
         VkPhysicalDeviceProperties2 properties{};
         properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
         properties.pNext = &subgroup;
-        vkGetPhysicalDeviceProperties2(physical_, &properties);
+        vk.GetPhysicalDeviceProperties2(physical_, &properties);
         limits_ = properties.properties.limits;
         subgroupSize_ = subgroup.subgroupSize;
 
@@ -273,25 +273,25 @@ Device::Device(const DeviceOptions& options)
         create.pNext = &features.all;
         create.queueCreateInfoCount = 1;
         create.pQueueCreateInfos = &queue;
-        VK_CHECK(vkCreateDevice(physical_, &create, nullptr, &device_));
-        vkGetDeviceQueue(device_, queueFamily, 0, &queue_);
+        VK_CHECK(vk.CreateDevice(physical_, &create, nullptr, &device_));
+        vk.GetDeviceQueue(device_, queueFamily, 0, &queue_);
 
         VkCommandPoolCreateInfo pool{};
         pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
         pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
         pool.queueFamilyIndex = queueFamily;
         VkCommandPool poolObject;
-        VK_CHECK(vkCreateCommandPool(device_, &pool, nullptr, &poolObject));
+        VK_CHECK(vk.CreateCommandPool(device_, &pool, nullptr, &poolObject));
         pool_ = {device_, poolObject};
         VkCommandBufferAllocateInfo allocate{};
         allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
         allocate.commandPool = pool_.get();
         allocate.commandBufferCount = 1;
-        VK_CHECK(vkAllocateCommandBuffers(device_, &allocate, &commands_));
+        VK_CHECK(vk.AllocateCommandBuffers(device_, &allocate, &commands_));
         VkFenceCreateInfo fence{};
         fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
         VkFence fenceObject;
-        VK_CHECK(vkCreateFence(device_, &fence, nullptr, &fenceObject));
+        VK_CHECK(vk.CreateFence(device_, &fence, nullptr, &fenceObject));
         fence_ = {device_, fenceObject};
         if (family.timestampValidBits > 0) {
             VkQueryPoolCreateInfo query{};
@@ -299,7 +299,7 @@ Device::Device(const DeviceOptions& options)
             query.queryType = VK_QUERY_TYPE_TIMESTAMP;
             query.queryCount = 2;
             VkQueryPool queryObject;
-            VK_CHECK(vkCreateQueryPool(device_, &query, nullptr, &queryObject));
+            VK_CHECK(vk.CreateQueryPool(device_, &query, nullptr, &queryObject));
             timestamps_ = {device_, queryObject};
         }
     } catch (...) {
@@ -315,17 +315,17 @@ Device::~Device()
 
 void Device::destroy()
 {
-    if (device_ != VK_NULL_HANDLE) vkDeviceWaitIdle(device_);
+    if (device_ != VK_NULL_HANDLE) vk.DeviceWaitIdle(device_);
     timestamps_ = {};
     fence_ = {};
     pool_ = {};
-    if (device_ != VK_NULL_HANDLE) vkDestroyDevice(device_, nullptr);
+    if (device_ != VK_NULL_HANDLE) vk.DestroyDevice(device_, nullptr);
     if (messenger_ != VK_NULL_HANDLE) {
         const auto destroyMessenger = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
-            vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
+            vk.GetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
         destroyMessenger(instance_, messenger_, nullptr);
     }
-    if (instance_ != VK_NULL_HANDLE) vkDestroyInstance(instance_, nullptr);
+    if (instance_ != VK_NULL_HANDLE) vk.DestroyInstance(instance_, nullptr);
     device_ = VK_NULL_HANDLE;
     messenger_ = VK_NULL_HANDLE;
     instance_ = VK_NULL_HANDLE;
@@ -336,37 +336,37 @@ double Device::submit(const std::function<void(VkCommandBuffer)>& record)
     VkCommandBufferBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
     begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-    VK_CHECK(vkBeginCommandBuffer(commands_, &begin));
+    VK_CHECK(vk.BeginCommandBuffer(commands_, &begin));
     if (timestamps_) {
-        vkCmdResetQueryPool(commands_, timestamps_.get(), 0, 2);
-        vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps_.get(), 0);
+        vk.CmdResetQueryPool(commands_, timestamps_.get(), 0, 2);
+        vk.CmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps_.get(), 0);
     }
     record(commands_);
     if (timestamps_) {
-        vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timestamps_.get(), 1);
+        vk.CmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timestamps_.get(), 1);
     }
-    VK_CHECK(vkEndCommandBuffer(commands_));
+    VK_CHECK(vk.EndCommandBuffer(commands_));
     VkSubmitInfo submit{};
     submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
     submit.commandBufferCount = 1;
     submit.pCommandBuffers = &commands_;
     const auto start = std::chrono::steady_clock::now();
-    VK_CHECK(vkQueueSubmit(queue_, 1, &submit, fence_.get()));
+    VK_CHECK(vk.QueueSubmit(queue_, 1, &submit, fence_.get()));
 
     const VkFence fence = fence_.get();
     VkResult result = VK_TIMEOUT;
     for (int step = 0; step < 30 && result == VK_TIMEOUT; ++step) {
         if (step == 3) std::fprintf(stderr, "the device has been busy for 6 s ...\n");
-        result = vkWaitForFences(device_, 1, &fence, VK_TRUE, 2'000'000'000);
+        result = vk.WaitForFences(device_, 1, &fence, VK_TRUE, 2'000'000'000);
     }
     if (result == VK_TIMEOUT) {
         throw core::Error("the device has not answered for a minute — treated as lost", core::ExitCode::deviceLost);
     }
     VK_CHECK(result);
-    VK_CHECK(vkResetFences(device_, 1, &fence));
+    VK_CHECK(vk.ResetFences(device_, 1, &fence));
     if (timestamps_) {
         std::array<uint64_t, 2> ticks{};
-        VK_CHECK(vkGetQueryPoolResults(device_, timestamps_.get(), 0, 2, sizeof(ticks), ticks.data(),
+        VK_CHECK(vk.GetQueryPoolResults(device_, timestamps_.get(), 0, 2, sizeof(ticks), ticks.data(),
                                        sizeof(uint64_t), VK_QUERY_RESULT_64_BIT));
         return static_cast<double>(ticks[1] - ticks[0]) * static_cast<double>(limits_.timestampPeriod) * 1e-9;
     }
@@ -382,7 +382,7 @@ void barrier(VkCommandBuffer commands)
                            VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT |
                            VK_ACCESS_HOST_READ_BIT;
     const VkPipelineStageFlags work = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-    vkCmdPipelineBarrier(commands, work,
+    vk.CmdPipelineBarrier(commands, work,
                          work | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &memory, 0,
                          nullptr, 0, nullptr);
 }

@@ -64,9 +64,9 @@ private:
     DeviceInfo info_;
     bool software_ = false;
     uint32_t subgroupSize_ = 0;
-    Handle<VkCommandPool, vkDestroyCommandPool> pool_;
-    Handle<VkFence, vkDestroyFence> fence_;
-    Handle<VkQueryPool, vkDestroyQueryPool> timestamps_;
+    Handle<VkCommandPool, &Api::DestroyCommandPool> pool_;
+    Handle<VkFence, &Api::DestroyFence> fence_;
+    Handle<VkQueryPool, &Api::DestroyQueryPool> timestamps_;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;
 };
 

@@ -179,8 +179,8 @@ void PathRenderer::makeBuffers()
         }
     }
     device_.submit([&](VkCommandBuffer commands) {
-        for (const Buffer& buffer : film_) vkCmdFillBuffer(commands, buffer.get(), 0, VK_WHOLE_SIZE, 0);
-        vkCmdFillBuffer(commands, counters_.get(), 0, VK_WHOLE_SIZE, 0);
+        for (const Buffer& buffer : film_) vk.CmdFillBuffer(commands, buffer.get(), 0, VK_WHOLE_SIZE, 0);
+        vk.CmdFillBuffer(commands, counters_.get(), 0, VK_WHOLE_SIZE, 0);
         barrier(commands);
     });
     samples_ = 0;
@@ -191,9 +191,9 @@ void PathRenderer::dispatch(VkCommandBuffer commands, const Pipeline& pipeline, 
                             const shared::Batch& batch, uint32_t lanes)
 {
     bindings.use(commands, layout_);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
-    vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch), &batch);
-    vkCmdDispatch(commands, (lanes + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1);
+    vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
+    vk.CmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch), &batch);
+    vk.CmdDispatch(commands, (lanes + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1);
 }
 
 /// Software drivers compile at the first dispatch: an empty batch makes them do it now.
@@ -202,7 +202,7 @@ void PathRenderer::warmUp()
     const auto start = Clock::now();
     const shared::Batch empty{0, 1, 0, 0, 0};
     device_.submit([&](VkCommandBuffer commands) {
-        vkCmdFillBuffer(commands, queues_.get(), 0, VK_WHOLE_SIZE, 0);
+        vk.CmdFillBuffer(commands, queues_.get(), 0, VK_WHOLE_SIZE, 0);
         barrier(commands);
         for (const Pipeline* pipeline : {&current_->bounce, &current_->megakernel, &current_->aov, &accumulate_}) {
             dispatch(commands, *pipeline, bindings_[0], empty, shared::kGroupSize);
@@ -247,14 +247,14 @@ double PathRenderer::traceByBounces(shared::Batch batch)
         heads.fill({0, 1, 1, 0});
         heads[0] = {(waiting + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1, waiting};
         seconds += device_.submit([&](VkCommandBuffer commands) {
-            vkCmdUpdateBuffer(commands, queues_.get(), 0, sizeof(heads), heads.data());
-            vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, current_->bounce.get());
+            vk.CmdUpdateBuffer(commands, queues_.get(), 0, sizeof(heads), heads.data());
+            vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, current_->bounce.get());
             for (uint32_t b = 0; b < count; ++b, side = 1 - side) {
                 barrier(commands);
                 batch.bounce = b | (done + b > 0 ? shared::kBatchContinues : 0);
                 bindings_[side].use(commands, layout_);
-                vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch), &batch);
-                vkCmdDispatchIndirect(commands, queues_.get(), b * sizeof(shared::QueueHead));
+                vk.CmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch), &batch);
+                vk.CmdDispatchIndirect(commands, queues_.get(), b * sizeof(shared::QueueHead));
             }
             barrier(commands);
         });

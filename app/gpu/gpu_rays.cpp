@@ -44,10 +44,10 @@ double GpuRays::trace(const Pipeline& pipeline)
     const shared::Batch batch{0, 0, 0, count_, 0};
     return device_.submit([&](VkCommandBuffer commands) {
         bindings_.use(commands, layout_);
-        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
-        vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch),
+        vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
+        vk.CmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch),
                            &batch);
-        vkCmdDispatch(commands, (count_ + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1);
+        vk.CmdDispatch(commands, (count_ + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1);
         barrier(commands);
     });
 }

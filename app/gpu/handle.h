@@ -4,8 +4,7 @@
 #include <string>
 #include <utility>
 
-#include <vulkan/vulkan.h>
-
+#include "app/gpu/api.h"
 #include "core/check.h"
 
 namespace gpu {
@@ -24,7 +23,7 @@ inline void checkVulkan(VkResult result, const char* call)
 }
 #define VK_CHECK(call) ::gpu::checkVulkan((call), #call)
 
-/// Owns one device-level object; Destroy is the vkDestroyX that takes (device, object, allocator).
+/// Owns one device-level object; Destroy is the entry of the table that takes (device, object, allocator).
 template <class T, auto Destroy>
 class Handle {
 public:
@@ -42,7 +41,7 @@ public:
     }
     ~Handle()
     {
-        if (object_ != VK_NULL_HANDLE) Destroy(device_, object_, nullptr);
+        if (object_ != VK_NULL_HANDLE) (vk.*Destroy)(device_, object_, nullptr);
     }
     T get() const { return object_; }
     explicit operator bool() const { return object_ != VK_NULL_HANDLE; }

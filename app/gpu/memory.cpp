@@ -11,7 +11,7 @@ namespace {
 std::optional<uint32_t> memoryType(VkPhysicalDevice physical, uint32_t allowed, VkMemoryPropertyFlags flags)
 {
     VkPhysicalDeviceMemoryProperties properties;
-    vkGetPhysicalDeviceMemoryProperties(physical, &properties);
+    vk.GetPhysicalDeviceMemoryProperties(physical, &properties);
     for (uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
         if ((allowed >> i & 1) != 0 && (properties.memoryTypes[i].propertyFlags & flags) == flags) return i;
     }
@@ -37,8 +37,8 @@ uint32_t texelBytes(VkFormat format)
 
 /// One-off staging buffer of host memory.
 struct Staging {
-    Handle<VkBuffer, vkDestroyBuffer> buffer;
-    Handle<VkDeviceMemory, vkFreeMemory> memory;
+    Handle<VkBuffer, &Api::DestroyBuffer> buffer;
+    Handle<VkDeviceMemory, &Api::FreeMemory> memory;
     void* mapped = nullptr;
 
     Staging(const Device& device, uint64_t bytes)
@@ -48,19 +48,19 @@ struct Staging {
         create.size = bytes;
         create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
         VkBuffer object;
-        VK_CHECK(vkCreateBuffer(device.get(), &create, nullptr, &object));
+        VK_CHECK(vk.CreateBuffer(device.get(), &create, nullptr, &object));
         buffer = {device.get(), object};
         VkMemoryRequirements needs;
-        vkGetBufferMemoryRequirements(device.get(), object, &needs);
+        vk.GetBufferMemoryRequirements(device.get(), object, &needs);
         VkMemoryAllocateInfo allocate{};
         allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
         allocate.allocationSize = needs.size;
         allocate.memoryTypeIndex = memoryType(device.physical(), needs.memoryTypeBits, kMapped).value();
         VkDeviceMemory block;
-        VK_CHECK(vkAllocateMemory(device.get(), &allocate, nullptr, &block));
+        VK_CHECK(vk.AllocateMemory(device.get(), &allocate, nullptr, &block));
         memory = {device.get(), block};
-        VK_CHECK(vkBindBufferMemory(device.get(), object, block, 0));
-        VK_CHECK(vkMapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &mapped));
+        VK_CHECK(vk.BindBufferMemory(device.get(), object, block, 0));
+        VK_CHECK(vk.MapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &mapped));
     }
 };
 
@@ -93,11 +93,11 @@ Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format
                    VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
     if (texels) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     VkBuffer object;
-    VK_CHECK(vkCreateBuffer(device.get(), &create, nullptr, &object));
+    VK_CHECK(vk.CreateBuffer(device.get(), &create, nullptr, &object));
     buffer_ = {device.get(), object};
 
     VkMemoryRequirements needs;
-    vkGetBufferMemoryRequirements(device.get(), object, &needs);
+    vk.GetBufferMemoryRequirements(device.get(), object, &needs);
     auto type = memoryType(device.physical(), needs.memoryTypeBits, kMapped | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
     const bool mappable = type.has_value();
     if (!type) type = memoryType(device.physical(), needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
@@ -109,7 +109,7 @@ Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format
     VkDeviceMemory block = VK_NULL_HANDLE;
     const VkResult result = device.allocatedBytes + needs.size > device.info().heapBytes
                                 ? VK_ERROR_OUT_OF_DEVICE_MEMORY
-                                : vkAllocateMemory(device.get(), &allocate, nullptr, &block);
+                                : vk.AllocateMemory(device.get(), &allocate, nullptr, &block);
     if (result != VK_SUCCESS) {
         throw core::Error("out of device memory: " + std::string(name) + " needs " + mebibytes(needs.size) +
                               " beyond the " + mebibytes(device.allocatedBytes) + " in use; " + device.info().name +
@@ -120,10 +120,10 @@ Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format
     allocated_ = needs.size;
     device.allocatedBytes += allocated_;
     device.peakBytes = std::max(device.peakBytes, device.allocatedBytes);
-    VK_CHECK(vkBindBufferMemory(device.get(), object, block, 0));
+    VK_CHECK(vk.BindBufferMemory(device.get(), object, block, 0));
     if (mappable) {
         void* p = nullptr;
-        VK_CHECK(vkMapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &p));
+        VK_CHECK(vk.MapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &p));
         mapped_ = static_cast<std::byte*>(p);
     }
     if (texels) {
@@ -133,7 +133,7 @@ Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format
         view.format = format;
         view.range = bytes_;
         VkBufferView viewObject;
-        VK_CHECK(vkCreateBufferView(device.get(), &view, nullptr, &viewObject));
+        VK_CHECK(vk.CreateBufferView(device.get(), &view, nullptr, &viewObject));
         view_ = {device.get(), viewObject};
     }
 }
@@ -168,7 +168,7 @@ void Buffer::write(std::span<const std::byte> data, uint64_t offset)
         std::memcpy(staging.mapped, data.data() + done, part);
         device_->submit([&](VkCommandBuffer commands) {
             const VkBufferCopy copy{0, offset + done, part};
-            vkCmdCopyBuffer(commands, staging.buffer.get(), buffer_.get(), 1, &copy);
+            vk.CmdCopyBuffer(commands, staging.buffer.get(), buffer_.get(), 1, &copy);
             barrier(commands);
         });
     }
@@ -186,7 +186,7 @@ void Buffer::read(std::span<std::byte> data, uint64_t offset) const
         const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);
         device_->submit([&](VkCommandBuffer commands) {
             const VkBufferCopy copy{offset + done, 0, part};
-            vkCmdCopyBuffer(commands, buffer_.get(), staging.buffer.get(), 1, &copy);
+            vk.CmdCopyBuffer(commands, buffer_.get(), staging.buffer.get(), 1, &copy);
             barrier(commands);
         });
         std::memcpy(data.data() + done, staging.mapped, part);

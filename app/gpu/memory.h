@@ -39,9 +39,9 @@ public:
 private:
     Device* device_ = nullptr;
     uint64_t bytes_ = 0, allocated_ = 0;
-    Handle<VkBuffer, vkDestroyBuffer> buffer_;
-    Handle<VkDeviceMemory, vkFreeMemory> memory_;
-    Handle<VkBufferView, vkDestroyBufferView> view_;
+    Handle<VkBuffer, &Api::DestroyBuffer> buffer_;
+    Handle<VkDeviceMemory, &Api::FreeMemory> memory_;
+    Handle<VkBufferView, &Api::DestroyBufferView> view_;
     std::byte* mapped_ = nullptr;
 };
 

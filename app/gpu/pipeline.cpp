@@ -38,7 +38,7 @@ KernelLayout::KernelLayout(const Device& device)
     set.bindingCount = bindings.size();
     set.pBindings = bindings.data();
     VkDescriptorSetLayout setObject;
-    VK_CHECK(vkCreateDescriptorSetLayout(device.get(), &set, nullptr, &setObject));
+    VK_CHECK(vk.CreateDescriptorSetLayout(device.get(), &set, nullptr, &setObject));
     set_ = {device.get(), setObject};
 
     const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, 128};
@@ -49,7 +49,7 @@ KernelLayout::KernelLayout(const Device& device)
     layout.pushConstantRangeCount = 1;
     layout.pPushConstantRanges = &push;
     VkPipelineLayout layoutObject;
-    VK_CHECK(vkCreatePipelineLayout(device.get(), &layout, nullptr, &layoutObject));
+    VK_CHECK(vk.CreatePipelineLayout(device.get(), &layout, nullptr, &layoutObject));
     layout_ = {device.get(), layoutObject};
 }
 
@@ -61,8 +61,8 @@ Pipeline::Pipeline(const Device& device, const KernelLayout& layout, std::span<c
     module.codeSize = spirv.size_bytes();
     module.pCode = spirv.data();
     VkShaderModule moduleObject;
-    VK_CHECK(vkCreateShaderModule(device.get(), &module, nullptr, &moduleObject));
-    const Handle<VkShaderModule, vkDestroyShaderModule> owner(device.get(), moduleObject);
+    VK_CHECK(vk.CreateShaderModule(device.get(), &module, nullptr, &moduleObject));
+    const Handle<VkShaderModule, &Api::DestroyShaderModule> owner(device.get(), moduleObject);
 
     const std::array<VkSpecializationMapEntry, 2> entries{
         VkSpecializationMapEntry{0, offsetof(Specialization, features), 4},
@@ -77,7 +77,7 @@ Pipeline::Pipeline(const Device& device, const KernelLayout& layout, std::span<c
     create.stage.pSpecializationInfo = &constants;
     create.layout = layout.get();
     VkPipeline object;
-    VK_CHECK(vkCreateComputePipelines(device.get(), VK_NULL_HANDLE, 1, &create, nullptr, &object));
+    VK_CHECK(vk.CreateComputePipelines(device.get(), VK_NULL_HANDLE, 1, &create, nullptr, &object));
     pipeline_ = {device.get(), object};
 }
 
@@ -97,7 +97,7 @@ Bindings::Bindings(Device& device, const KernelLayout& layout)
     pool.poolSizeCount = sizes.size();
     pool.pPoolSizes = sizes.data();
     VkDescriptorPool poolObject;
-    VK_CHECK(vkCreateDescriptorPool(device_, &pool, nullptr, &poolObject));
+    VK_CHECK(vk.CreateDescriptorPool(device_, &pool, nullptr, &poolObject));
     pool_ = {device_, poolObject};
     VkDescriptorSetLayout setLayout = layout.set();
     VkDescriptorSetAllocateInfo allocate{};
@@ -105,7 +105,7 @@ Bindings::Bindings(Device& device, const KernelLayout& layout)
     allocate.descriptorPool = poolObject;
     allocate.descriptorSetCount = 1;
     allocate.pSetLayouts = &setLayout;
-    VK_CHECK(vkAllocateDescriptorSets(device_, &allocate, &set_));
+    VK_CHECK(vk.AllocateDescriptorSets(device_, &allocate, &set_));
     for (uint32_t i = 0; i < shared::kBindingCount; ++i) unbind(i);
 }
 
@@ -131,12 +131,12 @@ void Bindings::bind(uint32_t binding, const Buffer& buffer)
     write.descriptorType = typeOf(binding);
     write.pBufferInfo = &range;
     write.pTexelBufferView = &view;
-    vkUpdateDescriptorSets(device_, 1, &write, 0, nullptr);
+    vk.UpdateDescriptorSets(device_, 1, &write, 0, nullptr);
 }
 
 void Bindings::use(VkCommandBuffer commands, const KernelLayout& layout) const
 {
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout.get(), 0, 1, &set_, 0, nullptr);
+    vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout.get(), 0, 1, &set_, 0, nullptr);
 }
 
 }  // namespace gpu

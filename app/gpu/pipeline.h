@@ -18,8 +18,8 @@ public:
     VkDescriptorSetLayout set() const { return set_.get(); }
 
 private:
-    Handle<VkDescriptorSetLayout, vkDestroyDescriptorSetLayout> set_;
-    Handle<VkPipelineLayout, vkDestroyPipelineLayout> layout_;
+    Handle<VkDescriptorSetLayout, &Api::DestroyDescriptorSetLayout> set_;
+    Handle<VkPipelineLayout, &Api::DestroyPipelineLayout> layout_;
 };
 
 /// What a kernel is specialised on; the constants' numbers are those of lang.h and bindings.h.
@@ -37,7 +37,7 @@ public:
     VkPipeline get() const { return pipeline_.get(); }
 
 private:
-    Handle<VkPipeline, vkDestroyPipeline> pipeline_;
+    Handle<VkPipeline, &Api::DestroyPipeline> pipeline_;
 };
 
 /// One descriptor set; every binding starts out at a small buffer of zeros, so that absent data costs nothing.
@@ -52,7 +52,7 @@ private:
     VkDevice device_;
     Buffer nothing_;
     std::array<Buffer, 3> noTexels_;
-    Handle<VkDescriptorPool, vkDestroyDescriptorPool> pool_;
+    Handle<VkDescriptorPool, &Api::DestroyDescriptorPool> pool_;
     VkDescriptorSet set_ = VK_NULL_HANDLE;
 };
 
