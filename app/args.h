@@ -89,6 +89,23 @@ struct ThroughputOptions {
     double seconds = 2;  // per measured figure
 };
 
+/// The window. Without a display it becomes FlyThroughOptions.
+struct ViewOptions {
+    SceneOptions scene;  // empty file: the default scene
+    DeviceKind device = DeviceKind::vulkan;
+    int deviceIndex = -1;
+    bool validation = false;
+    core::PathParams params;
+    bool paramsGiven = false;  // any of them on the command line: then the kept ones do not count
+    std::string camera;
+    std::filesystem::path path;    // a camera path to begin with
+    std::filesystem::path replay;  // a saved picture
+    std::filesystem::path script;
+    std::optional<glm::uvec2> size;  // of the window
+    float uiScale = 0;
+    bool noSettings = false;
+};
+
 /// No subcommand: shows a scene. Without a window this is a short fly-through in numbered pictures.
 struct FlyThroughOptions {
     SceneOptions scene;

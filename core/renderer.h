@@ -74,6 +74,14 @@ struct Aovs {
     Image depth, normal, albedo, ids;  // 1, 3, 3, 3 (triangle, material, emitter) channels
 };
 
+/// How work is cut up: `dispatchSeconds` is what one uninterruptible piece should take. With `discardOnStop`, a stop
+/// may end `advance` in the middle of a sample, and the film is then empty (samples() is 0) until the next setView;
+/// without, it keeps whole samples.
+struct Pace {
+    double dispatchSeconds = 0.1;
+    bool discardOnStop = false;
+};
+
 class Renderer {
 public:
     virtual ~Renderer() = default;
@@ -84,15 +92,28 @@ public:
     /// Image size, camera and parameters; clears the film.
     virtual void setView(const Camera& camera, uint32_t width, uint32_t height, const PathParams& params) = 0;
 
-    /// Adds `samples` to every pixel, or stops early when asked to (the film then holds whole samples only).
+    /// From now on; the image does not depend on it.
+    virtual void setPace(const Pace& pace) = 0;
+
+    /// Adds `samples` to every pixel, or stops early when asked to: see Pace for what the film then holds.
     virtual void advance(uint32_t samples, std::stop_token stop) = 0;
 
     /// Samples per pixel that the film holds now.
     virtual uint64_t samples() const = 0;
 
     virtual void readFilm(Film& film) = 0;
+
+    /// Mean radiance alone (RGB, of samples() samples), which may be much cheaper than the film.
+    virtual void readMean(Image& mean);
     virtual Aovs aovs() = 0;
     virtual RenderStats stats() const = 0;
 };
+
+inline void Renderer::readMean(Image& mean)
+{
+    Film film;
+    readFilm(film);
+    mean = film.mean();
+}
 
 }  // namespace core

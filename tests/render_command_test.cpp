@@ -27,6 +27,7 @@ public:
         width_ = width;
         height_ = height;
     }
+    void setPace(const core::Pace&) override {}
     void advance(uint32_t samples, std::stop_token) override
     {
         std::this_thread::sleep_for(std::chrono::milliseconds(300) * samples);

@@ -20,6 +20,7 @@ public:
 
     void setWorld(std::shared_ptr<const core::World>, const core::Progress&) override {}
     void setView(const core::Camera&, uint32_t, uint32_t, const core::PathParams&) override {}
+    void setPace(const core::Pace&) override {}
     void advance(uint32_t samples, std::stop_token) override
     {
         steps.push_back(samples);

@@ -43,6 +43,7 @@ public:
                  const core::PathParams& params) override;
     void advance(uint32_t samples, std::stop_token stop) override;
     uint64_t samples() const override { return samples_; }
+    void setPace(const core::Pace& pace) override { pace_ = pace; }
     void readFilm(core::Film& film) override;
     core::Aovs aovs() override;
     core::RenderStats stats() const override;
@@ -78,6 +79,7 @@ private:
     std::array<Buffer, 3> film_;
     shared::FrameData frame_{};
     core::PathParams params_;
+    core::Pace pace_;
     bool wavefront_ = true, kernelChosen_ = false;
     uint64_t samples_ = 0;
     uint32_t lanesPerBatch_ = 1u << 14;

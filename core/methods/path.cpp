@@ -98,6 +98,7 @@ public:
 
     uint64_t samples() const override { return film_.samples; }
 
+    void setPace(const Pace&) override {}
     void readFilm(Film& film) override { film = film_; }
 
     Aovs aovs() override

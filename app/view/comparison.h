@@ -1,0 +1,46 @@
+// Two pictures side by side: stored or live, and stored after equal times of rendering.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/view/picture.h"
+
+namespace app {
+
+/// One side of the slider. Without a picture it is live: whatever is being rendered.
+struct Slot {
+    std::shared_ptr<const Picture> picture;
+    std::string label;
+};
+
+/// Renders A's parameters for `seconds`, stores, then B's, stores. Driven by whoever renders: ask `wanted()` what to
+/// render now and show it every new picture.
+class EqualTime {
+public:
+    void start(const RenderParams& a, const RenderParams& b, double seconds);
+    void cancel();
+    bool running() const { return stage_ == Stage::first || stage_ == Stage::second; }
+    double seconds() const { return seconds_; }
+    int side() const { return stage_ == Stage::second ? 1 : 0; }
+    double fraction() const { return fraction_; }  // of the side that runs
+
+    /// The parameters to render now (limits set to the time), while running.
+    const RenderParams& wanted() const;
+
+    /// A picture for wanted(); the side's slot when its time is up. Pictures of other parameters and previews are
+    /// ignored; a side ends with the first picture of at least its time.
+    std::optional<Slot> offer(const std::shared_ptr<const Picture>& picture);
+
+private:
+    enum class Stage { none, first, second } stage_ = Stage::none;
+    std::array<RenderParams, 2> params_;
+    double seconds_ = 0, fraction_ = 0;
+};
+
+/// "path, vulkan, depth 8, 64 spp, 2.0 s": what distinguishes a picture from another.
+std::string pictureLabel(const Picture& picture);
+
+}  // namespace app

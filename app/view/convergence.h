@@ -1,0 +1,52 @@
+// Curves of error over time: those of pictures past are kept beside that of the present one; slope and time to a wanted
+// error come from the curve itself.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/view/picture.h"
+
+namespace app {
+
+struct Curve {
+    std::string label;
+    std::vector<ErrorPoint> points;
+    bool against = false;  // whether the points carry an RMSE against a reference
+};
+
+/// A fit log e = a + slope * log t over the last points, by least squares.
+struct Fit {
+    double slope = -0.5, slopeSe = 0;
+    double at1 = 0;  // the error at one second
+    int points = 0;
+};
+/// At least three points over a factor of 1.5 in time, else none. `against`: fits rmse, else `estimated`.
+std::optional<Fit> fitCurve(const std::vector<ErrorPoint>& points, bool against);
+
+/// Seconds of rendering still needed until the error is `target`: from the last point along the fitted slope (held
+/// within [-1, -0.25]). None when unknown, 0 when reached. With a noisy reference the error levels off at
+/// `referenceNoise`: targets below it are never reached, which is none, too.
+std::optional<double> secondsToError(const std::vector<ErrorPoint>& points, bool against, double target,
+                                     double referenceNoise);
+
+/// Root of the mean variance of the reference's mean; 0 when unknown.
+double referenceNoise(const Reference& reference);
+
+class Convergence {
+public:
+    /// Every new picture; previews are ignored. A picture that starts anew moves the present curve to the past ones,
+    /// if it has at least four points.
+    void take(const Picture& picture);
+    const Curve& present() const { return present_; }
+    const std::vector<Curve>& past() const { return past_; }  // newest last, at most eight
+    void clearPast();
+
+private:
+    Curve present_;
+    std::vector<Curve> past_;
+};
+
+}  // namespace app

@@ -1,0 +1,63 @@
+// Puts a frame on the window: the picture through the display kernel, Dear ImGui over it, the swapchain under it. Owns the
+// window's own Vulkan device: whatever happens to the renderer's, this one goes on.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "app/view/window.h"
+#include "core/image.h"
+#include "shared/display.h"
+
+namespace app {
+
+struct GuiOptions {
+    int deviceIndex = -1;
+    bool validation = false;
+    float uiScale = 0;  // 0: the display's
+};
+
+/// The two images that the display kernel reads; each is uploaded only when its pointer changes.
+struct DisplayInputs {
+    std::shared_ptr<const core::Image> a, b;  // 1 or 3 channels; b may be absent
+    shared::DisplaySettings settings;         // sizes are filled in
+};
+
+struct GuiStats {
+    uint64_t presented = 0, skipped = 0, swapchains = 0;  // frames shown, not shown, swapchains made
+    uint64_t deviceBytes = 0;
+    double displaySeconds = 0;  // of the kernel, last time it ran
+};
+
+class Gui {
+public:
+    /// Throws core::Error (noDevice) when no device can show frames in this window.
+    Gui(Window& window, const GuiOptions& options);
+    ~Gui();
+
+    /// Starts a frame of ImGui; false when there is nothing to draw on (minimised): then skip the frame.
+    bool begin();
+
+    /// Draws the picture over the whole window, then what ImGui has been given since begin(), and presents. Runs the
+    /// display kernel only when its inputs changed.
+    void end(const DisplayInputs& inputs);
+
+    /// The frame that was presented last, RGBA rows from the top.
+    std::vector<uint8_t> readFrame(glm::uvec2& size);
+    /// What the display kernel made last (without the panel).
+    std::vector<uint8_t> readPicture(glm::uvec2& size);
+
+    void setUiScale(float scale);
+    bool isSoftware() const;
+    GuiStats stats() const;
+    std::string deviceName() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace app

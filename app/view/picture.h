@@ -1,0 +1,87 @@
+// What the render thread is asked for and what it hands back: immutable snapshots both ways.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "app/args.h"
+#include "core/camera.h"
+#include "core/film.h"
+#include "core/image.h"
+#include "core/renderer.h"
+#include "core/world.h"
+
+namespace app {
+
+/// The image that errors are measured against; from the core thread or from a file.
+struct Reference {
+    core::Image mean;      // RGB
+    core::Image variance;  // of the mean; empty when unknown
+    uint64_t samples = 0;  // 0: unknown
+    double seconds = 0;
+    std::string origin;  // "core thread, path, seed 7" or the file's name
+};
+
+/// Where to render and how: a change of any member but `sppLimit`, `secondsLimit` and `errorLimit` starts the picture
+/// anew.
+struct RenderParams {
+    DeviceKind device = DeviceKind::vulkan;
+    int deviceIndex = -1;
+    Method method = Method::path;
+    core::PathParams path;
+    uint64_t sppLimit = 0;    // 0: none
+    double secondsLimit = 0;  // 0: none
+    double errorLimit = 0;    // RMSE (against the reference, or estimated from the variance); 0: none
+
+    friend bool operator==(const RenderParams&, const RenderParams&) = default;
+};
+
+/// An immutable order. Two orders with equal `world`, `camera`, `size`, and restarting `params` continue one picture.
+struct RenderRequest {
+    std::shared_ptr<const core::World> world;  // none: nothing to do
+    core::Camera camera;
+    glm::uvec2 size{0};  // of the full picture, pixels
+    RenderParams params;
+    bool validation = false;
+    uint64_t restarts = 0;  // counts what asks for a new start though nothing else differs
+
+    bool moving = false;  // the camera moves: pictures come small and shallow, at the rate asked for
+    bool paused = false;
+    double targetFrameSeconds = 1.0 / 30;  // while moving
+    uint32_t movingDepth = 3;              // of paths while moving, at most
+    bool wantVariance = false, wantAovs = false;
+    std::shared_ptr<const Reference> reference;  // of the same view, or none
+};
+
+/// A point of the curve of error over time.
+struct ErrorPoint {
+    double seconds = 0;  // of rendering, since the start of the picture
+    uint64_t samples = 0;
+    double rmse = 0;       // against the reference; 0 without one
+    double rmseSe = 0;     // its standard error
+    double estimated = 0;  // sqrt of the mean variance of the mean: what the samples' own spread says
+};
+
+/// An immutable result. `generation` is that of the request that it answers.
+struct Picture {
+    uint64_t generation = 0;
+    core::Image mean;                          // RGB radiance; smaller than asked for while moving
+    std::shared_ptr<const core::Image> variance;  // of the mean, RGB; when wanted
+    std::shared_ptr<const core::Aovs> aovs;       // when wanted
+    core::Camera camera;
+    glm::uvec2 fullSize{0};
+    RenderParams params;
+    uint64_t samples = 0;
+    double seconds = 0;  // of rendering, since the start of the picture
+    bool preview = false;  // coarse: rendered while the camera moved
+    bool finished = false; // a limit is reached
+    core::FilmCounters counters;
+    core::RenderStats stats;
+    std::vector<ErrorPoint> curve;  // from the start of the picture; thinned, at most a few hundred points
+};
+
+}  // namespace app

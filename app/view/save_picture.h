@@ -1,0 +1,16 @@
+// A picture of the window as a file, with everything needed to render it again.
+#pragma once
+
+#include <filesystem>
+
+#include "app/view/picture.h"
+#include "app/view/view_params.h"
+
+namespace app {
+
+/// EXR (mean, variance and first hits when the picture has them, metadata) or PNG (display transform of `view`), by the
+/// name's ending. `sceneFile`, `at` (seconds of the animation): as in the metadata of `render`. Throws core::Error.
+void savePicture(const std::filesystem::path& file, const Picture& picture, const core::World& world,
+                 const std::filesystem::path& sceneFile, double at, const ViewParams& view);
+
+}  // namespace app

@@ -1,0 +1,147 @@
+// Everything that the viewer is, without a window: the scene, the camera, the parameters, the threads, the pictures.
+// The panel, keys and scripts edit its parts; `update` notices what changed and orders only what that invalidates.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/view/camera_track.h"
+#include "app/view/comparison.h"
+#include "app/view/convergence.h"
+#include "app/view/navigation.h"
+#include "app/view/notices.h"
+#include "app/view/picture.h"
+#include "app/view/reference_job.h"
+#include "app/view/render_thread.h"
+#include "app/view/settings.h"
+#include "app/view/view_params.h"
+#include "core/worker.h"
+
+namespace app {
+
+/// A scene that is on show.
+struct Document {
+    std::filesystem::path file;
+    std::shared_ptr<const core::Scene> scene;  // kept for its animation; its meshes only if it has one
+    std::shared_ptr<const core::World> world;  // at `time`
+    double time = 0;
+    double loadSeconds = 0;
+    std::vector<std::string> warnings;
+};
+
+/// Time of the scene's own animation.
+struct AnimationPlayer {
+    bool playing = false, loop = true;
+    double time = 0, speed = 1;
+    double duration = 0;  // 0: the scene has none
+};
+
+struct SessionOptions {
+    SceneOptions scene;  // what to load first
+    std::string camera;  // name, index or file; empty: the scene's first
+    RenderParams render;
+    bool validation = false;
+    std::filesystem::path settings;  // empty: none are kept
+    bool quiet = false;
+    RendererFactory factory = makeViewRenderer;
+};
+
+class Session {
+public:
+    explicit Session(const SessionOptions& options);
+    ~Session();
+
+    /// Once per frame: takes what the threads have finished, moves what moves by itself (paths, animations), orders what
+    /// changed. `pictureArea` is the window's area in pixels. Never blocks.
+    void update(double seconds, glm::uvec2 pictureArea);
+
+    /// Whether something will change without anybody's doing: else the window may sleep until the next event.
+    bool busy() const;
+
+    // --- parts that may be edited at any time
+    Settings settings;            // view, panels, path parameters (`settings.path`), presets, recent files
+    RenderParams render;          // `render.path` is settings.path: set there
+    Navigation navigation;
+    CameraTrack track;
+    AnimationPlayer player;
+    Notices notices;
+    bool paused = false;
+    std::array<Slot, 2> slots;    // of the compare slider
+    bool comparing = false;
+    bool flying = false;          // WASD moves; else orbiting
+    bool holdReference = false;   // the reference is shown while it is held
+
+    // --- scene
+    void load(const SceneOptions& scene);
+    void load(const std::filesystem::path& file);  // with the options of the first scene
+    void replay(const std::filesystem::path& picture);
+    void cancel();  // whatever long work runs: loading, the reference, an equal-time run
+    const Document* document() const { return document_.get(); }
+
+    // --- camera
+    void moved();  // call while the camera is in the hand: pictures come small and quick for a moment
+    void useSceneCamera(size_t index);
+    void saveCamera(const std::string& name);
+    const std::vector<SavedCamera>& savedCameras() const { return savedCameras_; }
+    void useSavedCamera(size_t index);
+    void removeSavedCamera(size_t index);
+    std::string cameraText() const;                 // JSON, for the clipboard
+    void pasteCamera(const std::string& json);      // a failure is a notice
+    void focusAt(glm::dvec2 position);              // in [0,1]^2 of the picture: pivot and focus go to what is there
+    void frameScene();
+
+    // --- pictures
+    void restart();
+    std::shared_ptr<const Picture> picture() const { return picture_; }
+    uint64_t generation() const { return generation_; }  // of the newest order
+    void save(const std::filesystem::path& file);
+    /// Renders every frame of the track to numbered files, in the core thread, on the CPU.
+    void exportTrack(const std::filesystem::path& pattern, uint32_t samples);
+
+    // --- reference, comparison
+    void startReference(uint64_t samples);
+    void loadReference(const std::filesystem::path& file);
+    void dropReference();
+    std::shared_ptr<const Reference> reference() const { return reference_; }
+    void storeSlot(int side);
+    void compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds);
+    const EqualTime& equalTime() const { return equalTime_; }
+    const Convergence& convergence() const { return convergence_; }
+    void clearCurves() { convergence_.clearPast(); }
+
+    // --- what runs
+    core::JobStatus loading() const { return loader_.status(); }
+    core::JobStatus coreThread() const { return core_.status(); }
+    RenderThreadStatus rendering() const { return renderThread_.status(); }
+
+private:
+    struct Loaded;
+
+    void takeLoaded();
+    void takeReference();
+    void takePicture();
+    void animate(double seconds);
+    void order(glm::uvec2 pictureArea);
+
+    SessionOptions options_;
+    std::unique_ptr<Document> document_;
+    std::vector<SavedCamera> savedCameras_;
+    std::shared_ptr<const Picture> picture_;
+    std::shared_ptr<const Reference> reference_;
+    Convergence convergence_;
+    EqualTime equalTime_;
+    RenderRequest ordered_;
+    uint64_t generation_ = 0, restarts_ = 0;
+    double now_ = 0, movedAt_ = -1e9;
+    // Threads last: they end before what their jobs look at.
+    std::shared_ptr<core::Mailbox<Loaded>> loadedBox_;
+    std::shared_ptr<core::Mailbox<Reference>> referenceBox_;
+    core::Worker loader_, core_;
+    RenderThread renderThread_;
+};
+
+}  // namespace app

@@ -1,0 +1,53 @@
+// What is kept between runs: $XDG_CONFIG_HOME/rekindle/settings.json (or ~/.config). Versioned, written to a temporary
+// name and renamed; a file that cannot be read is kept as settings.json.bad and the defaults are used.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "app/view/view_params.h"
+#include "core/renderer.h"
+
+namespace app {
+
+/// A named set of the method's parameters.
+struct Preset {
+    std::string name;
+    core::PathParams path;
+};
+
+struct SavedCamera {
+    std::string name;
+    core::Camera camera;  // world space of the scene
+};
+
+struct Settings {
+    ViewParams view;
+    PanelParams panels;
+    core::PathParams path;
+    glm::uvec2 windowSize{1280, 720};
+    std::vector<std::string> recentFiles;  // newest first, absolute, at most 12
+    std::vector<Preset> presets;           // the user's own
+    std::map<std::string, std::string> cameras;  // scene hash -> JSON array of cameras in the file's space
+
+    void addRecent(const std::filesystem::path& file);
+};
+
+/// Where the settings of this user are kept.
+std::filesystem::path settingsFile();
+
+/// Never throws for bad contents: unknown members are ignored, values outside their range fall back to the default, and
+/// `problem` says what was wrong with the file as a whole (empty: nothing).
+Settings readSettings(const std::filesystem::path& file, std::string& problem);
+
+/// Throws core::Error when it cannot be written.
+void writeSettings(const std::filesystem::path& file, const Settings& settings);
+
+/// "quick look", "balanced", "reference", ...: presets that come with the program.
+const std::vector<Preset>& builtInPresets();
+
+}  // namespace app

@@ -1,0 +1,37 @@
+// The panel and everything else that is drawn over the picture, with Dear ImGui. Parameters draw themselves: see
+// param_widgets.h.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include <glm/glm.hpp>
+
+#include "app/view/actions.h"
+#include "app/view/session.h"
+
+namespace app {
+
+/// What the loop knows and the session does not.
+struct UiFrame {
+    glm::uvec2 area{0};                 // of the window, pixels
+    std::span<const float> frameTimes;  // of the last frames, seconds, oldest first
+    double inputSeconds = 0;            // from the last input to the first picture that shows it
+    uint64_t presentBytes = 0;          // device memory of the window's own device
+    std::string presentDevice;
+};
+
+class Ui {
+public:
+    Ui();
+    ~Ui();
+
+    /// Between ImGui::NewFrame and ImGui::Render. Edits the session's parts; what only the loop can do goes to `app`.
+    void draw(Session& session, AppRequests& app, const UiFrame& frame);
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace app

@@ -1,0 +1,57 @@
+// The window of the operating system: GLFW, and nothing else of the program sees it. No rendering here.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+#include <vulkan/vulkan.h>
+
+struct GLFWwindow;
+
+namespace app {
+
+class Window {
+public:
+    /// Throws core::Error (noDevice) when there is no display or no Vulkan surface can be made.
+    Window(const std::string& title, glm::uvec2 size);
+    ~Window();
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+
+    /// Whether a display answers at all; says why not in `reason`.
+    static bool displayAvailable(std::string& reason);
+
+    /// Handles what has happened; waits for it up to `seconds` (0: does not wait).
+    void poll(double seconds);
+    bool closeRequested() const;
+    void requestClose(bool close);
+    bool lost() const;  // the connection to the display is gone
+
+    glm::uvec2 framebufferSize() const;  // pixels; 0x0 when minimised
+    float contentScale() const;          // of letters: see the rule for displays of high density in window.cpp
+    void resize(glm::uvec2 size);        // screen coordinates; at least 1x1
+    void setTitle(const std::string& title);
+
+    std::vector<std::filesystem::path> takeDrops();  // files dropped since the last call
+    std::string clipboard() const;
+    void setClipboard(const std::string& text);
+
+    std::vector<const char*> instanceExtensions() const;
+    VkSurfaceKHR makeSurface(VkInstance instance) const;
+    GLFWwindow* get() const { return window_; }
+
+    // --- for scripts: the same way in as the hand's
+    void injectKey(const std::string& key, bool down);  // "W", "Space", "Ctrl+S" (presses the modifiers, too)
+    void injectCursor(glm::dvec2 pixels);
+    void injectButton(int button, bool down);  // 0 left, 1 right, 2 middle
+    void injectWheel(double steps);
+    void injectDrop(const std::filesystem::path& file);
+
+private:
+    GLFWwindow* window_ = nullptr;
+    std::vector<std::filesystem::path> drops_;
+};
+
+}  // namespace app
