@@ -54,7 +54,7 @@ private:
     };
 
     void makeBuffers();
-    void warmUp();
+    void warmUp(const Kernels& kernels);
     void chooseKernel(uint32_t samples);
     double tracePaths(const shared::Batch& batch);
     double traceByBounces(shared::Batch batch);
@@ -109,18 +109,20 @@ void PathRenderer::bindAll(uint32_t binding, const Buffer& buffer)
 void PathRenderer::setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress)
 {
     scene_.reset();  // two scenes at once might not fit
+    world_.reset();
+    current_ = nullptr;
+    samples_ = 0;
     scene_ = std::make_unique<GpuScene>(device_, *world, progress);
     world_ = std::move(world);
     for (Bindings& bindings : bindings_) scene_->bind(bindings);
     stats_.buildSeconds = scene_->buildSeconds();
-    current_ = nullptr;
-    samples_ = 0;
 }
 
 void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t height,
                            const core::PathParams& params)
 {
     CHECK(world_ != nullptr && width > 0 && height > 0);
+    current_ = nullptr;  // until everything below has been had
     params_ = params;
     frame_ = {};
     frame_.settings = core::worldSettings(*world_);
@@ -142,15 +144,17 @@ void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t 
     wanted.features = scene_->features();
     if (camera.apertureRadius > 0) wanted.features |= shared::kFeatureThinLens;
     wanted.sampler = static_cast<uint32_t>(params.sampler);
-    const auto [entry, fresh] = kernels_.try_emplace(wanted);
+    auto entry = kernels_.find(wanted);
+    const bool fresh = entry == kernels_.end();
     if (fresh) {
-        entry->second = {Pipeline(device_, layout_, k_bounce, wanted), Pipeline(device_, layout_, k_megakernel, wanted),
-                         Pipeline(device_, layout_, k_aov, wanted)};
+        Kernels kernels{Pipeline(device_, layout_, k_bounce, wanted), Pipeline(device_, layout_, k_megakernel, wanted),
+                        Pipeline(device_, layout_, k_aov, wanted)};
+        entry = kernels_.emplace(wanted, std::move(kernels)).first;
     }
-    current_ = &entry->second;
     makeBuffers();
-    if (fresh) warmUp();
+    if (fresh) warmUp(entry->second);
     kernelChosen_ = false;
+    current_ = &entry->second;
 }
 
 void PathRenderer::makeBuffers()
@@ -160,12 +164,12 @@ void PathRenderer::makeBuffers()
         std::min<uint64_t>(kMaxLanes, std::max<uint64_t>(uint64_t(tileCount()) * shared::kGroupSize, 1u << 16)));
     lanesPerBatch_ = std::min(lanesPerBatch_, lanes);
     if (radiance_.bytes() < lanes * sizeof(glm::vec4)) {
+        radiance_ = {};  // first: its size tells whether all of these could be had
         for (uint32_t i = 0; i < 2; ++i) {
             states_[i] = {};
             states_[i] = Buffer(device_, "the paths", uint64_t(lanes) * shared::kStateWords * 16,
                                 texelFormat(shared::kBindStateTexels));
         }
-        radiance_ = {};
         radiance_ = Buffer(device_, "the paths' radiance", lanes * sizeof(glm::vec4));
         bindAll(shared::kBindRadiance, radiance_);
         for (uint32_t i = 0; i < 2; ++i) {
@@ -173,9 +177,9 @@ void PathRenderer::makeBuffers()
             bindings_[i].bind(shared::kBindStates, states_[1 - i]);
         }
     }
-    if (film_[0].bytes() != std::max<uint64_t>(pixels * sizeof(glm::vec4), 16)) {
-        for (uint32_t i = 0; i < 3; ++i) {
-            film_[i] = {};
+    if (film_[2].bytes() != std::max<uint64_t>(pixels * sizeof(glm::vec4), 16)) {
+        film_ = {};
+        for (uint32_t i = 0; i < 3; ++i) {  // the last one tells whether all could be had
             film_[i] = Buffer(device_, "the film", pixels * sizeof(glm::vec4));
             bindAll(shared::kBindFilm0 + i, film_[i]);
         }
@@ -199,14 +203,15 @@ void PathRenderer::dispatch(VkCommandBuffer commands, const Pipeline& pipeline, 
 }
 
 /// Software drivers compile at the first dispatch: an empty batch makes them do it now.
-void PathRenderer::warmUp()
+void PathRenderer::warmUp(const Kernels& kernels)
 {
     const auto start = Clock::now();
     const shared::Batch empty{0, 1, 0, 0, 0};
     device_.submit([&](VkCommandBuffer commands) {
         vk.CmdFillBuffer(commands, queues_.get(), 0, VK_WHOLE_SIZE, 0);
         barrier(commands);
-        for (const Pipeline* pipeline : {&current_->bounce, &current_->megakernel, &current_->aov, &accumulate_}) {
+        const Pipeline& last = accumulate_;
+        for (const Pipeline* pipeline : {&kernels.bounce, &kernels.megakernel, &kernels.aov, &last}) {
             dispatch(commands, *pipeline, bindings_[0], empty, shared::kGroupSize);
             barrier(commands);
         }
@@ -349,6 +354,7 @@ void PathRenderer::readFilm(core::Film& film)
 
 core::Aovs PathRenderer::aovs()
 {
+    CHECK(current_ != nullptr);
     const uint32_t width = frame_.settings.imageWidth, height = frame_.settings.imageHeight;
     const Buffer output(device_, "the AOVs", uint64_t(width) * height * 3 * sizeof(glm::vec4));
     bindAll(shared::kBindOutput, output);
