@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace core {
 
@@ -105,11 +106,13 @@ private:
         Job job;
     };
     void loop(std::stop_token stop);
+    void run(std::unique_lock<std::mutex>& lock, std::unique_ptr<Waiting> next);
 
     mutable std::mutex mutex_;
     std::condition_variable_any changed_;
     std::shared_ptr<Running> running_;
     std::unique_ptr<Waiting> waiting_;
+    std::vector<std::unique_ptr<Waiting>> dropped_;  // never began; freed by the thread, as a job may hold much
     JobStatus last_;
     uint64_t generation_ = 0;
     int niceness_;
