@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstring>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 namespace gpu {
 
@@ -41,18 +43,38 @@ struct Features {
     Features& operator=(const Features&) = delete;
 };
 
-std::optional<uint32_t> computeQueue(VkPhysicalDevice physical, VkQueueFamilyProperties* properties)
+/// The first family that computes; with a `surface`, that also draws and can present to it.
+std::optional<uint32_t> queueFamilyFor(VkPhysicalDevice physical, VkSurfaceKHR surface,
+                                       VkQueueFamilyProperties* properties)
 {
+    const VkQueueFlags needed =
+        surface == VK_NULL_HANDLE ? VK_QUEUE_COMPUTE_BIT : VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT;
     uint32_t count = 0;
     vk.GetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
     vk.GetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
     for (uint32_t i = 0; i < count; ++i) {
-        if ((families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) continue;
+        if ((families[i].queueFlags & needed) != needed) continue;
+        VkBool32 presents = VK_TRUE;
+        if (surface != VK_NULL_HANDLE) {
+            VK_CHECK(vk.GetPhysicalDeviceSurfaceSupportKHR(physical, i, surface, &presents));
+        }
+        if (presents == VK_FALSE) continue;
         if (properties != nullptr) *properties = families[i];
         return i;
     }
     return std::nullopt;
+}
+
+bool hasSwapchains(VkPhysicalDevice physical)
+{
+    uint32_t count = 0;
+    VK_CHECK(vk.EnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr));
+    std::vector<VkExtensionProperties> extensions(count);
+    VK_CHECK(vk.EnumerateDeviceExtensionProperties(physical, nullptr, &count, extensions.data()));
+    return std::any_of(extensions.begin(), extensions.end(), [](const VkExtensionProperties& extension) {
+        return std::string_view(extension.extensionName) == VK_KHR_SWAPCHAIN_EXTENSION_NAME;
+    });
 }
 
 std::string version(uint32_t v)
@@ -72,7 +94,7 @@ const char* typeName(VkPhysicalDeviceType type)
     }
 }
 
-DeviceInfo describe(VkPhysicalDevice physical)
+DeviceInfo describe(VkPhysicalDevice physical, VkSurfaceKHR surface = VK_NULL_HANDLE)
 {
     VkPhysicalDeviceDriverProperties driver{};
     driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
@@ -104,7 +126,13 @@ DeviceInfo describe(VkPhysicalDevice physical)
         info.missing.push_back("Vulkan 1.3 (it has " + info.api + ")");
         return info;
     }
-    if (!computeQueue(physical, nullptr)) info.missing.emplace_back("a compute queue");
+    if (!queueFamilyFor(physical, VK_NULL_HANDLE, nullptr)) info.missing.emplace_back("a compute queue");
+    if (surface != VK_NULL_HANDLE) {
+        if (!hasSwapchains(physical)) info.missing.emplace_back("VK_KHR_swapchain");
+        if (!queueFamilyFor(physical, surface, nullptr)) {
+            info.missing.emplace_back("a queue that computes, draws and presents to this window");
+        }
+    }
     Features features;
     vk.GetPhysicalDeviceFeatures2(physical, &features.all);
     if (features.v12.scalarBlockLayout == VK_FALSE) info.missing.emplace_back("scalarBlockLayout");
@@ -118,7 +146,7 @@ DeviceInfo describe(VkPhysicalDevice physical)
     return info;
 }
 
-VkInstance makeInstance(bool validation)
+VkInstance makeInstance(const DeviceOptions& options)
 {
     VkApplicationInfo application{};
     application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
@@ -128,23 +156,29 @@ VkInstance makeInstance(bool validation)
     create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
     create.pApplicationInfo = &application;
     const char* layer = "VK_LAYER_KHRONOS_validation";
-    const std::array extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+    std::vector<const char*> extensions = options.instanceExtensions;
     const VkValidationFeatureEnableEXT enable = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
     VkValidationFeaturesEXT features{};
     features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
     features.enabledValidationFeatureCount = 1;
     features.pEnabledValidationFeatures = &enable;
-    if (validation) {
+    if (options.validation) {
         create.pNext = &features;
         create.enabledLayerCount = 1;
         create.ppEnabledLayerNames = &layer;
-        create.enabledExtensionCount = extensions.size();
-        create.ppEnabledExtensionNames = extensions.data();
+        extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+        extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
     }
+    create.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+    create.ppEnabledExtensionNames = extensions.data();
     VkInstance instance = VK_NULL_HANDLE;
     const VkResult result = vk.CreateInstance(&create, nullptr, &instance);
     if (result == VK_ERROR_LAYER_NOT_PRESENT) {
         throw core::Error("the Vulkan validation layer is not installed — install vulkan-validationlayers",
+                          core::ExitCode::noDevice);
+    }
+    if (result == VK_ERROR_EXTENSION_NOT_PRESENT && !options.instanceExtensions.empty()) {
+        throw core::Error("no Vulkan driver can show frames in a window — `rekindle render SCENE -o FILE` needs none",
                           core::ExitCode::noDevice);
     }
     if (result != VK_SUCCESS) {
@@ -165,18 +199,22 @@ std::vector<VkPhysicalDevice> physicalDevices(VkInstance instance)
 }
 
 /// The device asked for, or the best suitable one. Throws with what each of them lacks.
-VkPhysicalDevice chooseDevice(const std::vector<VkPhysicalDevice>& devices, int index)
+VkPhysicalDevice chooseDevice(const std::vector<VkPhysicalDevice>& devices, int index, VkSurfaceKHR surface)
 {
     if (index >= static_cast<int>(devices.size())) {
         throw core::Error("there is no Vulkan device " + std::to_string(index) + "; `rekindle devices` lists " +
                               std::to_string(devices.size()),
                           core::ExitCode::noDevice);
     }
+    if (surface != VK_NULL_HANDLE && index >= 0 &&
+        !describe(devices[static_cast<size_t>(index)], surface).missing.empty()) {
+        index = -1;  // only preferred
+    }
     VkPhysicalDevice best = VK_NULL_HANDLE;
     std::string reasons;
     for (size_t i = 0; i < devices.size(); ++i) {
         if (index >= 0 && i != static_cast<size_t>(index)) continue;
-        const DeviceInfo info = describe(devices[i]);
+        const DeviceInfo info = describe(devices[i], surface);
         if (info.missing.empty()) {
             const bool software = info.type == std::string("software (CPU)");
             if (best == VK_NULL_HANDLE || !software) best = devices[i];
@@ -185,6 +223,11 @@ VkPhysicalDevice chooseDevice(const std::vector<VkPhysicalDevice>& devices, int 
         }
         reasons += "\n  " + info.name + " lacks";
         for (const std::string& what : info.missing) reasons += " " + what + ";";
+    }
+    if (best == VK_NULL_HANDLE && surface != VK_NULL_HANDLE) {
+        throw core::Error("no Vulkan device can show frames in this window — `rekindle render SCENE -o FILE` needs none" +
+                              reasons,
+                          core::ExitCode::noDevice);
     }
     if (best == VK_NULL_HANDLE) {
         throw core::Error("no suitable Vulkan device; --device cpu needs none" + reasons, core::ExitCode::noDevice);
@@ -209,6 +252,9 @@ const char* resultName(VkResult result)
     case VK_ERROR_TOO_MANY_OBJECTS: return "VK_ERROR_TOO_MANY_OBJECTS";
     case VK_ERROR_SURFACE_LOST_KHR: return "VK_ERROR_SURFACE_LOST_KHR";
     case VK_ERROR_OUT_OF_DATE_KHR: return "VK_ERROR_OUT_OF_DATE_KHR";
+    case VK_SUBOPTIMAL_KHR: return "VK_SUBOPTIMAL_KHR";
+    case VK_ERROR_NATIVE_WINDOW_IN_USE_KHR: return "VK_ERROR_NATIVE_WINDOW_IN_USE_KHR";
+    case VK_ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT: return "VK_ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT";
     case VK_TIMEOUT: return "VK_TIMEOUT";
     default: return "an unnamed VkResult";
     }
@@ -216,7 +262,7 @@ const char* resultName(VkResult result)
 
 std::vector<DeviceInfo> listDevices()
 {
-    VkInstance instance = makeInstance(false);
+    VkInstance instance = makeInstance({});
     std::vector<DeviceInfo> infos;
     for (VkPhysicalDevice physical : physicalDevices(instance)) infos.push_back(describe(physical));
     vk.DestroyInstance(instance, nullptr);
@@ -230,7 +276,7 @@ uint64_t validationMessages()
 
 Device::Device(const DeviceOptions& options)
 {
-    instance_ = makeInstance(options.validation);
+    instance_ = makeInstance(options);
     try {
         if (options.validation) {
             VkDebugUtilsMessengerCreateInfoEXT create{};
@@ -244,7 +290,8 @@ Device::Device(const DeviceOptions& options)
                 vk.GetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
             VK_CHECK(make(instance_, &create, nullptr, &messenger_));
         }
-        physical_ = chooseDevice(physicalDevices(instance_), options.index);
+        if (options.surface) surface_ = options.surface(instance_);
+        physical_ = chooseDevice(physicalDevices(instance_), options.index, surface_);
         info_ = describe(physical_);
         software_ = info_.type == "software (CPU)";
 
@@ -258,11 +305,11 @@ Device::Device(const DeviceOptions& options)
         subgroupSize_ = subgroup.subgroupSize;
 
         VkQueueFamilyProperties family{};
-        const uint32_t queueFamily = computeQueue(physical_, &family).value();
+        queueFamily_ = queueFamilyFor(physical_, surface_, &family).value();
         const float priority = 1.0f;
         VkDeviceQueueCreateInfo queue{};
         queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-        queue.queueFamilyIndex = queueFamily;
+        queue.queueFamilyIndex = queueFamily_;
         queue.queueCount = 1;
         queue.pQueuePriorities = &priority;
         Features features;
@@ -273,13 +320,18 @@ Device::Device(const DeviceOptions& options)
         create.pNext = &features.all;
         create.queueCreateInfoCount = 1;
         create.pQueueCreateInfos = &queue;
+        const char* swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
+        if (surface_ != VK_NULL_HANDLE) {
+            create.enabledExtensionCount = 1;
+            create.ppEnabledExtensionNames = &swapchain;
+        }
         VK_CHECK(vk.CreateDevice(physical_, &create, nullptr, &device_));
-        vk.GetDeviceQueue(device_, queueFamily, 0, &queue_);
+        vk.GetDeviceQueue(device_, queueFamily_, 0, &queue_);
 
         VkCommandPoolCreateInfo pool{};
         pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
         pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
-        pool.queueFamilyIndex = queueFamily;
+        pool.queueFamilyIndex = queueFamily_;
         VkCommandPool poolObject;
         VK_CHECK(vk.CreateCommandPool(device_, &pool, nullptr, &poolObject));
         pool_ = {device_, poolObject};
@@ -320,6 +372,7 @@ void Device::destroy()
     fence_ = {};
     pool_ = {};
     if (device_ != VK_NULL_HANDLE) vk.DestroyDevice(device_, nullptr);
+    if (surface_ != VK_NULL_HANDLE) vk.DestroySurfaceKHR(instance_, takeSurface(), nullptr);
     if (messenger_ != VK_NULL_HANDLE) {
         const auto destroyMessenger = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
             vk.GetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));

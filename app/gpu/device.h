@@ -1,10 +1,11 @@
-// A Vulkan 1.3 device for compute: instance, queue, limits, submission, validation messages counted.
+// A Vulkan 1.3 device for compute and, if asked, for a window: instance, queue, limits, submission, counted messages.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/gpu/handle.h"
@@ -14,6 +15,11 @@ namespace gpu {
 struct DeviceOptions {
     int index = -1;  // as listed by `devices`; -1: the first suitable one, real GPUs before software
     bool validation = false;
+
+    // For a device that shows frames in a window; without `surface` nothing of a window is asked for.
+    std::vector<const char*> instanceExtensions;
+    /// Makes the surface of the window. The device can present to it; it belongs to the device until takeSurface().
+    std::function<VkSurfaceKHR(VkInstance)> surface;
 };
 
 struct DeviceInfo {
@@ -32,7 +38,8 @@ uint64_t validationMessages();
 
 class Device {
 public:
-    /// Throws core::Error (noDevice) naming what each device lacks.
+    /// Throws core::Error (noDevice) naming what each device lacks. With a surface the device at `index` is only
+    /// preferred: one that cannot present to it gives way to another.
     explicit Device(const DeviceOptions& options);
     ~Device();
     Device(const Device&) = delete;
@@ -40,10 +47,16 @@ public:
 
     VkDevice get() const { return device_; }
     VkPhysicalDevice physical() const { return physical_; }
+    VkInstance instance() const { return instance_; }
+    VkQueue queue() const { return queue_; }
+    uint32_t queueFamily() const { return queueFamily_; }
     const VkPhysicalDeviceLimits& limits() const { return limits_; }
     const DeviceInfo& info() const { return info_; }
     bool isSoftware() const { return software_; }
     uint32_t subgroupSize() const { return subgroupSize_; }
+
+    /// The surface of DeviceOptions, for the caller to destroy; null when there is none or it has been taken.
+    VkSurfaceKHR takeSurface() { return std::exchange(surface_, VK_NULL_HANDLE); }
 
     /// Records with `record`, submits and waits until done. Waits in steps and gives up on a device that
     /// does not answer for a minute. Returns the seconds that the device was busy (timestamps, or wall time without them).
@@ -60,6 +73,8 @@ private:
     VkPhysicalDevice physical_ = VK_NULL_HANDLE;
     VkDevice device_ = VK_NULL_HANDLE;
     VkQueue queue_ = VK_NULL_HANDLE;
+    uint32_t queueFamily_ = 0;
+    VkSurfaceKHR surface_ = VK_NULL_HANDLE;
     VkPhysicalDeviceLimits limits_{};
     DeviceInfo info_;
     bool software_ = false;
