@@ -16,11 +16,14 @@ struct Slot {
     std::string label;
 };
 
-/// Renders A's parameters for `seconds`, stores, then B's, stores. Driven by whoever renders: ask `wanted()` what to
-/// render now and show it every new picture.
+/// Renders A's parameters for `seconds`, stores, then B's, stores. Driven by whoever renders: ask
+/// `wanted()` what to render now, show it every new picture, and start the picture anew after
+/// start() and after every slot that offer() returns (A and B may be equal, or equal to what is on
+/// show: a picture that went on would have had more time).
 class EqualTime {
 public:
-    void start(const RenderParams& a, const RenderParams& b, double seconds);
+    /// `newest`: the generation of the newest order until now; pictures up to it are none of ours.
+    void start(const RenderParams& a, const RenderParams& b, double seconds, uint64_t newest = 0);
     void cancel();
     bool running() const { return stage_ == Stage::first || stage_ == Stage::second; }
     double seconds() const { return seconds_; }
@@ -30,15 +33,20 @@ public:
     /// The parameters to render now (limits set to the time), while running.
     const RenderParams& wanted() const;
 
-    /// A picture for wanted(); the side's slot when its time is up. Pictures of other parameters and previews are
-    /// ignored; a side ends with the first picture of at least its time.
+    /// A picture for wanted(); the side's slot when its time is up. Pictures of other parameters
+    /// and previews are ignored; a side ends with the first picture of at least its time.
     std::optional<Slot> offer(const std::shared_ptr<const Picture>& picture);
 
 private:
     enum class Stage { none, first, second } stage_ = Stage::none;
     std::array<RenderParams, 2> params_;
     double seconds_ = 0, fraction_ = 0;
+    uint64_t before_ =
+        0;  // pictures of this generation and older were ordered before the side began
 };
+
+/// "path, vulkan, depth 8", and every other parameter that is not at its default.
+std::string paramsLabel(const RenderParams& params);
 
 /// "path, vulkan, depth 8, 64 spp, 2.0 s": what distinguishes a picture from another.
 std::string pictureLabel(const Picture& picture);
