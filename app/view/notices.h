@@ -11,19 +11,27 @@ namespace app {
 enum class Severity { news, warning, error };
 
 struct Notice {
-    uint64_t number = 0;  // 1, 2, ...
+    uint64_t number = 0;  // 1, 2, ...; of the last time that it was told
     Severity severity = Severity::news;
     std::string text;    // may have several lines
-    double seconds = 0;  // since the program began
+    double seconds = 0;  // since the program began; of the last time
+    uint64_t times = 1;  // told in a row
 };
 
 class Notices {
 public:
-    /// Also a line on stderr, unless quiet. Equal messages in a row are counted, not repeated.
+    /// Adds a message; also a line on stderr, unless quiet. One that equals the last is counted
+    /// there and gets a new number, but is not repeated.
     void tell(Severity severity, const std::string& text);
-    std::vector<Notice> list() const;  // the last 500
+
+    /// The last 500, oldest first, numbers increasing.
+    std::vector<Notice> list() const;
+
+    /// How many times anything was told; the number of the newest. Stays when the list is cleared.
     uint64_t count() const;
     void clear();
+
+    /// To be set before other threads tell anything.
     bool quiet = false;
 
 private:
