@@ -1,28 +1,11 @@
-// Texts of the command line: what a value should have been, and the help. See args_options.h.
+// Texts of the help. See args_options.h.
 #include "app/args_options.h"
 
-#include <cstdio>
 #include <sstream>
 
 namespace app {
 
 static constexpr size_t kHelpWidth = 100, kNameColumn = 34;
-
-std::string numberText(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%.10g", value);
-    return text;
-}
-
-std::string expectation(bool whole, core::Range range, double lowest, double highest)
-{
-    const std::string kind = whole ? "a whole number" : "a number";
-    const bool bounded = range.low != range.high;
-    if (!whole && !bounded) return kind;
-    return kind + " from " + numberText(bounded ? range.low : lowest) + " to " +
-           numberText(bounded ? range.high : highest);
-}
 
 /// Breaks `text` into lines at spaces, each led by `indent` spaces except for the first.
 static std::string wrap(const std::string& text, size_t indent)

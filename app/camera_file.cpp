@@ -8,7 +8,7 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "app/files.h"
+#include "app/json_file.h"
 #include "app/nearest.h"
 #include "core/check.h"
 
@@ -68,15 +68,6 @@ glm::dvec3 readDirection(const Json& json, const Place& place)
 glm::dvec3 toWorld(const core::Placement& placement, glm::dvec3 p)
 {
     return (p - placement.centre) * placement.scale;
-}
-
-Json parse(const std::filesystem::path& file)
-{
-    try {
-        return Json::parse(readText(file));
-    } catch (const Json::parse_error& error) {
-        throw core::Error(file.string() + ": not JSON: at byte " + std::to_string(error.byte));
-    }
 }
 
 /// Rotation whose columns are right, up, backward.
@@ -176,7 +167,7 @@ core::Camera cameraFromJson(const Json& json, const core::Camera& defaults,
 core::Camera readCamera(const std::filesystem::path& file, const core::Camera& defaults,
                         const core::Placement& placement)
 {
-    return cameraFromJson(parse(file), defaults, placement, file.string());
+    return cameraFromJson(readJson(file), defaults, placement, file.string());
 }
 
 core::Camera chooseCamera(const core::World& world, const std::string& text)
@@ -233,7 +224,7 @@ core::Camera CameraPath::at(double frame) const
 CameraPath readCameraPath(const std::filesystem::path& file, const core::Camera& defaults,
                           const core::Placement& placement)
 {
-    const Json json = parse(file);
+    const Json json = readJson(file);
     if (!json.is_object() || !json.contains("keys") || !json["keys"].is_array() ||
         json["keys"].empty())
         throw core::Error(file.string() +

@@ -1,0 +1,17 @@
+// JSON text and files, with errors that name the place.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace app {
+
+/// Throws core::Error "place: not JSON: at byte N" (or what else is wrong with it).
+nlohmann::ordered_json parseJson(const std::string& text, const std::string& place);
+
+/// Reads a file of at most 64 MiB. Throws core::Error.
+nlohmann::ordered_json readJson(const std::filesystem::path& file);
+
+}  // namespace app
