@@ -1,15 +1,16 @@
-// Instance and device creation. Needs Vulkan 1.3 with scalar block layout and subgroup ballot; nothing else is required.
+// A device from its creation to its loss. Waiting is never endless, and the first loss is the last that the driver hears
+// of this device: every later call throws at once.
 #include "app/gpu/device.h"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <optional>
-#include <string_view>
-#include <utility>
+#include <mutex>
+
+#include "app/gpu/device_choice.h"
 
 namespace gpu {
 
@@ -25,217 +26,25 @@ VKAPI_ATTR VkBool32 VKAPI_CALL onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT,
     return VK_FALSE;
 }
 
-/// The features asked for, chained as vkCreateDevice and vkGetPhysicalDeviceFeatures2 take them.
-struct Features {
-    VkPhysicalDeviceVulkan13Features v13{};
-    VkPhysicalDeviceVulkan12Features v12{};
-    VkPhysicalDeviceFeatures2 all{};
-
-    Features()
-    {
-        v13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
-        v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
-        v12.pNext = &v13;
-        all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
-        all.pNext = &v12;
-    }
-    Features(const Features&) = delete;
-    Features& operator=(const Features&) = delete;
-};
-
-/// The first family that computes; with a `surface`, that also draws and can present to it.
-std::optional<uint32_t> queueFamilyFor(VkPhysicalDevice physical, VkSurfaceKHR surface,
-                                       VkQueueFamilyProperties* properties)
-{
-    const VkQueueFlags needed =
-        surface == VK_NULL_HANDLE ? VK_QUEUE_COMPUTE_BIT : VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT;
-    uint32_t count = 0;
-    vk.GetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
-    std::vector<VkQueueFamilyProperties> families(count);
-    vk.GetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
-    for (uint32_t i = 0; i < count; ++i) {
-        if ((families[i].queueFlags & needed) != needed) continue;
-        VkBool32 presents = VK_TRUE;
-        if (surface != VK_NULL_HANDLE) {
-            VK_CHECK(vk.GetPhysicalDeviceSurfaceSupportKHR(physical, i, surface, &presents));
-        }
-        if (presents == VK_FALSE) continue;
-        if (properties != nullptr) *properties = families[i];
-        return i;
-    }
-    return std::nullopt;
-}
-
-bool hasSwapchains(VkPhysicalDevice physical)
-{
-    uint32_t count = 0;
-    VK_CHECK(vk.EnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr));
-    std::vector<VkExtensionProperties> extensions(count);
-    VK_CHECK(vk.EnumerateDeviceExtensionProperties(physical, nullptr, &count, extensions.data()));
-    return std::any_of(extensions.begin(), extensions.end(), [](const VkExtensionProperties& extension) {
-        return std::string_view(extension.extensionName) == VK_KHR_SWAPCHAIN_EXTENSION_NAME;
-    });
-}
-
-std::string version(uint32_t v)
-{
-    return std::to_string(VK_API_VERSION_MAJOR(v)) + "." + std::to_string(VK_API_VERSION_MINOR(v)) + "." +
-           std::to_string(VK_API_VERSION_PATCH(v));
-}
-
-const char* typeName(VkPhysicalDeviceType type)
-{
-    switch (type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return "discrete GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return "integrated GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return "virtual GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: return "software (CPU)";
-    default: return "other";
-    }
-}
-
-DeviceInfo describe(VkPhysicalDevice physical, VkSurfaceKHR surface = VK_NULL_HANDLE)
-{
-    VkPhysicalDeviceDriverProperties driver{};
-    driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
-    VkPhysicalDeviceSubgroupProperties subgroup{};
-    subgroup.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES;
-    subgroup.pNext = &driver;
-    VkPhysicalDeviceProperties2 properties{};
-    properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
-    properties.pNext = &subgroup;
-    vk.GetPhysicalDeviceProperties2(physical, &properties);
-    const VkPhysicalDeviceProperties& p = properties.properties;
-
-    DeviceInfo info;
-    info.name = p.deviceName;
-    info.driver = std::string(driver.driverName) + " " + driver.driverInfo;
-    info.type = typeName(p.deviceType);
-    info.api = version(p.apiVersion);
-    info.maxStorageRange = p.limits.maxStorageBufferRange;
-    info.maxTexelElements = p.limits.maxTexelBufferElements;
-    VkPhysicalDeviceMemoryProperties memory;
-    vk.GetPhysicalDeviceMemoryProperties(physical, &memory);
-    for (uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
-        if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0) {
-            info.heapBytes = std::max<uint64_t>(info.heapBytes, memory.memoryHeaps[i].size);
-        }
-    }
-
-    if (p.apiVersion < VK_API_VERSION_1_3) {
-        info.missing.push_back("Vulkan 1.3 (it has " + info.api + ")");
-        return info;
-    }
-    if (!queueFamilyFor(physical, VK_NULL_HANDLE, nullptr)) info.missing.emplace_back("a compute queue");
-    if (surface != VK_NULL_HANDLE) {
-        if (!hasSwapchains(physical)) info.missing.emplace_back("VK_KHR_swapchain");
-        if (!queueFamilyFor(physical, surface, nullptr)) {
-            info.missing.emplace_back("a queue that computes, draws and presents to this window");
-        }
-    }
-    Features features;
-    vk.GetPhysicalDeviceFeatures2(physical, &features.all);
-    if (features.v12.scalarBlockLayout == VK_FALSE) info.missing.emplace_back("scalarBlockLayout");
-    if (features.v13.maintenance4 == VK_FALSE) info.missing.emplace_back("maintenance4");
-    const VkSubgroupFeatureFlags needed = VK_SUBGROUP_FEATURE_BALLOT_BIT | VK_SUBGROUP_FEATURE_ARITHMETIC_BIT;
-    if ((subgroup.supportedOperations & needed) != needed) {
-        info.missing.emplace_back("subgroup ballot and arithmetic");
-    }
-    if (p.limits.maxPerStageDescriptorStorageBuffers < 12) info.missing.emplace_back("12 storage buffers per stage");
-    if (p.limits.maxPerStageDescriptorSampledImages < 16) info.missing.emplace_back("16 texel buffers per stage");
-    return info;
-}
-
-VkInstance makeInstance(const DeviceOptions& options)
-{
-    VkApplicationInfo application{};
-    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
-    application.pApplicationName = "rekindle";
-    application.apiVersion = VK_API_VERSION_1_3;
-    VkInstanceCreateInfo create{};
-    create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-    create.pApplicationInfo = &application;
-    const char* layer = "VK_LAYER_KHRONOS_validation";
-    std::vector<const char*> extensions = options.instanceExtensions;
-    const VkValidationFeatureEnableEXT enable = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
-    VkValidationFeaturesEXT features{};
-    features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
-    features.enabledValidationFeatureCount = 1;
-    features.pEnabledValidationFeatures = &enable;
-    if (options.validation) {
-        create.pNext = &features;
-        create.enabledLayerCount = 1;
-        create.ppEnabledLayerNames = &layer;
-        extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-        extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
-    }
-    create.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
-    create.ppEnabledExtensionNames = extensions.data();
-    VkInstance instance = VK_NULL_HANDLE;
-    const VkResult result = vk.CreateInstance(&create, nullptr, &instance);
-    if (result == VK_ERROR_LAYER_NOT_PRESENT) {
-        throw core::Error("the Vulkan validation layer is not installed — install vulkan-validationlayers",
-                          core::ExitCode::noDevice);
-    }
-    if (result == VK_ERROR_EXTENSION_NOT_PRESENT && !options.instanceExtensions.empty()) {
-        throw core::Error("no Vulkan driver can show frames in a window — `rekindle render SCENE -o FILE` needs none",
-                          core::ExitCode::noDevice);
-    }
-    if (result != VK_SUCCESS) {
-        throw core::Error(std::string("no Vulkan driver answers (") + resultName(result) +
-                              ") — install one (mesa-vulkan-drivers has a software device), or use --device cpu",
-                          core::ExitCode::noDevice);
-    }
-    return instance;
-}
-
-std::vector<VkPhysicalDevice> physicalDevices(VkInstance instance)
-{
-    uint32_t count = 0;
-    VK_CHECK(vk.EnumeratePhysicalDevices(instance, &count, nullptr));
-    std::vector<VkPhysicalDevice> devices(count);
-    VK_CHECK(vk.EnumeratePhysicalDevices(instance, &count, devices.data()));
-    return devices;
-}
-
-/// The device asked for, or the best suitable one. Throws with what each of them lacks.
-VkPhysicalDevice chooseDevice(const std::vector<VkPhysicalDevice>& devices, int index, VkSurfaceKHR surface)
-{
-    if (index >= static_cast<int>(devices.size())) {
-        throw core::Error("there is no Vulkan device " + std::to_string(index) + "; `rekindle devices` lists " +
-                              std::to_string(devices.size()),
-                          core::ExitCode::noDevice);
-    }
-    if (surface != VK_NULL_HANDLE && index >= 0 &&
-        !describe(devices[static_cast<size_t>(index)], surface).missing.empty()) {
-        index = -1;  // only preferred
-    }
-    VkPhysicalDevice best = VK_NULL_HANDLE;
-    std::string reasons;
-    for (size_t i = 0; i < devices.size(); ++i) {
-        if (index >= 0 && i != static_cast<size_t>(index)) continue;
-        const DeviceInfo info = describe(devices[i], surface);
-        if (info.missing.empty()) {
-            const bool software = info.type == std::string("software (CPU)");
-            if (best == VK_NULL_HANDLE || !software) best = devices[i];
-            if (!software) break;
-            continue;
-        }
-        reasons += "\n  " + info.name + " lacks";
-        for (const std::string& what : info.missing) reasons += " " + what + ";";
-    }
-    if (best == VK_NULL_HANDLE && surface != VK_NULL_HANDLE) {
-        throw core::Error("no Vulkan device can show frames in this window — `rekindle render SCENE -o FILE` needs none" +
-                              reasons,
-                          core::ExitCode::noDevice);
-    }
-    if (best == VK_NULL_HANDLE) {
-        throw core::Error("no suitable Vulkan device; --device cpu needs none" + reasons, core::ExitCode::noDevice);
-    }
-    return best;
-}
+std::mutex abandonedMutex;
+std::vector<VkDevice> abandonedDevices;
+std::atomic<bool> anyAbandoned{false};
 
 }  // namespace
+
+void abandon(VkDevice device)
+{
+    const std::lock_guard lock(abandonedMutex);
+    abandonedDevices.push_back(device);
+    anyAbandoned = true;
+}
+
+bool isAbandoned(VkDevice device)
+{
+    if (!anyAbandoned) return false;
+    const std::lock_guard lock(abandonedMutex);
+    return std::find(abandonedDevices.begin(), abandonedDevices.end(), device) != abandonedDevices.end();
+}
 
 const char* resultName(VkResult result)
 {
@@ -260,21 +69,13 @@ const char* resultName(VkResult result)
     }
 }
 
-std::vector<DeviceInfo> listDevices()
-{
-    VkInstance instance = makeInstance({});
-    std::vector<DeviceInfo> infos;
-    for (VkPhysicalDevice physical : physicalDevices(instance)) infos.push_back(describe(physical));
-    vk.DestroyInstance(instance, nullptr);
-    return infos;
-}
-
 uint64_t validationMessages()
 {
     return messageCount;
 }
 
 Device::Device(const DeviceOptions& options)
+    : waitStep_(options.waitStep), notice_(options.notice), cacheFolder_(options.cacheFolder)
 {
     instance_ = makeInstance(options);
     try {
@@ -325,7 +126,7 @@ Device::Device(const DeviceOptions& options)
             create.enabledExtensionCount = 1;
             create.ppEnabledExtensionNames = &swapchain;
         }
-        VK_CHECK(vk.CreateDevice(physical_, &create, nullptr, &device_));
+        open(create);
         vk.GetDeviceQueue(device_, queueFamily_, 0, &queue_);
 
         VkCommandPoolCreateInfo pool{};
@@ -345,7 +146,8 @@ Device::Device(const DeviceOptions& options)
         VkFence fenceObject;
         VK_CHECK(vk.CreateFence(device_, &fence, nullptr, &fenceObject));
         fence_ = {device_, fenceObject};
-        if (family.timestampValidBits > 0) {
+        timestampBits_ = family.timestampValidBits;
+        if (timestampBits_ > 0) {
             VkQueryPoolCreateInfo query{};
             query.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
             query.queryType = VK_QUERY_TYPE_TIMESTAMP;
@@ -360,6 +162,20 @@ Device::Device(const DeviceOptions& options)
     }
 }
 
+void Device::open(const VkDeviceCreateInfo& create)
+{
+    const VkResult result = vk.CreateDevice(physical_, &create, nullptr, &device_);
+    if (result == VK_SUCCESS) return;
+    device_ = VK_NULL_HANDLE;
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY ||
+        result == VK_ERROR_DEVICE_LOST) {
+        checkVulkan(result, "vkCreateDevice");
+    }
+    throw core::Error("the Vulkan device " + info_.name + " does not open (" + resultName(result) +
+                          ") — choose another one of those that `rekindle devices` lists, or --device cpu",
+                      core::ExitCode::noDevice);
+}
+
 Device::~Device()
 {
     destroy();
@@ -367,61 +183,118 @@ Device::~Device()
 
 void Device::destroy()
 {
-    if (device_ != VK_NULL_HANDLE) vk.DeviceWaitIdle(device_);
+    const bool leave = device_ != VK_NULL_HANDLE && isAbandoned(device_);
+    if (device_ != VK_NULL_HANDLE && !lost_) vk.DeviceWaitIdle(device_);
     timestamps_ = {};
     fence_ = {};
     pool_ = {};
-    if (device_ != VK_NULL_HANDLE) vk.DestroyDevice(device_, nullptr);
-    if (surface_ != VK_NULL_HANDLE) vk.DestroySurfaceKHR(instance_, takeSurface(), nullptr);
-    if (messenger_ != VK_NULL_HANDLE) {
+    if (device_ != VK_NULL_HANDLE && !leave) vk.DestroyDevice(device_, nullptr);
+    if (surface_ != VK_NULL_HANDLE && !leave) vk.DestroySurfaceKHR(instance_, takeSurface(), nullptr);
+    if (messenger_ != VK_NULL_HANDLE && !leave) {
         const auto destroyMessenger = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
             vk.GetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
         destroyMessenger(instance_, messenger_, nullptr);
     }
-    if (instance_ != VK_NULL_HANDLE) vk.DestroyInstance(instance_, nullptr);
+    if (instance_ != VK_NULL_HANDLE && !leave) vk.DestroyInstance(instance_, nullptr);
     device_ = VK_NULL_HANDLE;
     messenger_ = VK_NULL_HANDLE;
     instance_ = VK_NULL_HANDLE;
 }
 
-double Device::submit(const std::function<void(VkCommandBuffer)>& record)
+void Device::requireAlive() const
+{
+    if (lost_) throw core::Error("the Vulkan device was lost before — a new one is needed", core::ExitCode::deviceLost);
+}
+
+void Device::lose(const std::string& how)
+{
+    lost_ = true;
+    throw core::Error("the Vulkan device " + info_.name + " is lost: " + how +
+                          (work_.empty() ? "" : " during " + work_) +
+                          " — render again with smaller pieces or on another device; --device cpu needs none",
+                      core::ExitCode::deviceLost);
+}
+
+void Device::check(VkResult result, const char* call)
+{
+    if (result == VK_ERROR_DEVICE_LOST && !lost_) lose(std::string(call) + " gave VK_ERROR_DEVICE_LOST");
+    checkVulkan(result, call);
+}
+
+void Device::wait(VkFence fence)
+{
+    requireAlive();
+    constexpr int kNoticeStep = 3;
+    const int patience = software_ ? 30 : 10;  // steps; a software device shares its processors with everything else
+    for (int step = 1; step <= patience; ++step) {
+        const VkResult result =
+            vk.WaitForFences(device_, 1, &fence, VK_TRUE, static_cast<uint64_t>(waitStep_ * 1e9));
+        if (result < 0 && result != VK_ERROR_DEVICE_LOST) {
+            abandon(device_);  // whether the work has ended is not known
+            lose(std::string("vkWaitForFences gave ") + resultName(result));
+        }
+        if (result != VK_TIMEOUT) {
+            check(result, "vkWaitForFences");
+            return;
+        }
+        if (step == kNoticeStep) {
+            const std::string text = "GPU busy: " + (work_.empty() ? "its work" : work_) + " has been running for " +
+                                     std::to_string(std::lround(step * waitStep_)) + " s";
+            if (notice_) {
+                notice_(text);
+            } else {
+                std::fprintf(stderr, "rekindle: %s\n", text.c_str());
+            }
+        }
+    }
+    abandon(device_);
+    lose("it has not answered for " + std::to_string(std::lround(patience * waitStep_)) + " s");
+}
+
+void Device::record(const std::function<void(VkCommandBuffer)>& commands)
 {
     VkCommandBufferBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
     begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-    VK_CHECK(vk.BeginCommandBuffer(commands_, &begin));
-    if (timestamps_) {
-        vk.CmdResetQueryPool(commands_, timestamps_.get(), 0, 2);
-        vk.CmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps_.get(), 0);
+    check(vk.BeginCommandBuffer(commands_, &begin), "vkBeginCommandBuffer");
+    try {
+        if (timestamps_) {
+            vk.CmdResetQueryPool(commands_, timestamps_.get(), 0, 2);
+            vk.CmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps_.get(), 0);
+        }
+        commands(commands_);
+        if (timestamps_) {
+            vk.CmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timestamps_.get(), 1);
+        }
+    } catch (...) {
+        vk.ResetCommandBuffer(commands_, 0);  // one that is being recorded cannot be begun again
+        throw;
     }
-    record(commands_);
-    if (timestamps_) {
-        vk.CmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timestamps_.get(), 1);
-    }
-    VK_CHECK(vk.EndCommandBuffer(commands_));
+    check(vk.EndCommandBuffer(commands_), "vkEndCommandBuffer");
+}
+
+double Device::submit(const std::function<void(VkCommandBuffer)>& commands, std::string_view work)
+{
+    requireAlive();
+    work_ = work;
+    record(commands);
+    // Before and not after use: were it to fail there, the next submission would find a fence that is set.
+    const VkFence fence = fence_.get();
+    check(vk.ResetFences(device_, 1, &fence), "vkResetFences");
     VkSubmitInfo submit{};
     submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
     submit.commandBufferCount = 1;
     submit.pCommandBuffers = &commands_;
     const auto start = std::chrono::steady_clock::now();
-    VK_CHECK(vk.QueueSubmit(queue_, 1, &submit, fence_.get()));
-
-    const VkFence fence = fence_.get();
-    VkResult result = VK_TIMEOUT;
-    for (int step = 0; step < 30 && result == VK_TIMEOUT; ++step) {
-        if (step == 3) std::fprintf(stderr, "the device has been busy for 6 s ...\n");
-        result = vk.WaitForFences(device_, 1, &fence, VK_TRUE, 2'000'000'000);
-    }
-    if (result == VK_TIMEOUT) {
-        throw core::Error("the device has not answered for a minute — treated as lost", core::ExitCode::deviceLost);
-    }
-    VK_CHECK(result);
-    VK_CHECK(vk.ResetFences(device_, 1, &fence));
+    check(vk.QueueSubmit(queue_, 1, &submit, fence), "vkQueueSubmit");
+    wait(fence);
     if (timestamps_) {
         std::array<uint64_t, 2> ticks{};
-        VK_CHECK(vk.GetQueryPoolResults(device_, timestamps_.get(), 0, 2, sizeof(ticks), ticks.data(),
-                                       sizeof(uint64_t), VK_QUERY_RESULT_64_BIT));
-        return static_cast<double>(ticks[1] - ticks[0]) * static_cast<double>(limits_.timestampPeriod) * 1e-9;
+        check(vk.GetQueryPoolResults(device_, timestamps_.get(), 0, 2, sizeof(ticks), ticks.data(), sizeof(uint64_t),
+                                     VK_QUERY_RESULT_64_BIT),
+              "vkGetQueryPoolResults");
+        const uint64_t valid = timestampBits_ >= 64 ? ~uint64_t(0) : (uint64_t(1) << timestampBits_) - 1;
+        return static_cast<double>((ticks[1] - ticks[0]) & valid) * static_cast<double>(limits_.timestampPeriod) * 1e-9;
     }
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -433,7 +306,7 @@ void barrier(VkCommandBuffer commands)
     memory.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
     memory.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
                            VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT |
-                           VK_ACCESS_HOST_READ_BIT;
+                           VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_HOST_READ_BIT;
     const VkPipelineStageFlags work = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     vk.CmdPipelineBarrier(commands, work,
                          work | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &memory, 0,

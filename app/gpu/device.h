@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,9 +19,13 @@ struct DeviceOptions {
     bool validation = false;
 
     // For a device that shows frames in a window; without `surface` nothing of a window is asked for.
-    std::vector<const char*> instanceExtensions;
+    std::vector<const char*> instanceExtensions{};
     /// Makes the surface of the window. The device can present to it; it belongs to the device until takeSurface().
-    std::function<VkSurfaceKHR(VkInstance)> surface;
+    std::function<VkSurfaceKHR(VkInstance)> surface{};
+
+    std::filesystem::path cacheFolder{};  // where compiled kernels are kept for the next run; empty: nowhere
+    double waitStep = 2;                // seconds; a notice after 3 of them, lost after 10 (software devices: 30)
+    std::function<void(const std::string&)> notice{};  // takes "GPU busy ..."; empty: stderr does
 };
 
 struct DeviceInfo {
@@ -28,6 +34,8 @@ struct DeviceInfo {
     uint64_t heapBytes = 0;            // largest device-local heap
     uint64_t maxStorageRange = 0;
     uint32_t maxTexelElements = 0;
+    uint64_t maxAllocation = 0;  // bytes of one piece of memory
+    bool timestamps = false;     // else times are the host's
 };
 
 /// Every Vulkan device of this machine. Throws core::Error (noDevice) when there is no Vulkan at all.
@@ -58,15 +66,38 @@ public:
     /// The surface of DeviceOptions, for the caller to destroy; null when there is none or it has been taken.
     VkSurfaceKHR takeSurface() { return std::exchange(surface_, VK_NULL_HANDLE); }
 
-    /// Records with `record`, submits and waits until done. Waits in steps and gives up on a device that
-    /// does not answer for a minute. Returns the seconds that the device was busy (timestamps, or wall time without them).
-    double submit(const std::function<void(VkCommandBuffer)>& record);
+    /// Records with `record`, submits and waits until done. Returns the seconds that the device was busy by its own
+    /// clock, or by the host's where info().timestamps is false. `work` says what this is, for the message when it fails.
+    /// Throws core::Error (deviceLost) when the device is lost or does not answer in time; from then on every call
+    /// throws at once, without the driver.
+    double submit(const std::function<void(VkCommandBuffer)>& record, std::string_view work = {});
+
+    /// Waits for a fence of work that is submitted elsewhere, in the same steps and with the same end.
+    void wait(VkFence fence);
+
+    /// checkVulkan for calls on this device: remembers its loss.
+    void check(VkResult result, const char* call);
+
+    bool lost() const { return lost_; }
+    /// Throws core::Error (deviceLost) when the device is lost.
+    void requireAlive() const;
+
+    const std::filesystem::path& cacheFolder() const { return cacheFolder_; }
 
     /// Bytes of device memory that are allocated now, and the most there have been.
     uint64_t allocatedBytes = 0, peakBytes = 0;
 
 private:
+    void open(const VkDeviceCreateInfo& create);
     void destroy();
+    void record(const std::function<void(VkCommandBuffer)>& commands);
+    [[noreturn]] void lose(const std::string& how);
+
+    double waitStep_;
+    std::function<void(const std::string&)> notice_;
+    std::filesystem::path cacheFolder_;
+    bool lost_ = false;
+    std::string work_;  // what was submitted last
 
     VkInstance instance_ = VK_NULL_HANDLE;
     VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
@@ -78,7 +109,7 @@ private:
     VkPhysicalDeviceLimits limits_{};
     DeviceInfo info_;
     bool software_ = false;
-    uint32_t subgroupSize_ = 0;
+    uint32_t subgroupSize_ = 0, timestampBits_ = 0;
     Handle<VkCommandPool, &Api::DestroyCommandPool> pool_;
     Handle<VkFence, &Api::DestroyFence> fence_;
     Handle<VkQueryPool, &Api::DestroyQueryPool> timestamps_;

@@ -12,6 +12,11 @@ namespace gpu {
 /// "VK_ERROR_DEVICE_LOST" and the like.
 const char* resultName(VkResult result);
 
+/// Leaves a device to itself whose work may run for ever: from now on nothing of it is destroyed, because the work may
+/// still use it.
+void abandon(VkDevice device);
+bool isAbandoned(VkDevice device);
+
 /// Throws core::Error with the text of the call; lost devices and exhausted memory get their own exit code.
 inline void checkVulkan(VkResult result, const char* call)
 {
@@ -41,7 +46,7 @@ public:
     }
     ~Handle()
     {
-        if (object_ != VK_NULL_HANDLE) (vk.*Destroy)(device_, object_, nullptr);
+        if (object_ != VK_NULL_HANDLE && !isAbandoned(device_)) (vk.*Destroy)(device_, object_, nullptr);
     }
     T get() const { return object_; }
     explicit operator bool() const { return object_ != VK_NULL_HANDLE; }

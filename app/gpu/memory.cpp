@@ -35,32 +35,110 @@ uint32_t texelBytes(VkFormat format)
     }
 }
 
-/// One-off staging buffer of host memory.
-struct Staging {
-    Handle<VkBuffer, &Api::DestroyBuffer> buffer;
-    Handle<VkDeviceMemory, &Api::FreeMemory> memory;
-    void* mapped = nullptr;
+[[noreturn]] void doesNotFit(const Device& device, const char* name, const std::string& needs, const char* where,
+                             const std::string& limit, bool scene)
+{
+    throw core::Error(std::string("the ") + (scene ? "scene" : "image") + " does not fit the device: " + name + " needs " +
+                          needs + ", " + where + " of " + device.info().name + " holds " + limit +
+                          (scene ? " — use --device cpu" : " — render a smaller image"),
+                      core::ExitCode::deviceLost);
+}
 
-    Staging(const Device& device, uint64_t bytes)
-    {
-        VkBufferCreateInfo create{};
-        create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-        create.size = bytes;
-        create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-        VkBuffer object;
-        VK_CHECK(vk.CreateBuffer(device.get(), &create, nullptr, &object));
-        buffer = {device.get(), object};
-        VkMemoryRequirements needs;
-        vk.GetBufferMemoryRequirements(device.get(), object, &needs);
+/// Refuses what exceeds a limit before anything is made.
+void requireFit(const Device& device, const char* name, uint64_t bytes, VkFormat format)
+{
+    const bool texels = format != VK_FORMAT_UNDEFINED;
+    const uint64_t most = device.limits().maxTexelBufferElements;
+    if (texels && bytes / texelBytes(format) > most) {
+        doesNotFit(device, name, std::to_string(bytes / texelBytes(format)) + " texels", "a texel buffer",
+                   std::to_string(most), true);
+    }
+    if (!texels && bytes > device.limits().maxStorageBufferRange) {
+        doesNotFit(device, name, mebibytes(bytes), "a storage buffer", mebibytes(device.limits().maxStorageBufferRange),
+                   false);
+    }
+    if (bytes > device.info().maxAllocation) {
+        doesNotFit(device, name, mebibytes(bytes), "a piece of memory", mebibytes(device.info().maxAllocation), texels);
+    }
+}
+
+/// As Device::check; exhausted memory is told with the numbers.
+void checkMemory(Device& device, VkResult result, const char* call, const char* name, uint64_t bytes)
+{
+    if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY && result != VK_ERROR_OUT_OF_HOST_MEMORY &&
+        result != VK_ERROR_MEMORY_MAP_FAILED && result != VK_ERROR_TOO_MANY_OBJECTS) {
+        device.check(result, call);
+        return;
+    }
+    const char* which = result == VK_ERROR_OUT_OF_DEVICE_MEMORY ? "device" : "host";
+    throw core::Error(std::string("out of ") + which + " memory: " + name + " needs " + mebibytes(bytes) + " beyond the " +
+                          mebibytes(device.allocatedBytes) + " in use; " + device.info().name + " has " +
+                          mebibytes(device.info().heapBytes) + " (" + call + " gave " + resultName(result) +
+                          ") — render a smaller image or scene, or use --device cpu",
+                      core::ExitCode::deviceLost);
+}
+
+using BufferHandle = Handle<VkBuffer, &Api::DestroyBuffer>;
+using MemoryHandle = Handle<VkDeviceMemory, &Api::FreeMemory>;
+
+BufferHandle makeBuffer(Device& device, const char* name, uint64_t bytes, VkBufferUsageFlags usage)
+{
+    VkBufferCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    create.size = bytes;
+    create.usage = usage;
+    VkBuffer object = VK_NULL_HANDLE;
+    checkMemory(device, vk.CreateBuffer(device.get(), &create, nullptr, &object), "vkCreateBuffer", name, bytes);
+    return {device.get(), object};
+}
+
+/// Memory of the first type that has one of `wishes` (in their order) and is not exhausted, bound to the buffer, and
+/// mapped when the wish says so: the memory that is both the device's and mapped may be a small window only.
+MemoryHandle giveMemory(Device& device, const char* name, VkBuffer buffer,
+                        std::initializer_list<VkMemoryPropertyFlags> wishes, uint64_t* allocated, std::byte** mapped)
+{
+    VkMemoryRequirements needs;
+    vk.GetBufferMemoryRequirements(device.get(), buffer, &needs);
+    VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    VkDeviceMemory block = VK_NULL_HANDLE;
+    VkMemoryPropertyFlags got = 0;
+    std::optional<uint32_t> last;
+    for (const VkMemoryPropertyFlags wish : wishes) {
+        const std::optional<uint32_t> type = memoryType(device.physical(), needs.memoryTypeBits, wish);
+        if (!type || type == last || result != VK_ERROR_OUT_OF_DEVICE_MEMORY) continue;
+        last = type;
+        got = wish;
+        const bool local = (wish & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) != 0;
+        if (local && device.allocatedBytes + needs.size > device.info().heapBytes) continue;
         VkMemoryAllocateInfo allocate{};
         allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
         allocate.allocationSize = needs.size;
-        allocate.memoryTypeIndex = memoryType(device.physical(), needs.memoryTypeBits, kMapped).value();
-        VkDeviceMemory block;
-        VK_CHECK(vk.AllocateMemory(device.get(), &allocate, nullptr, &block));
-        memory = {device.get(), block};
-        VK_CHECK(vk.BindBufferMemory(device.get(), object, block, 0));
-        VK_CHECK(vk.MapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &mapped));
+        allocate.memoryTypeIndex = *type;
+        result = vk.AllocateMemory(device.get(), &allocate, nullptr, &block);
+    }
+    checkMemory(device, result, "vkAllocateMemory", name, needs.size);
+    MemoryHandle memory(device.get(), block);
+    checkMemory(device, vk.BindBufferMemory(device.get(), buffer, block, 0), "vkBindBufferMemory", name, needs.size);
+    if ((got & kMapped) == kMapped) {
+        void* p = nullptr;
+        checkMemory(device, vk.MapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &p), "vkMapMemory", name, needs.size);
+        *mapped = static_cast<std::byte*>(p);
+    }
+    *allocated = needs.size;
+    return memory;
+}
+
+/// One-off staging buffer of host memory.
+struct Staging {
+    BufferHandle buffer;
+    MemoryHandle memory;
+    std::byte* mapped = nullptr;
+
+    Staging(Device& device, uint64_t bytes)
+        : buffer(makeBuffer(device, "a copy", bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT))
+    {
+        uint64_t allocated = 0;
+        memory = giveMemory(device, "a copy", buffer.get(), {kMapped}, &allocated, &mapped);
     }
 };
 
@@ -71,71 +149,32 @@ constexpr uint64_t kStagingBytes = uint64_t(64) << 20;
 Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format)
     : device_(&device), bytes_(std::max<uint64_t>((bytes + 15) & ~uint64_t(15), 16))
 {
+    device.requireAlive();
+    requireFit(device, name, bytes_, format);
     const bool texels = format != VK_FORMAT_UNDEFINED;
-    if (texels && bytes_ / texelBytes(format) > device.limits().maxTexelBufferElements) {
-        throw core::Error("the scene does not fit the device: " + std::string(name) + " needs " +
-                              std::to_string(bytes_ / texelBytes(format)) + " texels, a texel buffer of " +
-                              device.info().name + " holds " +
-                              std::to_string(device.limits().maxTexelBufferElements) + " — use --device cpu",
-                          core::ExitCode::deviceLost);
-    }
-    if (!texels && bytes_ > device.limits().maxStorageBufferRange) {
-        throw core::Error("the image does not fit the device: " + std::string(name) + " needs " + mebibytes(bytes_) +
-                              ", a storage buffer of " + device.info().name + " holds " +
-                              mebibytes(device.limits().maxStorageBufferRange) + " — render a smaller image",
-                          core::ExitCode::deviceLost);
-    }
-    VkBufferCreateInfo create{};
-    create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    create.size = bytes_;
-    create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
-                   VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
-    if (texels) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
-    VkBuffer object;
-    VK_CHECK(vk.CreateBuffer(device.get(), &create, nullptr, &object));
-    buffer_ = {device.get(), object};
-
-    VkMemoryRequirements needs;
-    vk.GetBufferMemoryRequirements(device.get(), object, &needs);
-    auto type = memoryType(device.physical(), needs.memoryTypeBits, kMapped | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-    const bool mappable = type.has_value();
-    if (!type) type = memoryType(device.physical(), needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-    if (!type) type = memoryType(device.physical(), needs.memoryTypeBits, 0);
-    VkMemoryAllocateInfo allocate{};
-    allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-    allocate.allocationSize = needs.size;
-    allocate.memoryTypeIndex = type.value();
-    VkDeviceMemory block = VK_NULL_HANDLE;
-    const VkResult result = device.allocatedBytes + needs.size > device.info().heapBytes
-                                ? VK_ERROR_OUT_OF_DEVICE_MEMORY
-                                : vk.AllocateMemory(device.get(), &allocate, nullptr, &block);
-    if (result != VK_SUCCESS) {
-        throw core::Error("out of device memory: " + std::string(name) + " needs " + mebibytes(needs.size) +
-                              " beyond the " + mebibytes(device.allocatedBytes) + " in use; " + device.info().name +
-                              " has " + mebibytes(device.info().heapBytes) + " — use --device cpu",
-                          core::ExitCode::deviceLost);
-    }
-    memory_ = {device.get(), block};
-    allocated_ = needs.size;
-    device.allocatedBytes += allocated_;
-    device.peakBytes = std::max(device.peakBytes, device.allocatedBytes);
-    VK_CHECK(vk.BindBufferMemory(device.get(), object, block, 0));
-    if (mappable) {
-        void* p = nullptr;
-        VK_CHECK(vk.MapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &p));
-        mapped_ = static_cast<std::byte*>(p);
-    }
+    VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                               VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
+                               VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+    if (texels) usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+    buffer_ = makeBuffer(device, name, bytes_, usage);
+    uint64_t allocated = 0;
+    memory_ = giveMemory(device, name, buffer_.get(),
+                         {kMapped | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0},
+                         &allocated, &mapped_);
     if (texels) {
         VkBufferViewCreateInfo view{};
         view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
-        view.buffer = object;
+        view.buffer = buffer_.get();
         view.format = format;
         view.range = bytes_;
-        VkBufferView viewObject;
-        VK_CHECK(vk.CreateBufferView(device.get(), &view, nullptr, &viewObject));
+        VkBufferView viewObject = VK_NULL_HANDLE;
+        checkMemory(device, vk.CreateBufferView(device.get(), &view, nullptr, &viewObject), "vkCreateBufferView", name,
+                    bytes_);
         view_ = {device.get(), viewObject};
     }
+    allocated_ = allocated;  // last: a constructor that throws has counted nothing
+    device.allocatedBytes += allocated_;
+    device.peakBytes = std::max(device.peakBytes, device.allocatedBytes);
 }
 
 Buffer& Buffer::operator=(Buffer&& other) noexcept
@@ -158,6 +197,7 @@ Buffer::~Buffer()
 void Buffer::write(std::span<const std::byte> data, uint64_t offset)
 {
     CHECK(offset + data.size() <= bytes_);
+    if (device_ != nullptr) device_->requireAlive();  // what a lost device leaves in memory is undefined
     if (mapped_ != nullptr) {
         std::memcpy(mapped_ + offset, data.data(), data.size());
         return;
@@ -170,13 +210,14 @@ void Buffer::write(std::span<const std::byte> data, uint64_t offset)
             const VkBufferCopy copy{0, offset + done, part};
             vk.CmdCopyBuffer(commands, staging.buffer.get(), buffer_.get(), 1, &copy);
             barrier(commands);
-        });
+        }, "a copy to the device");
     }
 }
 
 void Buffer::read(std::span<std::byte> data, uint64_t offset) const
 {
     CHECK(offset + data.size() <= bytes_);
+    if (device_ != nullptr) device_->requireAlive();  // what a lost device leaves in memory is undefined
     if (mapped_ != nullptr) {
         std::memcpy(data.data(), mapped_ + offset, data.size());
         return;
@@ -188,7 +229,7 @@ void Buffer::read(std::span<std::byte> data, uint64_t offset) const
             const VkBufferCopy copy{offset + done, 0, part};
             vk.CmdCopyBuffer(commands, buffer_.get(), staging.buffer.get(), 1, &copy);
             barrier(commands);
-        });
+        }, "a copy from the device");
         std::memcpy(data.data() + done, staging.mapped, part);
     }
 }
