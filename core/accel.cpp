@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
+#include <mutex>
 #include <string>
 
 #include <embree3/rtcore.h>
@@ -52,13 +54,21 @@ bool isTraceable(const Ray& ray)
 struct BuildMonitor {
     const std::function<void(const char*, double)>& progress;
     std::stop_token stop;
+    std::exception_ptr thrown{};  // by `progress`; Embree's frames are not to be unwound
+    std::mutex mutex{};
 };
 
 bool buildGoesOn(void* pointer, double fraction)
 {
     auto* monitor = static_cast<BuildMonitor*>(pointer);
-    if (monitor->progress) monitor->progress("accelerate", fraction);
-    return !monitor->stop.stop_requested();
+    const std::lock_guard lock(monitor->mutex);
+    if (monitor->thrown || monitor->stop.stop_requested()) return false;
+    try {
+        if (monitor->progress) monitor->progress("accelerate", fraction);
+    } catch (...) {
+        monitor->thrown = std::current_exception();
+    }
+    return !monitor->thrown;
 }
 
 }  // namespace
@@ -157,6 +167,7 @@ Accel::Accel(std::shared_ptr<const World> world,
     rtcCommitScene(impl.scene);
     rtcSetSceneProgressMonitorFunction(impl.scene, nullptr, nullptr);
     const RTCError error = rtcGetDeviceError(impl.device);
+    if (monitor.thrown) std::rethrow_exception(monitor.thrown);
     if (error == RTC_ERROR_CANCELLED)
         throw Error("building the hierarchy was cancelled", ExitCode::interrupted);
     if (error != RTC_ERROR_NONE) {

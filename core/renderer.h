@@ -66,7 +66,9 @@ struct RenderStats {
     std::string kernel;
 };
 
-/// Called for stages that can last over half a second: a name and the fraction done in [0,1].
+/// Called for stages that can last over half a second: a name and the fraction done in [0,1]; from any thread, but
+/// never from two at a time. It may throw to end the work: the exception goes on to the caller, and the renderer is left
+/// without a world.
 using Progress = std::function<void(const char* stage, double fraction)>;
 
 /// First-hit data at pixel centres. Depth is along the ray in metres, 0 = nothing hit; ids are -1 for a miss.

@@ -95,31 +95,41 @@ uint64_t Worker::start(std::string name, Job job)
     auto next = std::make_unique<Waiting>();
     next->name = std::move(name);
     next->job = std::move(job);
-    const std::lock_guard lock(mutex_);
-    next->generation = ++generation_;
-    if (running_) {
-        running_->abandoned = true;
-        running_->source.request_stop();
+    std::shared_ptr<Running> old;
+    uint64_t generation = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        next->generation = generation = ++generation_;
+        old = running_;
+        if (old) old->abandoned = true;
+        if (waiting_) dropped_.push_back(std::move(waiting_));
+        waiting_ = std::move(next);
+        changed_.notify_all();
     }
-    if (waiting_) dropped_.push_back(std::move(waiting_));
-    waiting_ = std::move(next);
-    changed_.notify_all();
-    return generation_;
+    if (old) old->source.request_stop();  // outside the lock: this may call what the job has hung on its token
+    return generation;
 }
 
 void Worker::cancel()
 {
-    const std::lock_guard lock(mutex_);
+    std::shared_ptr<Running> old;
+    {
+        const std::lock_guard lock(mutex_);
+        old = running_;
+        abandonAll();
+    }
+    if (old) old->source.request_stop();
+}
+
+void Worker::abandonAll()
+{
     if (waiting_) {
         last_ = {waiting_->generation, JobState::cancelled, waiting_->name, {}, 0, 0, {}};
         dropped_.push_back(std::move(waiting_));
     } else if (running_ && !running_->abandoned) {
         last_ = running_->status(JobState::cancelled);
     }
-    if (running_) {
-        running_->abandoned = true;
-        running_->source.request_stop();
-    }
+    if (running_) running_->abandoned = true;
     changed_.notify_all();
 }
 

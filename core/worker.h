@@ -106,6 +106,7 @@ private:
         Job job;
     };
     void loop(std::stop_token stop);
+    void abandonAll();
     void run(std::unique_lock<std::mutex>& lock, std::unique_ptr<Waiting> next);
 
     mutable std::mutex mutex_;

@@ -4,6 +4,8 @@
 
 #include <bit>
 #include <chrono>
+#include <exception>
+#include <stop_token>
 
 namespace gpu {
 
@@ -41,9 +43,19 @@ GpuScene::GpuScene(Device& device, const core::World& world, const core::Progres
     };
     {
         const auto start = std::chrono::steady_clock::now();
-        const core::Bvh bvh = core::buildBvh(world.positions, world.triangles, {}, [&](double fraction) {
-            if (progress) progress("building the BVH", fraction);
-        });
+        std::stop_source stop;
+        std::exception_ptr thrown;  // by `progress`
+        const auto tell = [&](double fraction) {
+            if (!progress || thrown) return;
+            try {
+                progress("building the BVH", fraction);
+            } catch (...) {
+                thrown = std::current_exception();
+                stop.request_stop();
+            }
+        };
+        const core::Bvh bvh = core::buildBvh(world.positions, world.triangles, {}, tell, stop.get_token());
+        if (thrown) std::rethrow_exception(thrown);
         buildSeconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         gridLow_ = bvh.gridLow;
         gridScale_ = bvh.gridScale;

@@ -33,6 +33,9 @@ public:
 
     /// Takes the order and returns its generation. Restarts only what it changes: a new device or method makes a new
     /// renderer, a new world is uploaded, a new view clears the film, everything else continues. Never blocks.
+    /// While paused, a new view still gets its first picture. Where a full sample takes longer than a moment, one
+    /// coarse picture (Picture::preview) comes first, also when nothing moves. After a failure the last picture and the
+    /// error stand until a request that differs in what failed (scene, device, view) or in `restarts`.
     uint64_t request(RenderRequest request);
 
     /// The newest picture, of any generation; null before the first. Pictures of a picture's continuation carry the

@@ -65,9 +65,9 @@ public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
         accel_.reset();  // frees the old hierarchy before the new one is built
+        film_.reset(film_.width, film_.height);
         accel_ = std::make_unique<Accel>(std::move(world), progress);
         stats_.buildSeconds = accel_->stats().buildSeconds;
-        film_.reset(film_.width, film_.height);
         forgetWork();
     }
 
@@ -77,6 +77,7 @@ public:
         camera_ = camera;
         params_ = params;
         film_.reset(width, height);
+        discarded_ = false;
         forgetWork();
     }
 
@@ -87,6 +88,7 @@ public:
         const uint64_t pixels = uint64_t(film_.width) * film_.height;
         const uint32_t step = static_cast<uint32_t>(
             std::clamp<uint64_t>((1u << 20) / std::max<uint64_t>(pixels, 1), 1, 64));
+        CHECK(!discarded_);  // a stop has left the film to the next setView
         for (uint32_t done = 0; done < samples && !stop.stop_requested();) {
             const uint32_t count = std::min(step, samples - done);
             if (!renderPass(count, stop)) break;
@@ -96,10 +98,12 @@ public:
         stats_.renderSeconds += seconds.count();
     }
 
-    uint64_t samples() const override { return film_.samples; }
+    uint64_t samples() const override { return discarded_ ? 0 : film_.samples; }
 
-    void setPace(const Pace&) override {}
+    /// Pieces are tiles, far below any wish; what matters is whether the film is kept for a stop.
+    void setPace(const Pace& pace) override { discardOnStop_ = pace.discardOnStop; }
     void readFilm(Film& film) override { film = film_; }
+    void readMean(Image& mean) override { mean = film_.mean(); }
 
     Aovs aovs() override
     {
@@ -135,8 +139,8 @@ private:
         return pathVariants().back();
     }
 
-    /// Adds `count` samples to every pixel. When stopped, puts the film back as it was and returns
-    /// false.
+    /// Adds `count` samples to every pixel. When stopped, returns false: the film is as it was, or,
+    /// at a pace that allows it, no film any more.
     bool renderPass(uint32_t count, std::stop_token stop)
     {
         PathJob job;
@@ -147,7 +151,7 @@ private:
         job.firstSample = static_cast<uint32_t>(film_.samples);
         job.sampleCount = count;
         const PathKernel kernel = variant().kernel;
-        if (stop.stop_possible()) before_ = film_;
+        if (stop.stop_possible() && !discardOnStop_) before_ = film_;
         std::mutex mutex;
         PathTally total;
         const auto body = [&](const Tile& tile) {
@@ -160,7 +164,11 @@ private:
             total.counters.negative += tally.counters.negative;
         };
         if (!parallelTiles(film_.width, film_.height, kPathTile, body, stop)) {
-            std::swap(film_, before_);
+            if (discardOnStop_) {
+                discarded_ = true;
+            } else {
+                std::swap(film_, before_);
+            }
             return false;
         }
         film_.samples += count;
@@ -177,6 +185,7 @@ private:
     PathParams params_;
     Film film_;
     Film before_;  // the film at the last pass's start
+    bool discardOnStop_ = false, discarded_ = false;
     RenderStats stats_;
 };
 
