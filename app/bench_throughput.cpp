@@ -16,6 +16,7 @@
 #include "app/bench_rays.h"
 #include "app/gpu/gpu_path.h"
 #include "app/load.h"
+#include "app/log.h"
 #include "app/stats.h"
 #include "core/check.h"
 #include "core/methods/methods.h"
@@ -148,7 +149,7 @@ Json measureSamples(std::shared_ptr<const core::World> world, const core::Camera
 int benchThroughput(const ThroughputOptions& options, std::ostream& out)
 {
     Log log(false);
-    const LoadedWorld loaded = loadWorld(options.scene, 0, log);
+    const LoadedWorld loaded = loadWorld(options.scene, 0, log.callback());
     const core::World& world = *loaded.world;
     if (world.cameras.empty())
         throw core::Error("bench throughput: the scene has no camera — give one that has");

@@ -9,6 +9,7 @@
 
 #include "app/camera_file.h"
 #include "app/load.h"
+#include "app/log.h"
 #include "app/stats.h"
 #include "core/animation.h"
 #include "core/features.h"
@@ -213,7 +214,7 @@ void printText(const Json& info, const core::Warnings& warnings, std::ostream& o
 int infoCommand(const InfoOptions& options, std::ostream& out)
 {
     Log log(false);
-    const LoadedWorld loaded = loadWorld(options.scene, 0, log);
+    const LoadedWorld loaded = loadWorld(options.scene, 0, log.callback());
     const Json info = infoJson(loaded);
     if (options.json)
         out << jsonLines(info);

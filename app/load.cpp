@@ -26,16 +26,20 @@ std::vector<std::string> warningLines(const core::Warnings& warnings)
     return lines;
 }
 
-LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures, Log& log)
+LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
+                      const core::Progress& progress, std::stop_token stop)
 {
     const auto start = std::chrono::steady_clock::now();
     LoadedWorld loaded;
     {
         // The scene's own copies of meshes and texels are freed at the end of this block.
         const std::shared_ptr<const core::Scene> scene =
-            core::loadGltf(options.file, options.load, log.callback());
-        log.progress("flatten", 0);
+            core::loadGltf(options.file, options.load, progress, stop);
+        if (progress) progress("flatten", 0);
         loaded.world = core::makeWorld(scene, options.at, forcedFeatures);
+        if (stop.stop_requested())
+            throw core::Error(options.file.string() + ": loading was cancelled",
+                              core::ExitCode::interrupted);
     }
     loaded.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -3,11 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "app/args.h"
-#include "app/log.h"
+#include "core/renderer.h"
 #include "core/world.h"
 
 namespace app {
@@ -18,8 +19,9 @@ struct LoadedWorld {
 };
 
 /// Loads and flattens the scene. `forcedFeatures`: see core::makeWorld. Throws core::Error, also
-/// for a warning when the options are strict.
-LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures, Log& log);
+/// for a warning when the options are strict, and (interrupted) when `stop` is requested.
+LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
+                      const core::Progress& progress, std::stop_token stop = {});
 
 /// One line per listed warning and one per code for those that are only counted.
 std::vector<std::string> warningLines(const core::Warnings& warnings);

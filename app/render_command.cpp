@@ -115,7 +115,7 @@ void Job::prepare()
     const Clock::time_point opening = Clock::now();
     renderer_ = makeRenderer_();
     report_.deviceSeconds = secondsSince(opening);
-    const LoadedWorld loaded = loadWorld(o_.scene, forced_, log_);
+    const LoadedWorld loaded = loadWorld(o_.scene, forced_, log_.callback());
     for (const std::string& line : warningLines(loaded.world->warnings))
         log_.warning(o_.scene.file.string() + ": " + line);
     report_.options = &o_;
@@ -230,7 +230,8 @@ void Job::poseFor(uint32_t index)
     const double time = o_.scene.at + (o_.frames ? index / o_.framesPerSecond : 0);
     if (time == report_.time) return;
     report_.time = time;
-    report_.world = core::makeWorld(report_.world->scene, time, forced_);
+    report_.world = core::makeWorld(report_.world->scene, time, forced_,
+                                     report_.world->placement);
     report_.camera = chooseCamera(*report_.world, o_.camera);
     renderer_->setWorld(report_.world, log_.callback());
 }

@@ -225,7 +225,8 @@ void placeCameras(World& world, const Scene& scene, const Pose& pose)
 }
 
 std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time,
-                                       uint32_t forcedFeatures)
+                                       uint32_t forcedFeatures,
+                                       const std::optional<Placement>& placement)
 {
     auto world = std::make_shared<World>();
     world->warnings = scene->warnings;
@@ -241,7 +242,7 @@ std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, doubl
     world->features = forcedFeatures | materialFeatures(*scene, materials);
     world->features |= meshFeatures(*scene, meshes, world->features);
     if ((world->features & shared::kFeatureAlpha) != 0) putAlphaLast(*scene, instances);
-    world->placement = placeScene(*scene, instances);
+    world->placement = placement ? *placement : placeScene(*scene, instances);
     flattenInstances(*world, *scene, instances);
     warnAboutPrecision(*world);
     layOutMaterials(*world, *scene, materials);

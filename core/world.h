@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,10 @@ struct World {
 /// Flattens `scene` at `time` seconds of its first animation (0: the rest pose when there is none).
 /// Degenerate and non-finite triangles are dropped and counted. `forcedFeatures` are kept though nothing needs them
 /// (--no-skip): what their code reads is then stored. `World::scene` keeps meshes and texels only when there is an
-/// animation: let go of `scene` to free them. Throws core::Error when the result exceeds 2^31 indices.
-std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time = 0, uint32_t forcedFeatures = 0);
+/// animation: let go of `scene` to free them. `placement` is that of another instant of the same scene, whose world space
+/// then stays; without it, the instant's own bounds decide. Throws core::Error when the result exceeds 2^31 indices.
+std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time = 0, uint32_t forcedFeatures = 0,
+                                       const std::optional<Placement>& placement = {});
 
 /// The settings of `PathSettings` that follow from the world alone.
 shared::PathSettings worldSettings(const World& world);

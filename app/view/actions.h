@@ -1,5 +1,5 @@
-// What can be done in the viewer, by name: the keys, the list of keys, the panel's buttons, scripts and the random walk of
-// the tests all go through this one table.
+// What can be done in the viewer, by name: the keys, the list of keys, the panel's buttons, scripts
+// and the random walk of the tests all go through this one table.
 #pragma once
 
 #include <filesystem>
@@ -27,7 +27,8 @@ struct AppRequests {
 struct ActionContext {
     Session& session;
     AppRequests& app;
-    const nlohmann::ordered_json& arguments;  // an object; members as `arguments` of the action says
+    const nlohmann::ordered_json&
+        arguments;  // an object; members as `arguments` of the action says
 };
 
 struct Action {
@@ -42,6 +43,6 @@ std::span<const Action> actions();
 
 /// Does one. Throws core::Error for an unknown name (with the nearest one) or wrong arguments.
 void runAction(const std::string& name, Session& session, AppRequests& app,
-                const nlohmann::ordered_json& arguments = nlohmann::ordered_json::object());
+               const nlohmann::ordered_json& arguments = nlohmann::ordered_json::object());
 
 }  // namespace app

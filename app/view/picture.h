@@ -55,6 +55,8 @@ struct RenderRequest {
     uint32_t movingDepth = 3;              // of paths while moving, at most
     bool wantVariance = false, wantAovs = false;
     std::shared_ptr<const Reference> reference;  // of the same view, or none
+
+    friend bool operator==(const RenderRequest&, const RenderRequest&) = default;
 };
 
 /// A point of the curve of error over time.
