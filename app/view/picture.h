@@ -37,6 +37,19 @@ struct RenderParams {
     double secondsLimit = 0;  // 0: none
     double errorLimit = 0;    // RMSE (against the reference, or estimated from the variance); 0: none
 
+    /// Without those of `path`, which has its own list.
+    template <class Self, class V>
+    static void visit(Self& p, V&& v)
+    {
+        using core::Field;
+        v(Field{"device", "the Vulkan path tracer, or Embree on all cores"}, p.device);
+        v(Field{"device-index", "which Vulkan device, as `devices` lists them; -1 chooses", {-1, 255}}, p.deviceIndex);
+        v(Field{"method", "how light is found"}, p.method);
+        v(Field{"spp-limit", "samples per pixel after which the picture is finished; 0: none", {0, 2147483647}}, p.sppLimit);
+        v(Field{"seconds-limit", "seconds of rendering after which the picture is finished; 0: none", {0, 1e9}},
+          p.secondsLimit);
+        v(Field{"error-limit", "RMSE at which the picture is finished; 0: none", {0, 1e9}}, p.errorLimit);
+    }
     friend bool operator==(const RenderParams&, const RenderParams&) = default;
 };
 
