@@ -27,6 +27,9 @@ public:
     /// Told by the loop about every frame.
     void frame(double frameSeconds, bool rendering, bool coreBusy);
 
+    /// Told when a picture has answered an input: seconds and frames between them.
+    void answered(double seconds, uint64_t frames);
+
     /// Steps with their times, frame times (median, p99, largest) while idle and while the core thread works, input to
     /// picture, failures.
     nlohmann::ordered_json report() const;

@@ -77,8 +77,12 @@ bool Session::busy() const
     const RenderThreadStatus rendering = renderThread_.status();
     return rendering.rendering || loader_.status().active() || core_.status().active() ||
            saver_.status().active() || track.playing() || player.playing || isMoving() ||
-           equalTime_.running() || pendingSave_.has_value() || unsettled_ ||
-           renderThread_.newest() != picture_;
+           equalTime_.running() || pendingSave_.has_value() || unsettled_ || hasNews();
+}
+
+bool Session::hasNews() const
+{
+    return renderThread_.newest() != picture_;
 }
 
 // --- scene

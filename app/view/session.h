@@ -111,6 +111,7 @@ public:
     // --- pictures
     void restart();
     std::shared_ptr<const Picture> picture() const { return picture_; }
+    bool hasNews() const;  // a picture newer than that waits for the next update
     uint64_t generation() const { return generation_; }  // of the newest order
     void save(const std::filesystem::path& file);
     /// Renders every frame of the track to numbered files, in the core thread, on the CPU.

@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 
 #include "app/view/actions.h"
+#include "app/view/scale.h"
 #include "app/view/session.h"
 
 namespace app {
@@ -19,6 +20,8 @@ struct UiFrame {
     double inputSeconds = 0;            // from the last input to the first picture that shows it
     uint64_t presentBytes = 0;          // device memory of the window's own device
     std::string presentDevice;
+    Scale scale;          // of what is on display
+    std::string problem;  // why it is not what was asked for, or empty
 };
 
 class Ui {

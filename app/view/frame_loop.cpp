@@ -1,0 +1,252 @@
+// The loop. See frame_loop.h.
+#include "app/view/frame_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <thread>
+
+#include <imgui.h>
+
+#include "app/camera_file.h"
+#include "app/stats.h"
+#include "app/view/input.h"
+#include "app/view/save_picture.h"
+#include "core/check.h"
+
+namespace app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kBusyDraw = 0.1;      // seconds between frames when only a progress bar moves
+constexpr double kIdleTick = 0.25;     // seconds that an idle window sleeps
+constexpr double kNoticeSeconds = 10;  // for which a message may fade
+constexpr size_t kKeptTimes = 240;
+
+SessionOptions sessionOptions(const ViewOptions& o)
+{
+    SessionOptions s;
+    s.scene = o.scene;
+    s.camera = o.camera;
+    s.render.device = o.device;
+    s.render.deviceIndex = o.deviceIndex;
+    s.render.path = o.params;
+    s.pathGiven = o.paramsGiven;
+    s.validation = o.validation;
+    if (!o.noSettings) s.settings = settingsFile();
+    return s;
+}
+
+glm::uvec2 windowSize(const ViewOptions& o)
+{
+    if (o.size) return *o.size;
+    std::string problem;
+    return o.noSettings ? Settings().windowSize : readSettings(settingsFile(), problem).windowSize;
+}
+
+bool endsWith(const fs::path& file, std::initializer_list<const char*> extensions)
+{
+    return std::ranges::any_of(extensions, [&](const char* e) { return hasExtension(file, e); });
+}
+
+}  // namespace
+
+FrameLoop::FrameLoop(const ViewOptions& options)
+    : options_(options), window_("Rekindle", windowSize(options)),
+      gui_(std::make_unique<Gui>(window_, GuiOptions{options.deviceIndex, options.validation, options.uiScale})),
+      session_(std::make_unique<Session>(sessionOptions(options))), ui_(std::make_unique<Ui>())
+{
+    interrupt_.keepResult(true);  // the settings
+    if (options.uiScale > 0) session_->settings.panels.uiScale = options.uiScale;
+    if (!options.script.empty()) script_.emplace(options.script);
+    if (!options.replay.empty()) session_->replay(options.replay);
+}
+
+double FrameLoop::secondsNow() const
+{
+    return std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
+int FrameLoop::run()
+{
+    while (!quit_) tick();
+    if (script_) {
+        std::cout << jsonLines(script_->report());
+        if (script_->failed() && exitCode_ == 0) exitCode_ = static_cast<int>(core::ExitCode::failure);
+    }
+    session_->settings.windowSize = glm::max(window_.framebufferSize(), glm::uvec2(320, 200));
+    session_.reset();
+    return exitCode_;
+}
+
+void FrameLoop::tick()
+{
+    const bool happened = waitForWork();
+    if (interrupt_.token().stop_requested()) {
+        quit_ = true;
+        exitCode_ = static_cast<int>(core::ExitCode::interrupted);
+        return;
+    }
+    if (window_.lost()) {
+        std::cerr << "rekindle: error: the connection to the display is lost\n";
+        quit_ = true;
+        exitCode_ = static_cast<int>(core::ExitCode::failure);
+        return;
+    }
+    takeDrops();
+    if (happened) more_ = 3;
+    const double seconds = std::chrono::duration<double>(Clock::now() - lastTick_).count();
+    lastTick_ = Clock::now();
+    if (script_) script_->step(*session_, requests_, window_, secondsNow());
+    if (script_ || somethingChanged() || more_ > 0) {
+        more_ = std::max(more_ - 1, 0);
+        draw(seconds);
+    } else {
+        session_->update(seconds, area_);
+    }
+    obey();
+}
+
+/// Sleeps until an event, or until the next frame is due. True when there was an event.
+bool FrameLoop::waitForWork()
+{
+    const double limit = 1.0 / static_cast<double>(std::max(session_->settings.view.frameLimit, 1.0f));
+    const double due = std::chrono::duration<double>(lastTick_ - Clock::now()).count() + limit;
+    if (script_ || session_->busy()) {
+        window_.poll(std::max(due, 0.0));
+        return false;
+    }
+    const Clock::time_point before = Clock::now();
+    window_.poll(more_ > 0 ? std::max(due, 0.0) : kIdleTick);
+    const double slept = std::chrono::duration<double>(Clock::now() - before).count();
+    // Events of a hand come faster than frames are wanted.
+    if (slept < due) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(due - slept, limit)));
+    return slept < kIdleTick * 0.9;
+}
+
+bool FrameLoop::somethingChanged()
+{
+    const uint64_t notices = session_->notices.count();
+    if (notices != drawnNotices_) noticeAt_ = secondsNow();
+    drawnNotices_ = notices;
+    const double sinceDraw = std::chrono::duration<double>(Clock::now() - lastDraw_).count();
+    const bool fading = secondsNow() - noticeAt_ < kNoticeSeconds;
+    if (session_->busy()) {
+        // Motion draws every frame; otherwise what is new is the picture or a bar of progress.
+        const bool motion = session_->track.playing() || ImGui::GetIO().MouseDown[0] || ImGui::GetIO().MouseDown[1] ||
+                            ImGui::GetIO().MouseDown[2] || session_->flying;
+        return motion || session_->hasNews() || sinceDraw > kBusyDraw;
+    }
+    return fading && sinceDraw > kBusyDraw;
+}
+
+void FrameLoop::draw(double seconds)
+{
+    const Clock::time_point begin = Clock::now();
+    if (!gui_->begin()) {
+        // Minimised: the picture goes on at the size that it has.
+        session_->update(seconds, area_);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        return;
+    }
+    area_ = window_.framebufferSize();
+    const uint64_t before = session_->generation();
+    const bool hand = handleInput(*session_, requests_, area_, seconds);
+    session_->update(seconds, area_);
+    if (hand && session_->generation() != before && !input_) input_ = Input{secondsNow(), frames_, session_->generation()};
+    const DisplayInputs inputs = pictureView_.inputs(*session_);
+    UiFrame frame;
+    frame.area = area_;
+    frame.frameTimes = frameTimes_;
+    frame.inputSeconds = inputSeconds_;
+    const GuiStats stats = gui_->stats();
+    frame.presentBytes = stats.deviceBytes;
+    frame.presentDevice = gui_->deviceName();
+    frame.scale = pictureView_.scale();
+    frame.problem = pictureView_.problem();
+    ui_->draw(*session_, requests_, frame);
+    gui_->setUiScale(session_->settings.panels.uiScale);
+    present(inputs);
+    drawn_ = session_->picture();
+    lastDraw_ = Clock::now();
+    ++frames_;
+    measure(std::chrono::duration<double>(Clock::now() - begin).count());
+}
+
+void FrameLoop::present(const DisplayInputs& inputs)
+{
+    try {
+        gui_->end(inputs);
+    } catch (const core::Error& error) {
+        if (error.code() != core::ExitCode::deviceLost || lostOnce_) throw;
+        // The window's own device is gone: one new one. The renderer's is another and goes on.
+        lostOnce_ = true;
+        session_->notices.tell(Severity::error, std::string(error.what()) + " — the window was set up anew");
+        gui_.reset();
+        gui_ = std::make_unique<Gui>(window_, GuiOptions{options_.deviceIndex, options_.validation,
+                                                         session_->settings.panels.uiScale});
+    }
+}
+
+void FrameLoop::measure(double seconds)
+{
+    if (frameTimes_.size() >= kKeptTimes) frameTimes_.erase(frameTimes_.begin());
+    frameTimes_.push_back(static_cast<float>(seconds));
+    const bool core = session_->coreThread().active() || session_->loading().active();
+    if (script_) script_->frame(seconds, session_->rendering().rendering, core);
+    if (!input_ || !drawn_ || drawn_->generation < input_->generation) return;
+    inputSeconds_ = secondsNow() - input_->at;
+    if (script_) script_->answered(inputSeconds_, frames_ - input_->frame);
+    input_.reset();
+}
+
+void FrameLoop::takeDrops()
+{
+    for (const fs::path& file : window_.takeDrops()) {
+        if (endsWith(file, {".gltf", ".glb"}))
+            session_->load(file);
+        else if (endsWith(file, {".exr"}))
+            session_->loadReference(file);
+        else if (endsWith(file, {".png"}))
+            session_->replay(file);
+        else if (endsWith(file, {".json"}))
+            runAction("load-path", *session_, requests_, {{"file", file.string()}});
+        else
+            session_->notices.tell(Severity::error, file.string() + ": drop a scene (.gltf, .glb), a reference (.exr), a "
+                                                                    "picture to replay (.png) or a camera path (.json)");
+        more_ = 3;
+    }
+}
+
+/// What was asked of the window itself.
+void FrameLoop::obey()
+{
+    if (requests_.toClipboard) window_.setClipboard(*requests_.toClipboard);
+    if (requests_.pasteCamera) session_->pasteCamera(window_.clipboard());
+    if (requests_.resize) window_.resize(glm::max(*requests_.resize, glm::uvec2(1)));
+    if (requests_.screenshot) writeScreenshot();
+    requests_.toClipboard.reset();
+    requests_.pasteCamera = false;
+    requests_.resize.reset();
+    requests_.screenshot.reset();
+    quit_ = quit_ || requests_.quit || window_.closeRequested() || (script_ && script_->finished());
+}
+
+void FrameLoop::writeScreenshot()
+{
+    const fs::path file = *requests_.screenshot;
+    try {
+        glm::uvec2 size;
+        const std::vector<uint8_t> pixels =
+            requests_.screenshotWithPanel ? gui_->readFrame(size) : gui_->readPicture(size);
+        if (pixels.empty()) throw core::Error(file.string() + ": there is nothing on show yet");
+        core::writePngBytes(file, size.x, size.y, 4, pixels, {});
+        session_->notices.tell(Severity::news, file.string() + ": saved");
+    } catch (const core::Error& error) {
+        session_->notices.tell(Severity::error, error.what());
+    }
+}
+
+}  // namespace app

@@ -1,0 +1,69 @@
+// The window's loop: events in, session and panel once, one frame out. Draws only when something can have changed.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "app/interrupt.h"
+#include "app/view/gui.h"
+#include "app/view/picture_view.h"
+#include "app/view/script.h"
+#include "app/view/session.h"
+#include "app/view/ui.h"
+#include "app/view/window.h"
+
+namespace app {
+
+class FrameLoop {
+public:
+    /// Opens the window. Throws core::Error when it cannot be.
+    explicit FrameLoop(const ViewOptions& options);
+
+    /// Until the window is closed or the script has ended. Returns the exit code.
+    int run();
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    void tick();
+    bool waitForWork();
+    bool somethingChanged();
+    void draw(double seconds);
+    void present(const DisplayInputs& inputs);
+    void measure(double seconds);
+    void takeDrops();
+    void obey();
+    void writeScreenshot();
+    double secondsNow() const;
+
+    ViewOptions options_;
+    Interrupt interrupt_;  // before anything that starts threads
+    Window window_;
+    std::unique_ptr<Gui> gui_;
+    std::unique_ptr<Session> session_;
+    std::unique_ptr<Ui> ui_;
+    std::optional<Script> script_;
+    PictureView pictureView_;
+    AppRequests requests_;
+    Clock::time_point start_ = Clock::now();
+    Clock::time_point lastTick_ = start_, lastDraw_ = start_;
+    std::vector<float> frameTimes_;
+    std::shared_ptr<const Picture> drawn_;
+    uint64_t drawnNotices_ = 0, frames_ = 0;
+    int more_ = 3;              // frames still to be drawn though nothing happens: what ImGui fades or lays out late
+    double noticeAt_ = -1e9;
+    glm::uvec2 area_{0};
+    bool lostOnce_ = false, quit_ = false;
+    int exitCode_ = 0;
+
+    struct Input {
+        double at = 0;
+        uint64_t frame = 0, generation = 0;
+    };
+    std::optional<Input> input_;  // the hand's last motion that no picture has answered yet
+    double inputSeconds_ = 0;
+};
+
+}  // namespace app

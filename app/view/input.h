@@ -1,0 +1,19 @@
+// Mouse and keys over the picture: what ImGui does not want moves the camera or runs an action.
+#pragma once
+
+#include "app/view/actions.h"
+#include "app/view/session.h"
+
+namespace app {
+
+/// Between ImGui::NewFrame and ImGui::Render. True when the hand did something to the picture.
+bool handleInput(Session& session, AppRequests& app, glm::uvec2 area, double seconds);
+
+/// "Ctrl+Shift+S" as its modifiers and the code of its key (GLFW's); code -1 when unknown.
+struct KeyChord {
+    int code = -1;
+    bool ctrl = false, shift = false;
+};
+KeyChord parseKey(const std::string& text);
+
+}  // namespace app
