@@ -55,7 +55,8 @@ bool endsWith(const fs::path& file, std::initializer_list<const char*> extension
 
 FrameLoop::FrameLoop(const ViewOptions& options)
     : options_(options), window_("Rekindle", windowSize(options)),
-      gui_(std::make_unique<Gui>(window_, GuiOptions{options.deviceIndex, options.validation, options.uiScale})),
+      gui_(std::make_unique<Gui>(
+          window_, GuiOptions{options.deviceIndex, options.validation, options.uiScale})),
       session_(std::make_unique<Session>(sessionOptions(options))), ui_(std::make_unique<Ui>())
 {
     interrupt_.keepResult(true);  // the settings
@@ -74,7 +75,8 @@ int FrameLoop::run()
     while (!quit_) tick();
     if (script_) {
         std::cout << jsonLines(script_->report());
-        if (script_->failed() && exitCode_ == 0) exitCode_ = static_cast<int>(core::ExitCode::failure);
+        if (script_->failed() && exitCode_ == 0)
+            exitCode_ = static_cast<int>(core::ExitCode::failure);
     }
     session_->settings.windowSize = glm::max(window_.framebufferSize(), glm::uvec2(320, 200));
     session_.reset();
@@ -112,7 +114,8 @@ void FrameLoop::tick()
 /// Sleeps until an event, or until the next frame is due. True when there was an event.
 bool FrameLoop::waitForWork()
 {
-    const double limit = 1.0 / static_cast<double>(std::max(session_->settings.view.frameLimit, 1.0f));
+    const double limit =
+        1.0 / static_cast<double>(std::max(session_->settings.view.frameLimit, 1.0f));
     const double due = std::chrono::duration<double>(lastTick_ - Clock::now()).count() + limit;
     if (script_ || session_->busy()) {
         window_.poll(std::max(due, 0.0));
@@ -122,7 +125,8 @@ bool FrameLoop::waitForWork()
     window_.poll(more_ > 0 ? std::max(due, 0.0) : kIdleTick);
     const double slept = std::chrono::duration<double>(Clock::now() - before).count();
     // Events of a hand come faster than frames are wanted.
-    if (slept < due) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(due - slept, limit)));
+    if (slept < due)
+        std::this_thread::sleep_for(std::chrono::duration<double>(std::min(due - slept, limit)));
     return slept < kIdleTick * 0.9;
 }
 
@@ -135,8 +139,9 @@ bool FrameLoop::somethingChanged()
     const bool fading = secondsNow() - noticeAt_ < kNoticeSeconds;
     if (session_->busy()) {
         // Motion draws every frame; otherwise what is new is the picture or a bar of progress.
-        const bool motion = session_->track.playing() || ImGui::GetIO().MouseDown[0] || ImGui::GetIO().MouseDown[1] ||
-                            ImGui::GetIO().MouseDown[2] || session_->flying;
+        const bool motion = session_->track.playing() || ImGui::GetIO().MouseDown[0] ||
+                            ImGui::GetIO().MouseDown[1] || ImGui::GetIO().MouseDown[2] ||
+                            session_->flying;
         return motion || session_->hasNews() || sinceDraw > kBusyDraw;
     }
     return fading && sinceDraw > kBusyDraw;
@@ -155,7 +160,8 @@ void FrameLoop::draw(double seconds)
     const uint64_t before = session_->generation();
     const bool hand = handleInput(*session_, requests_, area_, seconds);
     session_->update(seconds, area_);
-    if (hand && session_->generation() != before && !input_) input_ = Input{secondsNow(), frames_, session_->generation()};
+    if (hand && session_->generation() != before && !input_)
+        input_ = Input{secondsNow(), frames_, session_->generation()};
     const DisplayInputs inputs = pictureView_.inputs(*session_);
     UiFrame frame;
     frame.area = area_;
@@ -183,7 +189,8 @@ void FrameLoop::present(const DisplayInputs& inputs)
         if (error.code() != core::ExitCode::deviceLost || lostOnce_) throw;
         // The window's own device is gone: one new one. The renderer's is another and goes on.
         lostOnce_ = true;
-        session_->notices.tell(Severity::error, std::string(error.what()) + " — the window was set up anew");
+        session_->notices.tell(Severity::error,
+                               std::string(error.what()) + " — the window was set up anew");
         gui_.reset();
         gui_ = std::make_unique<Gui>(window_, GuiOptions{options_.deviceIndex, options_.validation,
                                                          session_->settings.panels.uiScale});
@@ -214,8 +221,10 @@ void FrameLoop::takeDrops()
         else if (endsWith(file, {".json"}))
             runAction("load-path", *session_, requests_, {{"file", file.string()}});
         else
-            session_->notices.tell(Severity::error, file.string() + ": drop a scene (.gltf, .glb), a reference (.exr), a "
-                                                                    "picture to replay (.png) or a camera path (.json)");
+            session_->notices.tell(Severity::error,
+                                   file.string() +
+                                       ": drop a scene (.gltf, .glb), a reference (.exr), a "
+                                       "picture to replay (.png) or a camera path (.json)");
         more_ = 3;
     }
 }

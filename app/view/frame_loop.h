@@ -1,4 +1,5 @@
-// The window's loop: events in, session and panel once, one frame out. Draws only when something can have changed.
+// The window's loop: events in, session and panel once, one frame out. Draws only when something
+// can have changed.
 #pragma once
 
 #include <deque>
@@ -52,7 +53,8 @@ private:
     std::vector<float> frameTimes_;
     std::shared_ptr<const Picture> drawn_;
     uint64_t drawnNotices_ = 0, frames_ = 0;
-    int more_ = 3;              // frames still to be drawn though nothing happens: what ImGui fades or lays out late
+    int more_ =
+        3;  // frames still to be drawn though nothing happens: what ImGui fades or lays out late
     double noticeAt_ = -1e9;
     glm::uvec2 area_{0};
     bool lostOnce_ = false, quit_ = false;

@@ -2,9 +2,7 @@
 #include "app/view/input.h"
 
 #include <algorithm>
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -19,15 +17,18 @@ namespace app {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, int>, 22> kNamedKeys{{
-    {"Space", GLFW_KEY_SPACE}, {"Esc", GLFW_KEY_ESCAPE},  {"Enter", GLFW_KEY_ENTER},   {"Tab", GLFW_KEY_TAB},
-    {"=", GLFW_KEY_EQUAL},     {"-", GLFW_KEY_MINUS},     {"[", GLFW_KEY_LEFT_BRACKET}, {"]", GLFW_KEY_RIGHT_BRACKET},
-    {"\\", GLFW_KEY_BACKSLASH}, {"`", GLFW_KEY_GRAVE_ACCENT}, {"F1", GLFW_KEY_F1},     {"F2", GLFW_KEY_F2},
-    {"F3", GLFW_KEY_F3},       {"F4", GLFW_KEY_F4},       {"F5", GLFW_KEY_F5},         {"F6", GLFW_KEY_F6},
-    {"F7", GLFW_KEY_F7},       {"F8", GLFW_KEY_F8},       {"F9", GLFW_KEY_F9},         {"F10", GLFW_KEY_F10},
-    {"F11", GLFW_KEY_F11},     {"F12", GLFW_KEY_F12},
+    {"Space", GLFW_KEY_SPACE},    {"Esc", GLFW_KEY_ESCAPE},      {"Enter", GLFW_KEY_ENTER},
+    {"Tab", GLFW_KEY_TAB},        {"=", GLFW_KEY_EQUAL},         {"-", GLFW_KEY_MINUS},
+    {"[", GLFW_KEY_LEFT_BRACKET}, {"]", GLFW_KEY_RIGHT_BRACKET}, {"\\", GLFW_KEY_BACKSLASH},
+    {"`", GLFW_KEY_GRAVE_ACCENT}, {"F1", GLFW_KEY_F1},           {"F2", GLFW_KEY_F2},
+    {"F3", GLFW_KEY_F3},          {"F4", GLFW_KEY_F4},           {"F5", GLFW_KEY_F5},
+    {"F6", GLFW_KEY_F6},          {"F7", GLFW_KEY_F7},           {"F8", GLFW_KEY_F8},
+    {"F9", GLFW_KEY_F9},          {"F10", GLFW_KEY_F10},         {"F11", GLFW_KEY_F11},
+    {"F12", GLFW_KEY_F12},
 }};
 
-constexpr std::array kFlyKeys{GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E};
+constexpr std::array kFlyKeys{GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S,
+                              GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E};
 
 struct Binding {
     KeyChord chord;
@@ -57,7 +58,8 @@ double held(int positive, int negative)
 bool fly(Session& session, double seconds)
 {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.KeyCtrl && (ImGui::IsKeyDown(GLFW_KEY_S) || ImGui::IsKeyDown(GLFW_KEY_Q))) return false;  // save, quit
+    if (io.KeyCtrl && (ImGui::IsKeyDown(GLFW_KEY_S) || ImGui::IsKeyDown(GLFW_KEY_Q)))
+        return false;  // save, quit
     FlyInput input;
     input.right = held(GLFW_KEY_D, GLFW_KEY_A);
     input.up = held(GLFW_KEY_E, GLFW_KEY_Q);
@@ -76,7 +78,9 @@ bool runKeys(Session& session, AppRequests& app)
     bool any = false;
     for (const Binding& binding : bindings()) {
         if (binding.chord.ctrl != io.KeyCtrl || binding.chord.shift != io.KeyShift) continue;
-        if (session.flying && !io.KeyCtrl && std::ranges::find(kFlyKeys, binding.chord.code) != kFlyKeys.end()) continue;
+        if (session.flying && !io.KeyCtrl &&
+            std::ranges::find(kFlyKeys, binding.chord.code) != kFlyKeys.end())
+            continue;
         if (!ImGui::IsKeyPressed(binding.chord.code, false)) continue;
         runAction(binding.action->name, session, app);
         any = true;
@@ -88,12 +92,14 @@ bool mouse(Session& session, glm::uvec2 area)
 {
     const ImGuiIO& io = ImGui::GetIO();
     if (!session.document() || area.y == 0) return false;
-    const double dx = static_cast<double>(io.MouseDelta.x) / area.y, dy = static_cast<double>(io.MouseDelta.y) / area.y;
+    const double dx = static_cast<double>(io.MouseDelta.x) / area.y,
+                 dy = static_cast<double>(io.MouseDelta.y) / area.y;
     const bool dragged = dx != 0 || dy != 0;
     Navigation& navigation = session.navigation;
     bool any = false;
     if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
-        session.focusAt({static_cast<double>(io.MousePos.x) / area.x, static_cast<double>(io.MousePos.y) / area.y});
+        session.focusAt({static_cast<double>(io.MousePos.x) / area.x,
+                         static_cast<double>(io.MousePos.y) / area.y});
         any = true;
     } else if (ImGui::IsMouseDown(ImGuiMouseButton_Left) && dragged) {
         if (session.flying)
@@ -102,7 +108,9 @@ bool mouse(Session& session, glm::uvec2 area)
             navigation.orbit(dx, dy);
         any = true;
     }
-    if ((ImGui::IsMouseDown(ImGuiMouseButton_Right) || ImGui::IsMouseDown(ImGuiMouseButton_Middle)) && dragged) {
+    if ((ImGui::IsMouseDown(ImGuiMouseButton_Right) ||
+         ImGui::IsMouseDown(ImGuiMouseButton_Middle)) &&
+        dragged) {
         navigation.pan(dx, dy);
         any = true;
     }
@@ -138,7 +146,8 @@ KeyChord parseKey(const std::string& text)
         if (rest == name) chord.code = code;
     }
     // GLFW's codes of letters and digits are those of ASCII.
-    if (rest.size() == 1 && ((rest[0] >= 'A' && rest[0] <= 'Z') || (rest[0] >= '0' && rest[0] <= '9')))
+    if (rest.size() == 1 &&
+        ((rest[0] >= 'A' && rest[0] <= 'Z') || (rest[0] >= '0' && rest[0] <= '9')))
         chord.code = rest[0];
     return chord;
 }

@@ -20,27 +20,36 @@ ImagePointer part(const std::shared_ptr<const Owner>& owner, const core::Image& 
 uint32_t mapOf(ColourMap map)
 {
     switch (map) {
-    case ColourMap::magma: return shared::kMapMagma;
-    case ColourMap::grey: return shared::kMapGrey;
-    default: return shared::kMapViridis;
+    case ColourMap::magma:
+        return shared::kMapMagma;
+    case ColourMap::grey:
+        return shared::kMapGrey;
+    default:
+        return shared::kMapViridis;
     }
 }
 
 uint32_t errorOf(ErrorKind kind)
 {
     switch (kind) {
-    case ErrorKind::absolute: return shared::kErrorAbsolute;
-    case ErrorKind::squared: return shared::kErrorSquared;
-    default: return shared::kErrorRelative;
+    case ErrorKind::absolute:
+        return shared::kErrorAbsolute;
+    case ErrorKind::squared:
+        return shared::kErrorSquared;
+    default:
+        return shared::kErrorRelative;
     }
 }
 
 const char* errorLabel(ErrorKind kind)
 {
     switch (kind) {
-    case ErrorKind::absolute: return "absolute error of luminance";
-    case ErrorKind::squared: return "squared relative error of luminance";
-    default: return "relative error of luminance";
+    case ErrorKind::absolute:
+        return "absolute error of luminance";
+    case ErrorKind::squared:
+        return "squared relative error of luminance";
+    default:
+        return "relative error of luminance";
     }
 }
 
@@ -62,8 +71,10 @@ core::Image deviation(const core::Image& variance)
     core::Image result(variance.width, variance.height, 1);
     for (size_t i = 0; i < result.pixels.size(); ++i) {
         const float* v = &variance.pixels[i * variance.channels];
-        // Channels of a sample rise and fall together: their deviations add up rather than their variances.
-        result.pixels[i] = 0.2126f * std::sqrt(std::max(v[0], 0.0f)) + 0.7152f * std::sqrt(std::max(v[1], 0.0f)) +
+        // Channels of a sample rise and fall together: their deviations add up rather than their
+        // variances.
+        result.pixels[i] = 0.2126f * std::sqrt(std::max(v[0], 0.0f)) +
+                           0.7152f * std::sqrt(std::max(v[1], 0.0f)) +
                            0.0722f * std::sqrt(std::max(v[2], 0.0f));
     }
     return result;
@@ -154,7 +165,8 @@ void PictureView::showMap(DisplayInputs& inputs, const Session& session, const P
 {
     const Show show = session.settings.view.show;
     if (show == Show::deviation && !picture.variance) {
-        problem_ = picture.samples < 2 ? "one sample says nothing about its spread" : "the variance is on its way";
+        problem_ = picture.samples < 2 ? "one sample says nothing about its spread"
+                                       : "the variance is on its way";
         return;
     }
     derived_ = derived(show, picture);
@@ -164,7 +176,8 @@ void PictureView::showMap(DisplayInputs& inputs, const Session& session, const P
     shared::DisplaySettings& s = inputs.settings;
     s.show = shared::kShowScalar;
     if (show == Show::samples) {
-        scale_ = {true, 0, std::max(static_cast<float>(picture.samples), 1.0f), false, false, "samples per pixel"};
+        scale_ = {true,  0,     std::max(static_cast<float>(picture.samples), 1.0f),
+                  false, false, "samples per pixel"};
     } else {
         // Four decades below the largest are enough: deeper ones are pixels without light.
         const float high = positiveRange(*derived_).second;
@@ -192,11 +205,16 @@ void PictureView::showAgainst(DisplayInputs& inputs, const Session& session, con
     const bool difference = view.show == Show::difference;
     inputs.settings.show = difference ? shared::kShowDifference : shared::kShowError;
     inputs.settings.high = view.errorRange;
-    scale_ = {true, difference ? -view.errorRange : 0, view.errorRange, false, difference,
+    scale_ = {true,
+              difference ? -view.errorRange : 0,
+              view.errorRange,
+              false,
+              difference,
               difference ? "picture - reference (radiance)" : errorLabel(view.errorKind)};
 }
 
-void PictureView::showCompare(DisplayInputs& inputs, const Session& session, const std::shared_ptr<const Picture>& live)
+void PictureView::showCompare(DisplayInputs& inputs, const Session& session,
+                              const std::shared_ptr<const Picture>& live)
 {
     const auto side = [&](size_t i) {
         const std::shared_ptr<const Picture>& stored = session.slots[i].picture;

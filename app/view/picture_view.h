@@ -1,5 +1,5 @@
-// What of the session's pictures is on display: which images, read how. Values of maps and their scales are computed once per
-// picture.
+// What of the session's pictures is on display: which images, read how. Values of maps and their
+// scales are computed once per picture.
 #pragma once
 
 #include <memory>
@@ -13,14 +13,15 @@ namespace app {
 
 class PictureView {
 public:
-    /// The inputs of the display kernel for what the session shows now; images that did not change keep their pointers.
-    /// Without a picture `a` is empty.
+    /// The inputs of the display kernel for what the session shows now; images that did not change
+    /// keep their pointers. Without a picture `a` is empty.
     DisplayInputs inputs(const Session& session);
 
     /// Of the last inputs().
     const Scale& scale() const { return scale_; }
 
-    /// Why the view that was asked for is not what is shown ("no reference yet: B starts one"); empty when it is.
+    /// Why the view that was asked for is not what is shown ("no reference yet: B starts one");
+    /// empty when it is.
     const std::string& problem() const { return problem_; }
 
 private:
@@ -29,7 +30,8 @@ private:
     void showMap(DisplayInputs& inputs, const Session& session, const Picture& picture);
     void showAov(DisplayInputs& inputs, Show show, const Picture& picture);
     void showAgainst(DisplayInputs& inputs, const Session& session, const Picture& picture);
-    void showCompare(DisplayInputs& inputs, const Session& session, const std::shared_ptr<const Picture>& live);
+    void showCompare(DisplayInputs& inputs, const Session& session,
+                     const std::shared_ptr<const Picture>& live);
     ImagePointer derived(Show show, const Picture& picture);
 
     Scale scale_;

@@ -1,4 +1,5 @@
-// Actions at random with arguments at random, good and bad: for scripts and tests that look for crashes and deadlocks.
+// Actions at random with arguments at random, good and bad: for scripts and tests that look for
+// crashes and deadlocks.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +14,11 @@ namespace app {
 class RandomWalk {
 public:
     /// `files` are what it loads, good ones and broken ones; what it writes goes to `folder`.
-    RandomWalk(uint64_t seed, std::vector<std::filesystem::path> files, std::filesystem::path folder);
+    RandomWalk(uint64_t seed, std::vector<std::filesystem::path> files,
+               std::filesystem::path folder);
 
-    /// One action (never `quit`). Errors of arguments are part of the walk; any other exception is not.
+    /// One action (never `quit`). Errors of arguments are part of the walk; any other exception is
+    /// not.
     void step(Session& session, AppRequests& app);
 
     const std::string& last() const { return last_; }  // what the last step did

@@ -1,5 +1,5 @@
-// `view --script FILE`: a list of actions, waits, inputs and screenshots, so that a run of the viewer can be repeated. The
-// format is described in script.cpp; results go to stdout as JSON.
+// `view --script FILE`: a list of actions, waits, inputs and screenshots, so that a run of the
+// viewer can be repeated. The format is described in script.cpp; results go to stdout as JSON.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,8 @@ public:
     /// Reads and checks the whole file. Throws core::Error with the place in it.
     explicit Script(const std::filesystem::path& file);
 
-    /// Once per frame, before the session's update: runs steps until one has to wait. `seconds` since the program began.
+    /// Once per frame, before the session's update: runs steps until one has to wait. `seconds`
+    /// since the program began.
     void step(Session& session, AppRequests& app, Window& window, double seconds);
     bool finished() const;
     bool failed() const;  // a wait ran out, or a step could not be done
@@ -30,8 +31,8 @@ public:
     /// Told when a picture has answered an input: seconds and frames between them.
     void answered(double seconds, uint64_t frames);
 
-    /// Steps with their times, frame times (median, p99, largest) while idle and while the core thread works, input to
-    /// picture, failures.
+    /// Steps with their times, frame times (median, p99, largest) while idle and while the core
+    /// thread works, input to picture, failures.
     nlohmann::ordered_json report() const;
 
 private:
