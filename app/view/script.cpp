@@ -270,7 +270,7 @@ bool Script::State::drag(const Json& step, Window& window)
         return glm::dvec2(p[0].get<double>(), p[1].get<double>()) * size;
     };
     const glm::dvec2 from = pixels(step["drag"][0]), to = pixels(step["drag"][1]);
-    const uint64_t frames = std::max(step.value("frames", 10), 1);
+    const auto frames = static_cast<uint64_t>(std::max(step.value("frames", 10), 1));
     const int button = step.value("button", 0);
     const double fraction =
         std::clamp((static_cast<double>(stepFrames) - 2) / static_cast<double>(frames), 0.0, 1.0);
