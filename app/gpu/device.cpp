@@ -64,6 +64,10 @@ const char* resultName(VkResult result)
     case VK_SUBOPTIMAL_KHR: return "VK_SUBOPTIMAL_KHR";
     case VK_ERROR_NATIVE_WINDOW_IN_USE_KHR: return "VK_ERROR_NATIVE_WINDOW_IN_USE_KHR";
     case VK_ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT: return "VK_ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT";
+    case VK_ERROR_FRAGMENTED_POOL: return "VK_ERROR_FRAGMENTED_POOL";
+    case VK_ERROR_OUT_OF_POOL_MEMORY: return "VK_ERROR_OUT_OF_POOL_MEMORY";
+    case VK_ERROR_INVALID_SHADER_NV: return "VK_ERROR_INVALID_SHADER_NV";
+    case VK_ERROR_UNKNOWN: return "VK_ERROR_UNKNOWN";
     case VK_TIMEOUT: return "VK_TIMEOUT";
     default: return "an unnamed VkResult";
     }
@@ -102,7 +106,7 @@ Device::Device(const DeviceOptions& options)
         properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
         properties.pNext = &subgroup;
         vk.GetPhysicalDeviceProperties2(physical_, &properties);
-        limits_ = properties.properties.limits;
+        properties_ = properties.properties;
         subgroupSize_ = subgroup.subgroupSize;
 
         VkQueueFamilyProperties family{};
@@ -294,7 +298,7 @@ double Device::submit(const std::function<void(VkCommandBuffer)>& commands, std:
                                      VK_QUERY_RESULT_64_BIT),
               "vkGetQueryPoolResults");
         const uint64_t valid = timestampBits_ >= 64 ? ~uint64_t(0) : (uint64_t(1) << timestampBits_) - 1;
-        return static_cast<double>((ticks[1] - ticks[0]) & valid) * static_cast<double>(limits_.timestampPeriod) * 1e-9;
+        return static_cast<double>((ticks[1] - ticks[0]) & valid) * static_cast<double>(limits().timestampPeriod) * 1e-9;
     }
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

@@ -58,7 +58,8 @@ public:
     VkInstance instance() const { return instance_; }
     VkQueue queue() const { return queue_; }
     uint32_t queueFamily() const { return queueFamily_; }
-    const VkPhysicalDeviceLimits& limits() const { return limits_; }
+    const VkPhysicalDeviceProperties& properties() const { return properties_; }
+    const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
     const DeviceInfo& info() const { return info_; }
     bool isSoftware() const { return software_; }
     uint32_t subgroupSize() const { return subgroupSize_; }
@@ -106,7 +107,7 @@ private:
     VkQueue queue_ = VK_NULL_HANDLE;
     uint32_t queueFamily_ = 0;
     VkSurfaceKHR surface_ = VK_NULL_HANDLE;
-    VkPhysicalDeviceLimits limits_{};
+    VkPhysicalDeviceProperties properties_{};
     DeviceInfo info_;
     bool software_ = false;
     uint32_t subgroupSize_ = 0, timestampBits_ = 0;

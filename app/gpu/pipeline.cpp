@@ -1,6 +1,10 @@
 // Descriptor plumbing: fixed numbers, no reflection, everything bound once per scene.
 #include "app/gpu/pipeline.h"
 
+#include <algorithm>
+
+#include "app/gpu/pipeline_cache.h"
+
 namespace gpu {
 
 VkFormat texelFormat(uint32_t binding)
@@ -53,9 +57,52 @@ KernelLayout::KernelLayout(const Device& device)
     layout_ = {device.get(), layoutObject};
 }
 
+namespace {
+
+using CacheHandle = Handle<VkPipelineCache, &Api::DestroyPipelineCache>;
+
+CacheKey keyOf(const Device& device, std::span<const uint32_t> spirv, const Specialization& specialization)
+{
+    const VkPhysicalDeviceProperties& p = device.properties();
+    CacheKey key;
+    std::copy(std::begin(p.pipelineCacheUUID), std::end(p.pipelineCacheUUID), key.cacheUuid.begin());
+    key.vendor = p.vendorID;
+    key.device = p.deviceID;
+    key.driverVersion = p.driverVersion;
+    key.kernel = hashBytes(std::as_bytes(std::span(&specialization, 1)), hashBytes(std::as_bytes(spirv)));
+    return key;
+}
+
+/// The driver's cache with these bytes in it; none when the driver makes none.
+CacheHandle driverCache(const Device& device, std::span<const std::byte> data)
+{
+    VkPipelineCacheCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+    create.initialDataSize = data.size();
+    create.pInitialData = data.data();
+    VkPipelineCache object = VK_NULL_HANDLE;
+    if (vk.CreatePipelineCache(device.get(), &create, nullptr, &object) != VK_SUCCESS) return {};
+    return {device.get(), object};
+}
+
+std::vector<std::byte> contents(const Device& device, const CacheHandle& cache)
+{
+    size_t bytes = 0;
+    if (!cache || vk.GetPipelineCacheData(device.get(), cache.get(), &bytes, nullptr) != VK_SUCCESS) return {};
+    std::vector<std::byte> data(bytes);
+    if (vk.GetPipelineCacheData(device.get(), cache.get(), &bytes, data.data()) != VK_SUCCESS) return {};
+    data.resize(bytes);
+    // Mesa's software device keeps nothing but the header (it has a cache of its own): not worth a file.
+    if (bytes <= sizeof(VkPipelineCacheHeaderVersionOne)) return {};
+    return data;
+}
+
+}  // namespace
+
 Pipeline::Pipeline(const Device& device, const KernelLayout& layout, std::span<const uint32_t> spirv,
                    const Specialization& specialization)
 {
+    device.requireAlive();
     VkShaderModuleCreateInfo module{};
     module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
     module.codeSize = spirv.size_bytes();
@@ -76,9 +123,26 @@ Pipeline::Pipeline(const Device& device, const KernelLayout& layout, std::span<c
     create.stage.pName = "main";
     create.stage.pSpecializationInfo = &constants;
     create.layout = layout.get();
-    VkPipeline object;
-    VK_CHECK(vk.CreateComputePipelines(device.get(), VK_NULL_HANDLE, 1, &create, nullptr, &object));
+
+    const bool keeps = !device.cacheFolder().empty();
+    const CacheKey key = keeps ? keyOf(device, spirv, specialization) : CacheKey();
+    const std::vector<std::byte> kept = keeps ? readCache(device.cacheFolder(), key) : std::vector<std::byte>();
+    const CacheHandle cache = keeps ? driverCache(device, kept) : CacheHandle();
+    VkPipeline object = VK_NULL_HANDLE;
+    VkResult result = vk.CreateComputePipelines(device.get(), cache.get(), 1, &create, nullptr, &object);
+    if (result < 0 && !kept.empty()) {  // perhaps by what was kept
+        result = vk.CreateComputePipelines(device.get(), VK_NULL_HANDLE, 1, &create, nullptr, &object);
+    }
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY) {
+        checkVulkan(result, "vkCreateComputePipelines");
+    }
+    if (result < 0) {
+        throw core::Error("a kernel does not compile on " + device.info().name + " (" + device.info().driver + "): " +
+                              resultName(result) + " — another driver may do; --device cpu needs none",
+                          core::ExitCode::noDevice);
+    }
     pipeline_ = {device.get(), object};
+    if (keeps && kept.empty()) writeCache(device.cacheFolder(), key, contents(device, cache));
 }
 
 Bindings::Bindings(Device& device, const KernelLayout& layout)
