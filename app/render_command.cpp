@@ -9,6 +9,7 @@
 #include "app/files.h"
 #include "app/gpu/device.h"
 #include "app/gpu/gpu_path.h"
+#include "app/gpu/pipeline_cache.h"
 #include "app/interrupt.h"
 #include "app/load.h"
 #include "app/log.h"
@@ -62,7 +63,8 @@ uint32_t forcedFeatures(const RenderOptions& o)
 std::unique_ptr<core::Renderer> rendererFor(const RenderOptions& o)
 {
     if (o.device == DeviceKind::cpu) return core::makeRenderer(core::enumName(o.method));
-    return gpu::makePathRenderer({.index = o.deviceIndex, .validation = o.validation});
+    return gpu::makePathRenderer(
+        {.index = o.deviceIndex, .validation = o.validation, .cacheFolder = gpu::userCacheFolder()});
 }
 
 /// One render command at work.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "app/gpu/gpu_path.h"
+#include "app/gpu/pipeline_cache.h"
 #include "app/view/picture_work.h"
 #include "core/check.h"
 #include "core/methods/methods.h"
@@ -38,7 +39,8 @@ std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, boo
         throw core::Error("method '" + std::string(method) + "' does not exist on Vulkan — use path",
                           core::ExitCode::commandLine);
     }
-    return gpu::makePathRenderer({.index = params.deviceIndex, .validation = validation});
+    return gpu::makePathRenderer(
+        {.index = params.deviceIndex, .validation = validation, .cacheFolder = gpu::userCacheFolder()});
 }
 
 class RenderThread::Loop {
