@@ -61,10 +61,9 @@ std::vector<std::byte> readCache(const std::filesystem::path& folder, const Cach
     Header header;
     if (!in.read(reinterpret_cast<char*>(&header), sizeof(header))) return {};
     if (header.magic != Header().magic || !(header.key == key) || header.bytes > kMaxBytes) return {};
-    if (std::filesystem::file_size(file, error) != sizeof(header) + header.bytes || error) return {};
     std::vector<std::byte> data(header.bytes);
     if (!in.read(reinterpret_cast<char*>(data.data()), static_cast<std::streamsize>(data.size()))) return {};
-    if (hashBytes(data) != header.checksum) return {};
+    if (in.peek() != std::ifstream::traits_type::eof() || hashBytes(data) != header.checksum) return {};
     return data;
 }
 
