@@ -14,43 +14,10 @@ namespace app {
 
 namespace {
 
-/// A subcommand: where its options are read to and what it becomes.
-struct Subcommand {
-    CLI::App* app = nullptr;
-    std::string usage;
-    std::function<Command()> finish;
-};
-
-[[noreturn]] void badCommandLine(const std::string& message)
-{
-    throw core::Error(message, core::ExitCode::commandLine);
-}
-
 void require(bool present, const std::string& command, const std::string& what)
 {
     if (!present)
         badCommandLine(command + ": " + what + " is missing — see rekindle " + command + " --help");
-}
-
-void addSceneOptions(CLI::App& app, SceneOptions& scene)
-{
-    const std::string group = "Loading";
-    addValue(app, "Arguments", "SCENE", scene.file, "glTF 2.0 file, .gltf or .glb");
-    addValue(app, group, "--at", scene.at, "instant of the scene's first animation, in seconds",
-             {0, 1e9});
-    app.add_flag("--strict", scene.load.strict, "refuse a scene with any warning")->group(group);
-    app.add_flag("--allow-outside", scene.load.allowOutside,
-                 "let the scene read files outside its own folder")
-        ->group(group);
-    app.add_flag("--ignore-required", scene.load.ignoreRequired,
-                 "try although the scene requires an unknown extension")
-        ->group(group);
-    addValue(app, group, "--max-file-mb", scene.load.maxFileMb, "largest file to read, in MiB",
-             {1, 1 << 20});
-    addValue(app, group, "--max-memory-mb", scene.load.maxMemoryMb,
-             "largest scene in memory, in MiB, estimated before it is read", {1, 1 << 24});
-    addValue(app, group, "--max-texture-size", scene.load.maxTextureSize,
-             "widest and highest image to decode, in pixels", {1, 65536});
 }
 
 std::vector<std::string> splitList(const std::string& text)
@@ -60,20 +27,6 @@ std::vector<std::string> splitList(const std::string& text)
     for (std::string item; std::getline(stream, item, ',');)
         if (!item.empty()) items.push_back(item);
     return items;
-}
-
-/// "640x360" to a size. Throws as CLI11 does for a wrong value.
-glm::uvec2 readSize(const std::string& text)
-{
-    constexpr core::Range kPixels{1, 65536};
-    const size_t x = text.find_first_of("xX");
-    glm::uvec2 size{};
-    if (x == std::string::npos || !readValue(text.substr(0, x), kPixels, size.x).empty() ||
-        !readValue(text.substr(x + 1), kPixels, size.y).empty())
-        throw CLI::ValidationError(
-            "--size",
-            "'" + text + "' is not WIDTHxHEIGHT with both from 1 to 65536, as in 640x360");
-    return size;
 }
 
 /// "3-12" or "7" to a range of frames.
@@ -110,24 +63,6 @@ AovChoice readAovs(const std::string& text)
     }
     if (items.empty()) throw CLI::ValidationError("--aov", "the list is empty");
     return choice;
-}
-
-/// An option whose text `read` turns into a value.
-template <class T, class Read>
-void addRead(CLI::App& app, const std::string& group, const std::string& name,
-             const std::string& type, T& member, Read read, const std::string& help)
-{
-    app.add_option(
-           name,
-           [&member, read](const CLI::results_t& results) {
-               member = read(results.back());
-               return true;
-           },
-           help)
-        ->group(group)
-        ->expected(1)
-        ->type_name(type)
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
 /// Options that make no sense together, or alone.
@@ -249,16 +184,6 @@ Subcommand devicesCommandLine(CLI::App& root)
     return {&app, "rekindle devices [--json]", [o]() -> Command { return *o; }};
 }
 
-Subcommand viewCommandLine(CLI::App& root)
-{
-    auto o = std::make_shared<FlyThroughOptions>();
-    CLI::App& app = *root.add_subcommand(
-        "view", "fly through a scene: numbered pictures for now, a window in a later version");
-    addSceneOptions(app, o->scene);
-    app.footer("Example: rekindle view room.glb");
-    return {&app, "rekindle view [SCENE] [options]", [o]() -> Command { return *o; }};
-}
-
 Subcommand throughputCommandLine(CLI::App& bench)
 {
     auto o = std::make_shared<ThroughputOptions>();
@@ -302,8 +227,10 @@ void refuseExtras(const CLI::App& app)
 }
 
 /// `rekindle rendr x` would otherwise be a scene named rendr.
-void refuseMistypedCommand(const std::string& scene, const CLI::App& root)
+void refuseMistypedCommand(const CLI::App& root)
 {
+    const std::vector<std::string> scenes = root.get_option("SCENE")->results();
+    const std::string scene = scenes.empty() ? "" : scenes.front();
     std::error_code none;
     if (scene.empty() || std::filesystem::exists(scene, none)) return;
     const std::string meant = suggestion(scene, commandNames(root));
@@ -320,13 +247,32 @@ bool hasExtension(const std::filesystem::path& file, std::string_view extension)
     return found == extension;
 }
 
-/// All commands, the innermost first and the program itself last. `scene` is for the program
-/// without a command.
-static std::vector<Subcommand> addCommands(CLI::App& root, SceneOptions& scene)
+/// The window without its command: the same options, but only the scene in the help.
+static Subcommand rootCommandLine(CLI::App& root)
 {
-    std::vector<Subcommand> commands{viewCommandLine(root), renderCommandLine(root),
-                                     compareCommandLine(root), infoCommandLine(root),
-                                     devicesCommandLine(root)};
+    const Subcommand command = viewCommandLine(root, "rekindle [COMMAND] [SCENE] [options]");
+    for (CLI::Option* option : root.get_options())
+        if (!option->get_positional()) option->group("");
+    root.footer("Example: rekindle room.glb\n"
+                "         rekindle render room.glb -o room.exr --spp 64\n\n"
+                "Exit codes: 0 done, 1 unexpected failure, 2 bad command line, 3 bad input, "
+                "4 no suitable device,\n5 device lost or out of memory, 6 target not reached, "
+                "130 interrupted (what was rendered is saved).");
+    return command;
+}
+
+/// All commands, the innermost first and the program itself last.
+static std::vector<Subcommand> addCommands(CLI::App& root)
+{
+    CLI::App& view = *root.add_subcommand(
+        "view", "a window in which to fly through a scene while it is rendered; F1 shows its keys. "
+                "Without a display: a short fly-through as numbered pictures");
+    view.footer("Example: rekindle view room.glb\n"
+                "         rekindle view room.glb --device cpu --max-depth 3 --camera door\n"
+                "         rekindle view --replay room.exr");
+    std::vector<Subcommand> commands{viewCommandLine(view, "rekindle view [SCENE] [options]"),
+                                     renderCommandLine(root), compareCommandLine(root),
+                                     infoCommandLine(root), devicesCommandLine(root)};
     CLI::App& bench = *root.add_subcommand("bench", "measurements: bench throughput SCENE");
     bench.footer("Example: rekindle bench throughput room.glb");
     bench.require_subcommand(0, 1);
@@ -335,26 +281,31 @@ static std::vector<Subcommand> addCommands(CLI::App& root, SceneOptions& scene)
                             badCommandLine(
                                 "bench: which measurement? This version has: throughput");
                         }});
-    addSceneOptions(root, scene);
     root.require_subcommand(0, 1);
-    root.footer("Example: rekindle render room.glb -o room.exr --spp 64\n\n"
-                "Exit codes: 0 done, 1 unexpected failure, 2 bad command line, 3 bad input, "
-                "4 no suitable device,\n5 device lost or out of memory, 6 target not reached, "
-                "130 interrupted (what was rendered is saved).");
-    commands.push_back({&root, "rekindle [COMMAND] [SCENE] [options]",
-                        [&scene]() -> Command { return FlyThroughOptions{scene}; }});
+    commands.push_back(rootCommandLine(root));
     return commands;
+}
+
+/// Refuses what stands before a command: it would be read as meant for the window, and be ignored.
+static void refuseBeforeCommand(const CLI::App& root, const CLI::App& command)
+{
+    for (const CLI::Option* option : root.get_options()) {
+        if (option->count() == 0) continue;
+        // A hidden option does not tell its own name.
+        const std::string what = option->get_lnames().empty() ? option->results().front()
+                                                              : "--" + option->get_lnames().front();
+        badCommandLine(what + " stands before the command — put it behind " + command.get_name());
+    }
 }
 
 Command parseArguments(int argc, const char* const* argv)
 {
     CLI::App root(
         "Path-traces glTF scenes on Vulkan compute or, as reference, on the CPU. Without a "
-        "command it renders a short fly-through of the scene (default "
-        "assets/cornell-diffuse.gltf) to numbered PNG files in rekindle-frames/ and says "
-        "where they are; a window comes in a later version.");
-    SceneOptions scene;
-    const std::vector<Subcommand> commands = addCommands(root, scene);
+        "command it shows the scene (default assets/cornell-diffuse.gltf) in a window, as view "
+        "does and with the options of view; where there is no display it renders a short "
+        "fly-through to numbered PNG files in rekindle-frames/ and says where they are.");
+    const std::vector<Subcommand> commands = addCommands(root);
     bool help = false, version = false;
     for (const Subcommand& command : commands) {
         command.app->set_help_flag();  // ours does not end the parsing, and is told apart below
@@ -377,7 +328,10 @@ Command parseArguments(int argc, const char* const* argv)
             return command.app->parsed() || command.app == &root;
         });
     if (help) return Printed{helpText(*chosen.app, chosen.usage)};
-    if (chosen.app == &root) refuseMistypedCommand(scene.file.string(), root);
+    if (chosen.app == &root)
+        refuseMistypedCommand(root);
+    else
+        refuseBeforeCommand(root, *chosen.app);
     refuseExtras(*chosen.app);
     refuseExtras(root);
     if (!problem.empty()) badCommandLine(problem);

@@ -89,9 +89,9 @@ struct ThroughputOptions {
     double seconds = 2;  // per measured figure
 };
 
-/// The window. Without a display it becomes FlyThroughOptions.
+/// The window, with or without its subcommand. Without a display it becomes FlyThroughOptions.
 struct ViewOptions {
-    SceneOptions scene;  // empty file: the default scene
+    SceneOptions scene;  // empty file: that of `replay`, or else the default scene
     DeviceKind device = DeviceKind::vulkan;
     int deviceIndex = -1;
     bool validation = false;
@@ -101,14 +101,19 @@ struct ViewOptions {
     std::filesystem::path path;    // a camera path to begin with
     std::filesystem::path replay;  // a saved picture
     std::filesystem::path script;
-    std::optional<glm::uvec2> size;  // of the window
-    float uiScale = 0;
+    std::optional<glm::uvec2> size;  // of the window; else the kept one
+    float uiScale = 0;               // 0: the kept one, or that of the display
     bool noSettings = false;
 };
 
-/// No subcommand: shows a scene. Without a window this is a short fly-through in numbered pictures.
+/// What is shown where there is no window: a short fly-through in numbered pictures.
 struct FlyThroughOptions {
     SceneOptions scene;
+    DeviceKind device = DeviceKind::vulkan;  // the CPU when there is no suitable one
+    int deviceIndex = -1;
+    bool validation = false;
+    core::PathParams params;
+    std::string camera;
 };
 
 /// --help and --version: text for stdout.
@@ -117,7 +122,7 @@ struct Printed {
 };
 
 using Command = std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions,
-                             ThroughputOptions, FlyThroughOptions, Printed>;
+                             ThroughputOptions, ViewOptions, Printed>;
 
 /// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
 Command parseArguments(int argc, const char* const* argv);

@@ -1,7 +1,9 @@
-// Texts of the help. See args_options.h.
+// Texts of the help, and options that several commands have. See args_options.h.
 #include "app/args_options.h"
 
 #include <sstream>
+
+#include "core/check.h"
 
 namespace app {
 
@@ -73,6 +75,46 @@ std::vector<std::string> optionNames(const CLI::App& app)
         for (const std::string& name : option->get_snames()) names.push_back("-" + name);
     }
     return names;
+}
+
+[[noreturn]] void badCommandLine(const std::string& message)
+{
+    throw core::Error(message, core::ExitCode::commandLine);
+}
+
+void addSceneOptions(CLI::App& app, SceneOptions& scene)
+{
+    const std::string group = "Loading";
+    addValue(app, "Arguments", "SCENE", scene.file, "glTF 2.0 file, .gltf or .glb");
+    addValue(app, group, "--at", scene.at, "instant of the scene's first animation, in seconds",
+             {0, 1e9});
+    app.add_flag("--strict", scene.load.strict, "refuse a scene with any warning")->group(group);
+    app.add_flag("--allow-outside", scene.load.allowOutside,
+                 "let the scene read files outside its own folder")
+        ->group(group);
+    app.add_flag("--ignore-required", scene.load.ignoreRequired,
+                 "try although the scene requires an unknown extension")
+        ->group(group);
+    addValue(app, group, "--max-file-mb", scene.load.maxFileMb, "largest file to read, in MiB",
+             {1, 1 << 20});
+    addValue(app, group, "--max-memory-mb", scene.load.maxMemoryMb,
+             "largest scene in memory, in MiB, estimated before it is read", {1, 1 << 24});
+    addValue(app, group, "--max-texture-size", scene.load.maxTextureSize,
+             "widest and highest image to decode, in pixels", {1, 65536});
+}
+
+/// "640x360" to a size. Throws as CLI11 does for a wrong value.
+glm::uvec2 readSize(const std::string& text)
+{
+    constexpr core::Range kPixels{1, 65536};
+    const size_t x = text.find_first_of("xX");
+    glm::uvec2 size{};
+    if (x == std::string::npos || !readValue(text.substr(0, x), kPixels, size.x).empty() ||
+        !readValue(text.substr(x + 1), kPixels, size.y).empty())
+        throw CLI::ValidationError(
+            "--size",
+            "'" + text + "' is not WIDTHxHEIGHT with both from 1 to 65536, as in 640x360");
+    return size;
 }
 
 }  // namespace app

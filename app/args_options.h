@@ -1,8 +1,10 @@
-// Options of the command line made from plain members: one text for reading, range check and help.
+// Options of the command line made from plain members: one text for reading, range check and help;
+// and what several commands have in common.
 // Only args*.cpp include this.
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -73,16 +75,56 @@ CLI::Option* addValue(CLI::App& app, const std::string& group, const std::string
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
+/// An option whose text `read` turns into a value.
+template <class T, class Read>
+void addRead(CLI::App& app, const std::string& group, const std::string& name,
+             const std::string& type, T& member, Read read, const std::string& help)
+{
+    app.add_option(
+           name,
+           [&member, read](const CLI::results_t& results) {
+               member = read(results.back());
+               return true;
+           },
+           help)
+        ->group(group)
+        ->expected(1)
+        ->type_name(type)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+}
+
 /// Every parameter of a method as an option: names, help, ranges and defaults come from
 /// Params::visit.
-template <class Params> void addParams(CLI::App& app, const std::string& group, Params& params)
+template <class Params>
+std::vector<CLI::Option*> addParams(CLI::App& app, const std::string& group, Params& params)
 {
+    std::vector<CLI::Option*> options;
     Params::visit(params, [&](const core::Field& field, auto& member) {
         std::string help = field.help;
         if (field.biased) help += " [biased]";
-        addValue(app, group, std::string("--") + field.name, member, help, field.range);
+        options.push_back(
+            addValue(app, group, std::string("--") + field.name, member, help, field.range));
     });
+    return options;
 }
+
+/// What every command that loads a scene has: SCENE and the group "Loading".
+void addSceneOptions(CLI::App& app, SceneOptions& scene);
+
+/// "640x360" to a size. Throws as CLI11 does for a wrong value.
+glm::uvec2 readSize(const std::string& text);
+
+[[noreturn]] void badCommandLine(const std::string& message);
+
+/// A subcommand: where its options are read to and what it becomes.
+struct Subcommand {
+    CLI::App* app = nullptr;
+    std::string usage;
+    std::function<Command()> finish;
+};
+
+/// The window's options on `app`: the subcommand `view`, or the program without a command.
+Subcommand viewCommandLine(CLI::App& app, const std::string& usage);
 
 /// Help of a command in at most 100 columns: usage, what it does, options by group, and the
 /// example.

@@ -20,19 +20,6 @@ constexpr uint32_t kFrames = 24, kWidth = 256;
 constexpr uint64_t kSpp = 8;
 constexpr double kCircle = 0.06;  // its radius over the distance of what is looked at
 
-/// assets/ beside the folder of the program, which is where the repository builds it, or below the
-/// current folder.
-fs::path defaultScene()
-{
-    const fs::path name = fs::path("assets") / "cornell-diffuse.gltf";
-    std::error_code error;
-    const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    if (!error)
-        for (const fs::path& root : {program.parent_path().parent_path(), program.parent_path()})
-            if (fs::exists(root / name, error)) return root / name;
-    return name;
-}
-
 bool hasVulkanDevice()
 {
     try {
@@ -44,11 +31,10 @@ bool hasVulkanDevice()
     return false;
 }
 
-/// Once round a circle in the plane of the first camera's picture, looking at the same point all
-/// the time.
-CameraPath circle(const core::World& world)
+/// Once round a circle in the plane of the first view's picture, looking at the same point all the
+/// time.
+CameraPath circle(const core::World& world, const core::Camera& first)
 {
-    const core::Camera& first = world.cameras.front();
     const glm::dvec3 middle = 0.5 * glm::dvec3(world.boundsLow + world.boundsHigh);
     const double ahead = glm::dot(middle - first.position, first.forward);
     const double radius = static_cast<double>(world.radius);
@@ -71,6 +57,17 @@ CameraPath circle(const core::World& world)
 
 }  // namespace
 
+fs::path defaultScene()
+{
+    const fs::path name = fs::path("assets") / "cornell-diffuse.gltf";
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    if (!error)
+        for (const fs::path& root : {program.parent_path().parent_path(), program.parent_path()})
+            if (fs::exists(root / name, error)) return root / name;
+    return name;
+}
+
 int flyThrough(const FlyThroughOptions& options)
 {
     RenderOptions o;
@@ -81,11 +78,17 @@ int flyThrough(const FlyThroughOptions& options)
     fs::create_directories(folder, error);
     if (error) throw core::Error(folder.string() + ": cannot be made: " + error.message());
     o.output = folder / "frame-%04d.png";
-    o.device = hasVulkanDevice() ? DeviceKind::vulkan : DeviceKind::cpu;
+    const bool vulkan = options.device == DeviceKind::vulkan && hasVulkanDevice();
+    o.device = vulkan ? DeviceKind::vulkan : DeviceKind::cpu;
+    o.deviceIndex = vulkan ? options.deviceIndex : -1;
+    o.validation = vulkan && options.validation;
+    o.params = options.params;
+    o.camera = options.camera;
     o.width = kWidth;
     o.spp = kSpp;
     o.frames = FrameRange{0, kFrames - 1};
-    const int code = renderFrames(o, circle);
+    const int code = renderFrames(
+        o, [&o](const core::World& world) { return circle(world, chooseCamera(world, o.camera)); });
     std::cout << fs::absolute(folder, error).string() << '\n';
     return code;
 }

@@ -8,9 +8,9 @@
 #include "app/bench_throughput.h"
 #include "app/compare.h"
 #include "app/devices_command.h"
-#include "app/fly_through.h"
 #include "app/info_command.h"
 #include "app/render_command.h"
+#include "app/view/view_command.h"
 #include "core/check.h"
 
 namespace {
@@ -27,7 +27,7 @@ struct Run {
     {
         return app::benchThroughput(o, std::cout);
     }
-    int operator()(const app::FlyThroughOptions& o) const { return app::flyThrough(o); }
+    int operator()(const app::ViewOptions& o) const { return app::viewCommand(o); }
     int operator()(const app::Printed& o) const
     {
         std::cout << o.text;

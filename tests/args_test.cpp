@@ -86,6 +86,7 @@ TEST(Args, HelpShowsEveryParameterWithItsRangeAndBias)
 TEST(Args, HelpFitsInAHundredColumns)
 {
     for (const auto& arguments : {std::initializer_list<const char*>{"--help"},
+                                  {"view", "--help"},
                                   {"render", "--help"},
                                   {"compare", "-h"},
                                   {"info", "--help"},
@@ -176,23 +177,78 @@ TEST(Args, OptionsThatDoNotGoTogether)
     EXPECT_TRUE(contains(refusal({"bench", "throughput"}), "scene is missing"));
 }
 
-TEST(Args, NoCommandIsAFlyThrough)
+app::ViewOptions view(std::initializer_list<const char*> arguments)
 {
-    EXPECT_TRUE(std::holds_alternative<app::FlyThroughOptions>(parse({})));
-    const app::Command command = parse({"room.glb", "--strict"});
-    ASSERT_TRUE(std::holds_alternative<app::FlyThroughOptions>(command));
-    EXPECT_EQ(std::get<app::FlyThroughOptions>(command).scene.file, "room.glb");
-    EXPECT_TRUE(std::get<app::FlyThroughOptions>(command).scene.load.strict);
-    EXPECT_TRUE(std::holds_alternative<app::FlyThroughOptions>(parse({"view"})));
-    const app::Command view = parse({"view", "room.glb"});
-    ASSERT_TRUE(std::holds_alternative<app::FlyThroughOptions>(view));
-    EXPECT_EQ(std::get<app::FlyThroughOptions>(view).scene.file, "room.glb");
+    const app::Command command = parse(arguments);
+    EXPECT_TRUE(std::holds_alternative<app::ViewOptions>(command));
+    return std::get<app::ViewOptions>(command);
+}
+
+TEST(Args, NoCommandIsTheWindow)
+{
+    EXPECT_TRUE(view({}).scene.file.empty());
+    EXPECT_TRUE(view({"view"}).scene.file.empty());
+    EXPECT_FALSE(view({}).paramsGiven);
+    for (const app::ViewOptions& o :
+         {view({"room.glb", "--strict", "--device", "cpu", "--seed", "1", "--size", "800x600",
+                "--no-settings"}),
+          view({"view", "--strict", "--seed=1", "room.glb", "--no-settings", "--size", "800x600",
+                "--device", "cpu"})}) {
+        EXPECT_EQ(o.scene.file, "room.glb");
+        EXPECT_TRUE(o.scene.load.strict);
+        EXPECT_EQ(o.device, app::DeviceKind::cpu);
+        EXPECT_TRUE(o.paramsGiven);  // though it is the default
+        EXPECT_EQ(o.params, core::PathParams());
+        EXPECT_EQ(o.size, glm::uvec2(800, 600));
+        EXPECT_TRUE(o.noSettings);
+    }
+    const app::ViewOptions o =
+        view({"view", "r.gltf", "--camera", "door", "--path", "p.json", "--script", "s.json",
+              "--ui-scale", "1.5", "--max-depth", "3", "--device-index", "1", "--validation"});
+    EXPECT_EQ(o.camera, "door");
+    EXPECT_EQ(o.path, "p.json");
+    EXPECT_EQ(o.script, "s.json");
+    EXPECT_EQ(o.uiScale, 1.5f);
+    EXPECT_EQ(o.params.maxDepth, 3u);
+    EXPECT_EQ(o.deviceIndex, 1);
+    EXPECT_TRUE(o.validation);
+    EXPECT_EQ(view({"--replay", "a.exr"}).replay, "a.exr");
+    EXPECT_EQ(view({"view", "--replay", "a.PNG"}).replay, "a.PNG");
+}
+
+TEST(Args, OptionsOfTheWindowThatMakeNoSense)
+{
+    for (const char* picture : {"a.exr", "b.png", "C.EXR"})
+        EXPECT_TRUE(contains(refusal({"view", picture}), "--replay")) << picture;
+    EXPECT_TRUE(contains(refusal({"a.exr"}), "--replay a.exr"));
+    EXPECT_TRUE(contains(refusal({"view", "--replay", "a.glb"}), ".exr or .png"));
+    EXPECT_TRUE(contains(refusal({"a.glb", "--replay", "a.exr"}), "leave out a.glb"));
+    EXPECT_TRUE(contains(refusal({"view", "--replay", "a.exr", "--camera", "0"}), "--camera"));
+    EXPECT_TRUE(contains(refusal({"view", "--replay", "a.exr", "--seed", "1"}), "parameters"));
+    EXPECT_TRUE(contains(refusal({"view", "--size", "63x100"}), "64 to 16384"));
+    EXPECT_TRUE(contains(refusal({"view", "--size", "100x20000"}), "64 to 16384"));
+    EXPECT_TRUE(contains(refusal({"view", "--ui-scale", "5"}), "0 to 4"));
+    EXPECT_TRUE(contains(refusal({"view", "--scirpt", "a"}), "did you mean --script?"));
+    EXPECT_TRUE(contains(refusal({"--no-setings"}), "did you mean --no-settings?"));
+    EXPECT_TRUE(contains(refusal({"view", "a.glb", "b.glb"}), "unexpected argument 'b.glb'"));
+}
+
+TEST(Args, WhatStandsBeforeACommandIsRefused)
+{
+    EXPECT_TRUE(contains(refusal({"--device", "cpu", "render", "a.gltf", "-o", "a.exr"}),
+                         "--device stands before the command — put it behind render"));
+    EXPECT_TRUE(contains(refusal({"--strict", "info", "a.gltf"}), "--strict"));
+    EXPECT_TRUE(contains(refusal({"a.gltf", "render", "-o", "a.exr"}), "a.gltf stands before"));
+    EXPECT_TRUE(contains(refusal({"--seed", "2", "bench", "throughput", "a.gltf"}), "throughput"));
 }
 
 TEST(Args, HelpWinsOverMistakes)
 {
     EXPECT_TRUE(std::holds_alternative<app::Printed>(parse({"render", "--spp", "0", "--help"})));
     EXPECT_TRUE(std::holds_alternative<app::Printed>(parse({"--version"})));
+    const std::string program = std::get<app::Printed>(parse({"--help"})).text;
+    EXPECT_FALSE(contains(program, "--max-depth"));  // those are in the help of view
+    EXPECT_TRUE(contains(program, "window"));
 }
 
 TEST(Nearest, DistanceCountsSlips)

@@ -279,7 +279,7 @@ TEST_F(Cli, HelpAndVersion)
         EXPECT_EQ(result.err, "");
         EXPECT_TRUE(contains(result.out, "Example: rekindle"));
     }
-    EXPECT_TRUE(contains(run({"--help"}).out, "window"));  // says that there is none yet
+    EXPECT_TRUE(contains(run({"--help"}).out, "window"));
     const Result version = run({"--version"});
     EXPECT_EQ(version.code, 0);
     for (const char* name : {"rekindle", "Embree", "Vulkan", "oneTBB", "OpenImageIO", "GLM"})
