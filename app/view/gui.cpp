@@ -1,0 +1,366 @@
+// One frame: the display kernel if something changed, a copy of its output to the window's image, ImGui's triangles over
+// it. ImGui's Vulkan back end is made anew when the size of letters changes, for it cannot replace its font.
+#include "app/view/gui.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_vulkan.h>
+#include <imgui.h>
+
+#include "app/gpu/display.h"
+#include "app/gpu/offscreen.h"
+#include "app/gpu/swapchain.h"
+#include "app/view/gui_style.h"
+
+namespace app {
+
+namespace {
+
+using gpu::vk;
+
+VkResult imguiResult = VK_SUCCESS;  // the first failure inside ImGui's back end
+
+void onImguiResult(VkResult result)
+{
+    if (result < 0 && imguiResult >= 0) imguiResult = result;
+}
+
+void checkImgui()
+{
+    gpu::checkVulkan(std::exchange(imguiResult, VK_SUCCESS), "a call of Dear ImGui");
+}
+
+struct Use {
+    VkPipelineStageFlags stage;
+    VkAccessFlags access;
+    VkImageLayout layout;
+};
+constexpr Use kNothing{VK_PIPELINE_STAGE_TRANSFER_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
+constexpr Use kCopiedTo{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                        VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
+constexpr Use kDrawn{VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
+                     VK_ACCESS_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT,
+                     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL};
+constexpr Use kPresented{VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, 0, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR};
+constexpr Use kCopiedFrom{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT,
+                          VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
+
+void transition(VkCommandBuffer commands, VkImage image, const Use& from, const Use& to)
+{
+    VkImageMemoryBarrier barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
+    barrier.srcAccessMask = from.access;
+    barrier.dstAccessMask = to.access;
+    barrier.oldLayout = from.layout;
+    barrier.newLayout = to.layout;
+    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = image;
+    barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+    vk.CmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
+}
+
+/// ImGui's context and its two back ends, in the order in which they live.
+class ImguiContext {
+public:
+    ImguiContext(Window& window)
+    {
+        IMGUI_CHECKVERSION();
+        ImGui::CreateContext();
+        ImGui::GetIO().IniFilename = nullptr;
+        ImGui::GetIO().LogFilename = nullptr;
+        ImGui_ImplGlfw_InitForVulkan(window.get(), true);
+    }
+    ~ImguiContext()
+    {
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+    }
+    ImguiContext(const ImguiContext&) = delete;
+    ImguiContext& operator=(const ImguiContext&) = delete;
+};
+
+class ImguiVulkan {
+public:
+    /// With the fonts that ImGui holds now.
+    ImguiVulkan(gpu::Device& device, VkRenderPass renderPass)
+    {
+        const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
+        VkDescriptorPoolCreateInfo pool{};
+        pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+        pool.maxSets = 1;
+        pool.poolSizeCount = 1;
+        pool.pPoolSizes = &size;
+        VkDescriptorPool object;
+        VK_CHECK(vk.CreateDescriptorPool(device.get(), &pool, nullptr, &object));
+        pool_ = {device.get(), object};
+        ImGui_ImplVulkan_InitInfo init{};
+        init.Instance = device.instance();
+        init.PhysicalDevice = device.physical();
+        init.Device = device.get();
+        init.QueueFamily = device.queueFamily();
+        init.Queue = device.queue();
+        init.DescriptorPool = object;
+        init.MinImageCount = 2;
+        init.ImageCount = gpu::Swapchain::kSlots + 1;  // sets of vertices: of the frames in flight and a screenshot
+        init.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
+        init.CheckVkResultFn = onImguiResult;
+        imguiResult = VK_SUCCESS;
+        ImGui_ImplVulkan_Init(&init, renderPass);
+        device.submit([](VkCommandBuffer commands) { ImGui_ImplVulkan_CreateFontsTexture(commands); });
+        ImGui_ImplVulkan_DestroyFontUploadObjects();
+    }
+    ~ImguiVulkan() { ImGui_ImplVulkan_Shutdown(); }
+    ImguiVulkan(const ImguiVulkan&) = delete;
+    ImguiVulkan& operator=(const ImguiVulkan&) = delete;
+
+private:
+    gpu::Handle<VkDescriptorPool, &gpu::Api::DestroyDescriptorPool> pool_;
+};
+
+}  // namespace
+
+struct Gui::Impl {
+    Window& window;
+    gpu::Device device;
+    gpu::Swapchain swapchain;
+    gpu::Display display;
+    gpu::Handle<VkQueryPool, &gpu::Api::DestroyQueryPool> timestamps;
+    std::array<bool, gpu::Swapchain::kSlots> timed{};  // whether the slot's commands write timestamps
+    ImguiContext context;
+    std::optional<ImguiVulkan> imgui;
+    float wantedScale, scale = 0;  // wanted 0: the display's
+    DisplayInputs shown;           // what the kernel ran with last
+    bool ran = false;
+    glm::uvec2 presentedSize{0};
+    GuiStats stats;
+
+    Impl(Window& w, const GuiOptions& options)
+        : window(w),
+          device({.index = options.deviceIndex,
+                  .validation = options.validation,
+                  .instanceExtensions = w.instanceExtensions(),
+                  .surface = [&w](VkInstance instance) { return w.makeSurface(instance); }}),
+          swapchain(device, [&w](VkInstance instance) { return w.makeSurface(instance); }), display(device), context(w),
+          wantedScale(options.uiScale)
+    {
+        makeTimestamps();
+        applyScale();
+    }
+    ~Impl()
+    {
+        try {
+            swapchain.wait();
+        } catch (const core::Error&) {
+            // A lost device runs nothing any more.
+        }
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    void makeTimestamps();
+    void readTimestamps(uint32_t slot);
+    void applyScale();
+    void upload(const DisplayInputs& inputs);
+    void runKernel(const gpu::Frame& frame, const DisplayInputs& inputs);
+    void draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size, const Use& after);
+};
+
+void Gui::Impl::makeTimestamps()
+{
+    uint32_t count = 0;
+    vk.GetPhysicalDeviceQueueFamilyProperties(device.physical(), &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vk.GetPhysicalDeviceQueueFamilyProperties(device.physical(), &count, families.data());
+    if (families[device.queueFamily()].timestampValidBits == 0) return;
+    VkQueryPoolCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
+    create.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    create.queryCount = 2 * gpu::Swapchain::kSlots;
+    VkQueryPool object;
+    VK_CHECK(vk.CreateQueryPool(device.get(), &create, nullptr, &object));
+    timestamps = {device.get(), object};
+}
+
+void Gui::Impl::readTimestamps(uint32_t slot)
+{
+    if (!std::exchange(timed[slot], false)) return;
+    std::array<uint64_t, 2> ticks{};
+    VK_CHECK(vk.GetQueryPoolResults(device.get(), timestamps.get(), 2 * slot, 2, sizeof(ticks), ticks.data(),
+                                    sizeof(uint64_t), VK_QUERY_RESULT_64_BIT));
+    stats.displaySeconds =
+        static_cast<double>(ticks[1] - ticks[0]) * static_cast<double>(device.limits().timestampPeriod) * 1e-9;
+}
+
+/// Style and fonts for the scale that is wanted now.
+void Gui::Impl::applyScale()
+{
+    const float now = wantedScale > 0 ? std::clamp(wantedScale, 0.5f, 8.0f) : window.contentScale();
+    if (std::abs(now - scale) < 0.01f) return;
+    scale = now;
+    swapchain.wait();
+    imgui.reset();
+    ImGui::GetStyle() = baseStyle();
+    ImGui::GetStyle().ScaleAllSizes(scale);
+    addFonts(*ImGui::GetIO().Fonts, scale);
+    imgui.emplace(device, swapchain.renderPass());
+    checkImgui();
+}
+
+/// Images whose pointers changed go to the device.
+void Gui::Impl::upload(const DisplayInputs& inputs)
+{
+    if (ran && inputs.a == shown.a && inputs.b == shown.b) return;
+    swapchain.wait();
+    ran = false;
+    if (inputs.a != shown.a) display.setImage(0, inputs.a.get());
+    shown.a = inputs.a;
+    if (inputs.b != shown.b) display.setImage(1, inputs.b.get());
+    shown.b = inputs.b;
+}
+
+void Gui::Impl::runKernel(const gpu::Frame& frame, const DisplayInputs& inputs)
+{
+    if (glm::uvec2(display.width(), display.height()) != frame.size) {
+        swapchain.wait();
+        display.setSize(frame.size.x, frame.size.y);
+        ran = false;
+    }
+    const bool same = std::memcmp(&inputs.settings, &shown.settings, sizeof(shown.settings)) == 0;
+    if (ran && same) return;
+    const uint32_t query = 2 * frame.slot;
+    if (timestamps) {
+        vk.CmdResetQueryPool(frame.commands, timestamps.get(), query, 2);
+        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps.get(), query);
+    }
+    display.record(frame.commands, inputs.settings, swapchain.swapped());
+    if (timestamps) {
+        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, timestamps.get(), query + 1);
+        timed[frame.slot] = true;
+    }
+    shown.settings = inputs.settings;
+    ran = true;
+}
+
+/// The kernel's output, and over it what ImGui has rendered last.
+void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size,
+                     const Use& after)
+{
+    transition(commands, image, kNothing, kCopiedTo);
+    VkBufferImageCopy copy{};
+    copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+    copy.imageExtent = {size.x, size.y, 1};
+    vk.CmdCopyBufferToImage(commands, display.output().get(), image, kCopiedTo.layout, 1, &copy);
+    transition(commands, image, kCopiedTo, kDrawn);
+    VkRenderPassBeginInfo begin{};
+    begin.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO;
+    begin.renderPass = swapchain.renderPass();
+    begin.framebuffer = framebuffer;
+    begin.renderArea.extent = {size.x, size.y};
+    vk.CmdBeginRenderPass(commands, &begin, VK_SUBPASS_CONTENTS_INLINE);
+    ImDrawData* data = ImGui::GetDrawData();
+    if (data != nullptr && data->Valid) {
+        // The window may have changed since ImGui laid things out: pixels stay pixels, what sticks out is cut off.
+        data->DisplaySize = {static_cast<float>(size.x) / data->FramebufferScale.x,
+                             static_cast<float>(size.y) / data->FramebufferScale.y};
+        ImGui_ImplVulkan_RenderDrawData(data, commands);
+    }
+    vk.CmdEndRenderPass(commands);
+    transition(commands, image, kDrawn, after);
+    checkImgui();
+}
+
+Gui::Gui(Window& window, const GuiOptions& options) : impl_(std::make_unique<Impl>(window, options)) {}
+Gui::~Gui() = default;
+
+bool Gui::begin()
+{
+    const glm::uvec2 size = impl_->window.framebufferSize();
+    if (size.x == 0 || size.y == 0) {
+        ++impl_->stats.skipped;
+        return false;
+    }
+    impl_->applyScale();
+    ImGui_ImplVulkan_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    impl_->window.applyInjected();
+    ImGui::NewFrame();
+    return true;
+}
+
+void Gui::end(const DisplayInputs& inputs)
+{
+    Impl& i = *impl_;
+    ImGui::Render();
+    i.upload(inputs);
+    const uint32_t slot = i.swapchain.nextSlot();
+    const std::optional<gpu::Frame> frame = i.swapchain.begin(i.window.framebufferSize());
+    i.readTimestamps(slot);  // begin() has waited for these commands
+    if (!frame) {
+        ++i.stats.skipped;
+        return;
+    }
+    i.runKernel(*frame, inputs);
+    i.draw(frame->commands, frame->image, frame->framebuffer, frame->size, kPresented);
+    if (i.swapchain.end()) {
+        ++i.stats.presented;
+        i.presentedSize = frame->size;
+    } else {
+        ++i.stats.skipped;
+    }
+}
+
+std::vector<uint8_t> Gui::readFrame(glm::uvec2& size)
+{
+    Impl& i = *impl_;
+    size = i.presentedSize;
+    if (size.x == 0) return {};
+    i.swapchain.wait();
+    gpu::Offscreen copy(i.device, size, i.swapchain.format(), i.swapchain.renderPass());
+    std::vector<uint8_t> bytes = copy.read(
+        [&](VkCommandBuffer commands) { i.draw(commands, copy.image(), copy.framebuffer(), size, kCopiedFrom); });
+    if (i.swapchain.swapped()) gpu::swapRedAndBlue(bytes);
+    for (size_t p = 3; p < bytes.size(); p += 4) bytes[p] = 255;  // the window is opaque, whatever blending left
+    return bytes;
+}
+
+std::vector<uint8_t> Gui::readPicture(glm::uvec2& size)
+{
+    Impl& i = *impl_;
+    size = i.ran ? glm::uvec2(i.display.width(), i.display.height()) : glm::uvec2(0);
+    if (size.x == 0) return {};
+    i.swapchain.wait();
+    std::vector<uint8_t> bytes(size_t(size.x) * size.y * 4);
+    i.display.output().read(std::as_writable_bytes(std::span(bytes)));
+    if (i.swapchain.swapped()) gpu::swapRedAndBlue(bytes);
+    return bytes;
+}
+
+void Gui::setUiScale(float scale)
+{
+    impl_->wantedScale = scale;
+}
+
+bool Gui::isSoftware() const
+{
+    return impl_->device.isSoftware();
+}
+
+GuiStats Gui::stats() const
+{
+    GuiStats stats = impl_->stats;
+    stats.swapchains = impl_->swapchain.made();
+    stats.deviceBytes = impl_->device.allocatedBytes;
+    return stats;
+}
+
+std::string Gui::deviceName() const
+{
+    return impl_->device.info().name;
+}
+
+}  // namespace app
