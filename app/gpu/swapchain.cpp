@@ -4,7 +4,6 @@
 #include "app/gpu/swapchain.h"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace gpu {
 
@@ -15,7 +14,7 @@ constexpr uint64_t kAcquireNanoseconds = 100'000'000;
 
 }  // namespace
 
-Outcome outcomeOf(VkResult result, const char* call)
+Outcome outcomeOf(Device& device, VkResult result, const char* call)
 {
     switch (result) {
     case VK_SUCCESS: return Outcome::ok;
@@ -25,7 +24,7 @@ Outcome outcomeOf(VkResult result, const char* call)
     case VK_ERROR_OUT_OF_DATE_KHR:
     case VK_ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT: return Outcome::outOfDate;
     case VK_ERROR_SURFACE_LOST_KHR: return Outcome::surfaceLost;
-    default: checkVulkan(result, call); return Outcome::ok;
+    default: device.check(result, call); return Outcome::ok;
     }
 }
 
@@ -67,11 +66,11 @@ Swapchain::~Swapchain()
     try {
         wait();
     } catch (const core::Error&) {
-        // A lost device runs nothing any more, and what it held may be destroyed.
+        // A lost device runs nothing any more; of one that hangs nothing can be destroyed.
     }
     retired_.clear();
     chain_ = {};
-    vk.DestroySurfaceKHR(device_.instance(), surface_, nullptr);
+    if (!isAbandoned(device_.get())) vk.DestroySurfaceKHR(device_.instance(), surface_, nullptr);
 }
 
 Handle<VkSemaphore, &Api::DestroySemaphore> Swapchain::semaphore() const
@@ -143,16 +142,7 @@ void Swapchain::waitFor(Slot& slot)
     if (slot.frame == 0) return;
     const VkFence fence = slot.fence.get();
     const uint64_t frame = std::exchange(slot.frame, 0);  // whatever happens, nobody waits for it again
-    VkResult result = VK_TIMEOUT;
-    for (int step = 0; step < 30 && result == VK_TIMEOUT; ++step) {
-        if (step == 3) std::fprintf(stderr, "the window's device has been busy for 6 s ...\n");
-        result = vk.WaitForFences(device_.get(), 1, &fence, VK_TRUE, 2'000'000'000);
-    }
-    if (result == VK_TIMEOUT) {
-        throw core::Error("the window's device has not answered for a minute — treated as lost",
-                          core::ExitCode::deviceLost);
-    }
-    checkVulkan(result, "vkWaitForFences");
+    device_.wait(fence);
     VK_CHECK(vk.ResetFences(device_.get(), 1, &fence));
     completed_ = std::max(completed_, frame);
 }
@@ -230,7 +220,7 @@ Swapchain::Image Swapchain::makeImage(VkImage image, glm::uvec2 size)
 bool Swapchain::makeChain(glm::uvec2 size)
 {
     VkSurfaceCapabilitiesKHR can{};
-    Outcome outcome = outcomeOf(vk.GetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical(), surface_, &can),
+    Outcome outcome = outcomeOf(device_, vk.GetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical(), surface_, &can),
                                 "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
     if (outcome == Outcome::surfaceLost) {
         renewSurface();
@@ -272,7 +262,7 @@ bool Swapchain::makeChain(glm::uvec2 size)
         retired_.back().replaced = true;
     }
     VkSwapchainKHR object = VK_NULL_HANDLE;
-    outcome = outcomeOf(vk.CreateSwapchainKHR(device_.get(), &create, nullptr, &object), "vkCreateSwapchainKHR");
+    outcome = outcomeOf(device_, vk.CreateSwapchainKHR(device_.get(), &create, nullptr, &object), "vkCreateSwapchainKHR");
     if (outcome == Outcome::surfaceLost) renewSurface();
     if (outcome != Outcome::ok) return false;
     chain_.swapchain = {device_.get(), object};
@@ -295,7 +285,7 @@ bool Swapchain::makeChain(glm::uvec2 size)
 std::optional<Outcome> Swapchain::acquire(glm::uvec2 size)
 {
     if ((stale_ || !chain_.swapchain || wanted_ != size) && !makeChain(size)) return std::nullopt;
-    const Outcome outcome = outcomeOf(vk.AcquireNextImageKHR(device_.get(), chain_.swapchain.get(), kAcquireNanoseconds,
+    const Outcome outcome = outcomeOf(device_, vk.AcquireNextImageKHR(device_.get(), chain_.swapchain.get(), kAcquireNanoseconds,
                                                              slots_[next_].acquired.get(), VK_NULL_HANDLE, &image_),
                                       "vkAcquireNextImageKHR");
     if (outcome == Outcome::suboptimal || outcome == Outcome::outOfDate) stale_ = true;
@@ -348,7 +338,7 @@ bool Swapchain::end()
     submit.pCommandBuffers = &slot.commands;
     submit.signalSemaphoreCount = 1;
     submit.pSignalSemaphores = &drawn;
-    VK_CHECK(vk.QueueSubmit(device_.queue(), 1, &submit, slot.fence.get()));
+    device_.check(vk.QueueSubmit(device_.queue(), 1, &submit, slot.fence.get()), "vkQueueSubmit");
     slot.frame = ++submitted_;
     open_ = false;
     next_ = (next_ + 1) % kSlots;
@@ -361,7 +351,7 @@ bool Swapchain::end()
     present.swapchainCount = 1;
     present.pSwapchains = &swapchain;
     present.pImageIndices = &image_;
-    const Outcome outcome = outcomeOf(vk.QueuePresentKHR(device_.queue(), &present), "vkQueuePresentKHR");
+    const Outcome outcome = outcomeOf(device_, vk.QueuePresentKHR(device_.queue(), &present), "vkQueuePresentKHR");
     chain_.presented = true;
     if (outcome == Outcome::ok || outcome == Outcome::suboptimal) losses_ = 0;
     if (outcome != Outcome::ok) stale_ = true;

@@ -22,9 +22,9 @@ enum class Outcome {
     surfaceLost,  // a new surface is needed
 };
 
-/// Of acquiring, presenting, creating a swapchain and asking for the capabilities of a surface. Throws as VK_CHECK for what
-/// is none of the above.
-Outcome outcomeOf(VkResult result, const char* call);
+/// Of acquiring, presenting, creating a swapchain and asking for the capabilities of a surface. Throws as Device::check
+/// for what is none of the above.
+Outcome outcomeOf(Device& device, VkResult result, const char* call);
 
 /// What one frame is drawn into. The image is in no layout that matters (undefined).
 struct Frame {
