@@ -2,8 +2,8 @@
 // out once to see that the watch would notice.
 #include <gtest/gtest.h>
 
+#include "app/gpu/display.h"
 #include "app/gpu/gpu_path.h"
-#include "app/gpu/gpu_rays.h"
 #include "core/gltf/gltf.h"
 #include "spirv/accumulate.h"
 #include "spirv/bounce.h"
@@ -194,6 +194,36 @@ TEST(Barriers, ThePathTracerHasThemAll)
 TEST(Barriers, ThePathTracerHasThemAllWhenMemoryIsStaged)
 {
     watchRenderer(true);
+}
+
+/// The display kernel as the window uses it: frames that are not waited for, the output copied after each.
+TEST(Barriers, TheDisplayHasThemAll)
+{
+    for (const bool staged : {false, true}) {
+        VulkanFaults faults;
+        BarrierWatch watch(faults);
+        std::optional<tests::StagedMemory> memory;
+        if (staged) memory.emplace(faults);
+        {
+            gpu::Device device({});
+            gpu::Display display(device);
+            const core::Image image(20, 10, 3);
+            const gpu::Buffer copy(device, "a copy", 20 * 10 * 4);
+            display.setSize(20, 10);
+            for (int frame = 0; frame < 3; ++frame) {
+                display.setImage(0, &image);
+                device.submit([&](VkCommandBuffer commands) {
+                    for (int i = 0; i < 2; ++i) {
+                        display.record(commands, {}, false);
+                        const VkBufferCopy region{0, 0, copy.bytes()};
+                        if (i == 0) gpu::vk.CmdCopyBuffer(commands, display.output().get(), copy.get(), 1, &region);
+                    }
+                });
+            }
+        }
+        EXPECT_GE(watch.commands().size(), 12u);
+        EXPECT_EQ(all(missingBarriers(watch.commands())), "") << (staged ? "staged" : "mapped");
+    }
 }
 
 TEST(Barriers, StagedMemoryGivesTheSameImage)

@@ -297,6 +297,93 @@ TEST_F(VulkanFails, TimestampsOfFewBitsWrapAround)
     EXPECT_NEAR(device.submit([](VkCommandBuffer) {}), 1500e-9 * double(device.limits().timestampPeriod), 1e-12);
 }
 
+// --- V16: windows
+
+/// A surface that is none, and a driver that presents to it from `presenting` families (bit per family). The driver's one
+/// family appears as two: the first computes only.
+void plantSurface(VulkanFaults& faults, uint32_t presenting)
+{
+    faults.replace<&Api::GetPhysicalDeviceQueueFamilyProperties>(
+        [](auto driver, VkPhysicalDevice physical, uint32_t* count, VkQueueFamilyProperties* families) {
+            if (families != nullptr) {
+                uint32_t one = 1;
+                driver(physical, &one, families);
+                families[1] = families[0];
+                families[0].queueFlags = VK_QUEUE_COMPUTE_BIT;
+            }
+            *count = 2;
+        });
+    faults.replace<&Api::GetPhysicalDeviceSurfaceSupportKHR>(
+        [presenting](auto, VkPhysicalDevice, uint32_t family, VkSurfaceKHR, VkBool32* supported) {
+            *supported = (presenting >> family & 1u) != 0 ? VK_TRUE : VK_FALSE;
+            return VK_SUCCESS;
+        });
+    faults.replace<&Api::DestroySurfaceKHR>([](auto, VkInstance, VkSurfaceKHR, const VkAllocationCallbacks*) {});
+    faults.replace<&Api::CreateDevice>(
+        [](auto driver, VkPhysicalDevice physical, const VkDeviceCreateInfo* info, auto* allocator, VkDevice* out) {
+            VkDeviceQueueCreateInfo queue = info->pQueueCreateInfos[0];
+            queue.queueFamilyIndex = 0;
+            VkDeviceCreateInfo changed = *info;
+            changed.pQueueCreateInfos = &queue;
+            return driver(physical, &changed, allocator, out);
+        });
+    faults.replace<&Api::GetDeviceQueue>(
+        [](auto driver, VkDevice device, uint32_t, uint32_t index, VkQueue* out) { driver(device, 0, index, out); });
+    faults.replace<&Api::CreateCommandPool>(
+        [](auto driver, VkDevice device, const VkCommandPoolCreateInfo* info, auto* allocator, VkCommandPool* out) {
+            VkCommandPoolCreateInfo changed = *info;
+            changed.queueFamilyIndex = 0;
+            return driver(device, &changed, allocator, out);
+        });
+}
+
+gpu::DeviceOptions forWindow()
+{
+    static int storage;
+    gpu::DeviceOptions options;
+    options.instanceExtensions = {VK_KHR_SURFACE_EXTENSION_NAME};
+    options.surface = [](VkInstance) { return reinterpret_cast<VkSurfaceKHR>(&storage); };
+    return options;
+}
+
+TEST_F(VulkanFails, TheQueueThatCanPresentIsTaken)
+{
+    VulkanFaults faults;
+    plantSurface(faults, 2);
+    {
+        const gpu::Device window(forWindow());
+        EXPECT_EQ(window.queueFamily(), 1u);
+        const gpu::Device renderer({});
+        EXPECT_EQ(renderer.queueFamily(), 0u);  // any that computes
+    }
+    EXPECT_EQ(faults.calls<&Api::DestroySurfaceKHR>(), 1u);
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
+TEST_F(VulkanFails, AQueueThatPresentsButDoesNotDrawIsNotEnough)
+{
+    VulkanFaults faults;
+    plantSurface(faults, 1);
+    expectSays(errorOf(core::ExitCode::noDevice, [] { gpu::Device device(forWindow()); }),
+               {"window", deviceName(), "a queue that computes, draws and presents", "rekindle render"});
+    EXPECT_EQ(faults.calls<&Api::DestroySurfaceKHR>(), 1u);
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
+TEST_F(VulkanFails, ADeviceWithoutSwapchainsIsNoneForAWindow)
+{
+    VulkanFaults faults;
+    plantSurface(faults, 3);
+    faults.replace<&Api::EnumerateDeviceExtensionProperties>(
+        [](auto, VkPhysicalDevice, const char*, uint32_t* count, VkExtensionProperties*) {
+            *count = 0;
+            return VK_SUCCESS;
+        });
+    expectSays(errorOf(core::ExitCode::noDevice, [] { gpu::Device device(forWindow()); }), {"VK_KHR_swapchain"});
+    EXPECT_TRUE(gpu::Device({}).info().missing.empty());  // without a window nobody asks
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
 // --- V4: work that does not end
 
 void neverSignal(VulkanFaults& faults)
