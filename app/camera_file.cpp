@@ -70,6 +70,37 @@ glm::dvec3 toWorld(const core::Placement& placement, glm::dvec3 p)
     return (p - placement.centre) * placement.scale;
 }
 
+/// Near `guess`, the number that `map` takes to `wanted`; `guess` when there is none. Numbers that
+/// `map` once made are found again, though rounding took place on the way.
+template <class Map> double preimage(double guess, double wanted, Map map)
+{
+    double below = guess, above = guess;
+    for (int i = 0; i < 16; ++i) {
+        if (map(below) == wanted) return below;
+        if (map(above) == wanted) return above;
+        below = std::nextafter(below, -HUGE_VAL);
+        above = std::nextafter(above, HUGE_VAL);
+    }
+    return guess;
+}
+
+/// A point of world space in the file's.
+glm::dvec3 toFile(const core::Placement& placement, glm::dvec3 p)
+{
+    const glm::dvec3 guess = p / placement.scale + placement.centre;
+    glm::dvec3 result;
+    for (int i = 0; i < 3; ++i)
+        result[i] = preimage(guess[i], p[i],
+                             [&](double x) { return (x - placement.centre[i]) * placement.scale; });
+    return result;
+}
+
+double lengthToFile(const core::Placement& placement, double length)
+{
+    return preimage(length / placement.scale, length,
+                    [&](double x) { return x * placement.scale; });
+}
+
 /// Rotation whose columns are right, up, backward.
 glm::dquat orientation(const core::Camera& camera)
 {
@@ -115,16 +146,17 @@ Json cameraJson(const core::Camera& camera, const core::Placement& placement)
 {
     Json json;
     if (!camera.name.empty()) json["name"] = camera.name;
-    json["position"] = vectorJson(camera.position / placement.scale + placement.centre);
+    json["position"] = vectorJson(toFile(placement, camera.position));
     json["forward"] = vectorJson(camera.forward);
     json["up"] = vectorJson(camera.up);
     if (camera.orthographic)
-        json["ymag"] = camera.ymag / placement.scale;
+        json["ymag"] = lengthToFile(placement, camera.ymag);
     else
-        json["yfov"] = glm::degrees(camera.yfov);
+        json["yfov"] = preimage(glm::degrees(camera.yfov), camera.yfov,
+                                [](double x) { return glm::radians(x); });
     json["aspect"] = camera.aspect;
-    json["aperture_radius"] = camera.apertureRadius / placement.scale;
-    json["focus_distance"] = camera.focusDistance / placement.scale;
+    json["aperture_radius"] = lengthToFile(placement, camera.apertureRadius);
+    json["focus_distance"] = lengthToFile(placement, camera.focusDistance);
     return json;
 }
 
@@ -221,19 +253,18 @@ core::Camera CameraPath::at(double frame) const
     return camera;
 }
 
-CameraPath readCameraPath(const std::filesystem::path& file, const core::Camera& defaults,
-                          const core::Placement& placement)
+CameraPath cameraPathFromJson(const Json& json, const core::Camera& defaults,
+                              const core::Placement& placement, const std::string& file)
 {
-    const Json json = readJson(file);
     if (!json.is_object() || !json.contains("keys") || !json["keys"].is_array() ||
         json["keys"].empty())
-        throw core::Error(file.string() +
-                          ": expected {\"keys\": [{\"frame\": 0, \"position\": ...}, ...]}");
+        throw core::Error(file + ": expected {\"keys\": [{\"frame\": 0, \"position\": ...}, ...]}");
     CameraPath path;
     core::Camera last = defaults;
     for (size_t i = 0; i < json["keys"].size(); ++i) {
-        const Place place = Place{file.string(), ""} / "keys" / std::to_string(i);
+        const Place place = Place{file, ""} / "keys" / std::to_string(i);
         const Json& key = json["keys"][i];
+        last.name.clear();  // the one thing that a key does not hand on
         last = readCameraAt(key, last, placement, place);
         const double frame = key.contains("frame")
                                  ? readNumber(key["frame"], 0, 1e9, place / "frame")
@@ -243,6 +274,12 @@ CameraPath readCameraPath(const std::filesystem::path& file, const core::Camera&
         path.keys.push_back({frame, last});
     }
     return path;
+}
+
+CameraPath readCameraPath(const std::filesystem::path& file, const core::Camera& defaults,
+                          const core::Placement& placement)
+{
+    return cameraPathFromJson(readJson(file), defaults, placement, file.string());
 }
 
 }  // namespace app

@@ -16,7 +16,8 @@
 
 namespace app {
 
-/// `camera` (in world space) as JSON in the file's space. cameraFromJson is its inverse.
+/// `camera` (in world space) as JSON in the file's space. cameraFromJson is its inverse: to the bit
+/// for cameras that came from a file, and for others as nearly as the file's space can say.
 nlohmann::ordered_json cameraJson(const core::Camera& camera, const core::Placement& placement);
 
 /// Reads a camera into world space; absent members are those of `defaults` (world space). Throws
@@ -47,8 +48,12 @@ struct CameraPath {
     core::Camera at(double frame) const;
 };
 
-/// Reads a path; what keys leave out is that of the key before, and of `defaults` before the first.
-/// Throws core::Error.
+/// A path; what keys leave out is that of the key before, and of `defaults` before the first.
+/// Throws core::Error led by `file` and the place in it.
+CameraPath cameraPathFromJson(const nlohmann::ordered_json& json, const core::Camera& defaults,
+                              const core::Placement& placement, const std::string& file);
+
+/// Reads a path file. Throws core::Error.
 CameraPath readCameraPath(const std::filesystem::path& file, const core::Camera& defaults,
                           const core::Placement& placement);
 
