@@ -1,5 +1,5 @@
 // First-hit data at pixel centres: word 0 depth and shading normal, word 1 albedo, word 2 triangle, material, emitter
-// (as floats, -1 for none).
+// (as floats, -1 for none). The output begins at the pixel of index `batch.firstSample`.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -21,7 +21,7 @@ void main()
     PathState path;
     cameraRay(frame.camera, vec2(pixel) + 0.5,
               vec2(frame.settings.imageWidth, frame.settings.imageHeight), vec2(0.5), path.origin, path.direction);
-    const uint i = 3u * (pixel.y * frame.settings.imageWidth + pixel.x);
+    const uint i = 3u * (pixel.y * frame.settings.imageWidth + pixel.x - batch.firstSample);
     Hit hit;
     if (!traceClosest(Ray(path.origin, 0.0, path.direction, kInfinity), 0u, hit)) {
         words[i] = vec4(0.0);
