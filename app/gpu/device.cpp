@@ -225,9 +225,10 @@ void Device::check(VkResult result, const char* call)
     checkVulkan(result, call);
 }
 
-void Device::wait(VkFence fence)
+void Device::wait(VkFence fence, std::string_view work)
 {
     requireAlive();
+    if (!work.empty()) work_ = work;
     constexpr int kNoticeStep = 3;
     const int patience = software_ ? 30 : 10;  // steps; a software device shares its processors with everything else
     for (int step = 1; step <= patience; ++step) {

@@ -73,8 +73,8 @@ public:
     /// throws at once, without the driver.
     double submit(const std::function<void(VkCommandBuffer)>& record, std::string_view work = {});
 
-    /// Waits for a fence of work that is submitted elsewhere, in the same steps and with the same end.
-    void wait(VkFence fence);
+    /// Waits for a fence of `work` that is submitted elsewhere, in the same steps and with the same end.
+    void wait(VkFence fence, std::string_view work = {});
 
     /// checkVulkan for calls on this device: remembers its loss.
     void check(VkResult result, const char* call);

@@ -142,7 +142,7 @@ void Swapchain::waitFor(Slot& slot)
     if (slot.frame == 0) return;
     const VkFence fence = slot.fence.get();
     const uint64_t frame = std::exchange(slot.frame, 0);  // whatever happens, nobody waits for it again
-    device_.wait(fence);
+    device_.wait(fence, "a frame of the window");
     VK_CHECK(vk.ResetFences(device_.get(), 1, &fence));
     completed_ = std::max(completed_, frame);
 }

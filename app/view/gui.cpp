@@ -13,6 +13,7 @@
 
 #include "app/gpu/display.h"
 #include "app/gpu/offscreen.h"
+#include "app/gpu/pipeline_cache.h"
 #include "app/gpu/swapchain.h"
 #include "app/view/gui_style.h"
 
@@ -144,7 +145,8 @@ struct Gui::Impl {
           device({.index = options.deviceIndex,
                   .validation = options.validation,
                   .instanceExtensions = w.instanceExtensions(),
-                  .surface = [&w](VkInstance instance) { return w.makeSurface(instance); }}),
+                  .surface = [&w](VkInstance instance) { return w.makeSurface(instance); },
+                  .cacheFolder = gpu::userCacheFolder()}),
           swapchain(device, [&w](VkInstance instance) { return w.makeSurface(instance); }), display(device), context(w),
           wantedScale(options.uiScale)
     {
