@@ -109,7 +109,7 @@ TEST(NumbersAsText, ThreeDigitsAndUnits)
     EXPECT_EQ(app::secondsText(59.96 * 60), "59:58");
     EXPECT_EQ(app::secondsText(7384), "2:03:04");
     EXPECT_EQ(app::secondsText(INFINITY), "-");
-    EXPECT_EQ(app::numberText(0.012345), "0.0123");
+    EXPECT_EQ(app::digitsText(0.012345), "0.0123");
 }
 
 }  // namespace

@@ -149,9 +149,9 @@ void drawCursor(ImDrawList& list, const Frame& f, const LogPlot& plot)
     const ImVec2 at = f.place(best->x, best->y);
     list.AddLine({at.x, f.low.y}, {at.x, f.high.y}, ImGui::GetColorU32(ImGuiCol_Text, 0.25f));
     list.AddCircle(at, 4, ImGui::GetColorU32(ImGuiCol_Text), 12, 1.5f);
-    const std::string bar = best->se > 0 ? " \xC2\xB1 " + numberText(best->se) : "";
+    const std::string bar = best->se > 0 ? " \xC2\xB1 " + digitsText(best->se) : "";
     ImGui::SetTooltip("%s\n%s: %s\n%s: %s%s", owner->label.c_str(), plot.xLabel.c_str(),
-                      numberText(best->x).c_str(), plot.yLabel.c_str(), numberText(best->y).c_str(),
+                      digitsText(best->x).c_str(), plot.yLabel.c_str(), digitsText(best->y).c_str(),
                       bar.c_str());
 }
 

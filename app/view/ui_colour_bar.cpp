@@ -45,7 +45,7 @@ void drawScale(const UiContext& c, float width)
     const float top = ImGui::GetCursorScreenPos().y;
     for (int i = 0; i < kNumbers; ++i) {
         const float t = static_cast<float>(i) / (kNumbers - 1);
-        const std::string text = numberText(scaleValue(c.frame.scale, static_cast<double>(t)));
+        const std::string text = digitsText(scaleValue(c.frame.scale, static_cast<double>(t)));
         const float half = ImGui::CalcTextSize(text.c_str()).x / 2;
         const float x =
             std::clamp(corner.x + t * width - half, corner.x, corner.x + width - 2 * half);

@@ -104,7 +104,7 @@ void drawReferenceSection(const UiContext& c)
         if (reference->seconds > 0) samples += " in " + secondsText(reference->seconds);
         dimText(samples);
         const double noise = referenceNoise(*reference);
-        dimText(noise > 0 ? "its own noise: RMSE " + numberText(noise)
+        dimText(noise > 0 ? "its own noise: RMSE " + digitsText(noise)
                           : "its own noise is unknown");
     } else {
         dimText("none: errors are estimated from the samples' own spread");

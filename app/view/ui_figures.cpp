@@ -44,10 +44,10 @@ std::string etaText(const Curve& curve, double target, double noise)
     if (!eta) {
         if (curve.against && noise > 0 && target <= noise)
             return "below the reference's noise: never";
-        return numberText(target) + ": unknown as yet";
+        return digitsText(target) + ": unknown as yet";
     }
-    if (eta->seconds <= 0) return numberText(target) + ": reached";
-    std::string text = numberText(target) + " in " + secondsText(eta->seconds);
+    if (eta->seconds <= 0) return digitsText(target) + ": reached";
+    std::string text = digitsText(target) + " in " + secondsText(eta->seconds);
     if (eta->low < eta->seconds)
         text += " (" + secondsText(eta->low) + " to " + secondsText(eta->high) + ")";
     return text;

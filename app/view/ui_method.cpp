@@ -255,7 +255,7 @@ void drawLimitsSection(const UiContext& c)
         // Of the samples that the law of the root asks for.
         const double ratio = error > 0 ? render.errorLimit / error : 0;
         limitBar(ratio * ratio,
-                 "error " + numberText(error) + " of " + numberText(render.errorLimit));
+                 "error " + digitsText(error) + " of " + digitsText(render.errorLimit));
     }
 }
 

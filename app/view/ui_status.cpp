@@ -52,13 +52,13 @@ void errorItem(const Picture& picture, const Reference* reference, std::vector<S
         std::string help = "root mean square error against the reference (" + reference->origin +
                            ") at " + std::to_string(last.samples) + " spp, with its standard error";
         if (const double noise = referenceNoise(*reference); noise > 0) {
-            help += "; the reference's own noise is " + numberText(noise);
+            help += "; the reference's own noise is " + digitsText(noise);
         }
-        std::string text = "RMSE " + numberText(last.rmse);
+        std::string text = "RMSE " + digitsText(last.rmse);
         if (last.rmseSe > 0) text += " \xC2\xB1 " + format("%.1g", last.rmseSe);
         items.push_back({text, help, textColour(), 7});
     } else if (last.estimated > 0) {
-        items.push_back({"noise " + numberText(last.estimated),
+        items.push_back({"noise " + digitsText(last.estimated),
                          "root of the mean variance, estimated from the samples' own spread at " +
                              std::to_string(last.samples) +
                              " spp; with the Sobol sampler an upper bound",

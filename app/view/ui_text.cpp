@@ -36,7 +36,7 @@ std::string countText(double value)
 {
     if (!(value >= 0) || !std::isfinite(value)) return "-";
     if (value < 999.5)
-        return value == std::floor(value) ? format("%.0f", value) : numberText(value);
+        return value == std::floor(value) ? format("%.0f", value) : digitsText(value);
     const char* const prefixes[] = {" k", " M", " G", " T"};
     size_t i = 0;
     value /= 1000;
@@ -64,17 +64,17 @@ std::string secondsText(double seconds)
 {
     if (!(seconds >= 0) || !std::isfinite(seconds)) return "-";
     if (seconds == 0) return "0 s";
-    if (seconds < 0.0995) return numberText(seconds * 1000) + " ms";
+    if (seconds < 0.0995) return digitsText(seconds * 1000) + " ms";
     if (seconds < 9.95) return format("%.2g s", seconds);
     if (seconds < 99.5) return format("%.1f s", seconds);
     const double whole = std::round(seconds);
-    if (whole > 1e15) return numberText(seconds) + " s";
+    if (whole > 1e15) return digitsText(seconds) + " s";
     const auto total = static_cast<unsigned long long>(whole);
     if (total < 3600) return format("%llu:%02llu", total / 60, total % 60);
     return format("%llu:%02llu:%02llu", total / 3600, total / 60 % 60, total % 60);
 }
 
-std::string numberText(double value)
+std::string digitsText(double value)
 {
     return format("%.3g", value);
 }

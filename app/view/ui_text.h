@@ -16,7 +16,7 @@ std::string bytesText(uint64_t bytes);
 std::string secondsText(double seconds);
 
 /// Three significant digits without a prefix: 0.0123, 4.56, 1.2e-06.
-std::string numberText(double value);
+std::string digitsText(double value);
 
 /// printf into a string.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
