@@ -56,8 +56,8 @@ VirtualDisplay::VirtualDisplay()
         dup2(nowhere, 1);
         dup2(nowhere, 2);
         const std::string number = std::to_string(ends[1]);
-        execl(kServer, kServer, "-displayfd", number.c_str(), "-screen", "0", "1600x1000x24", "-nolisten", "tcp", "-fbdir",
-              folder_.c_str(), static_cast<char*>(nullptr));
+        execl(kServer, kServer, "-displayfd", number.c_str(), "-screen", "0", "1600x1000x24", "-nolisten", "tcp", "-noreset",
+              "-fbdir", folder_.c_str(), static_cast<char*>(nullptr));
         _exit(127);
     }
     close(ends[1]);

@@ -63,11 +63,7 @@ Swapchain::Swapchain(Device& device, std::function<VkSurfaceKHR(VkInstance)> mak
 
 Swapchain::~Swapchain()
 {
-    try {
-        wait();
-    } catch (const core::Error&) {
-        // A lost device runs nothing any more; of one that hangs nothing can be destroyed.
-    }
+    settle();
     retired_.clear();
     chain_ = {};
     if (!isAbandoned(device_.get())) vk.DestroySurfaceKHR(device_.instance(), surface_, nullptr);
@@ -152,6 +148,16 @@ void Swapchain::wait()
     for (Slot& slot : slots_) waitFor(slot);
 }
 
+void Swapchain::settle() noexcept
+{
+    try {
+        wait();
+    } catch (const core::Error&) {
+        // What is left of a lost device's work ends soon; of a device that hangs nothing is destroyed.
+        if (!isAbandoned(device_.get())) vk.DeviceWaitIdle(device_.get());
+    }
+}
+
 /// Puts the present swapchain away; what it has shown may still be on its way to the display.
 void Swapchain::retire()
 {
@@ -233,6 +239,10 @@ bool Swapchain::makeChain(glm::uvec2 size)
     }
     retire();
     if (extent.x == 0 || extent.y == 0) return false;
+    if (retired_.size() > kSlots) {  // refused again and again, or resized faster than frames are drawn
+        wait();
+        destroyRetired();
+    }
     const VkImageUsageFlags usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
     if ((can.supportedUsageFlags & usage) != usage) {
         throw core::Error(device_.info().name + " cannot copy pictures to this window", core::ExitCode::noDevice);

@@ -57,6 +57,9 @@ public:
     /// Until no submitted commands run.
     void wait();
 
+    /// The same for ends: does not fail, and does not wait for a device that hangs.
+    void settle() noexcept;
+
     /// One colour attachment of format(), loaded and stored, in COLOR_ATTACHMENT_OPTIMAL before and after.
     VkRenderPass renderPass() const { return renderPass_.get(); }
     VkFormat format() const { return format_.format; }

@@ -88,7 +88,7 @@ public:
 class ImguiVulkan {
 public:
     /// With the fonts that ImGui holds now.
-    ImguiVulkan(gpu::Device& device, VkRenderPass renderPass)
+    ImguiVulkan(gpu::Device& device, VkRenderPass renderPass) : device_(device.get())
     {
         const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
         VkDescriptorPoolCreateInfo pool{};
@@ -115,11 +115,20 @@ public:
         device.submit([](VkCommandBuffer commands) { ImGui_ImplVulkan_CreateFontsTexture(commands); });
         ImGui_ImplVulkan_DestroyFontUploadObjects();
     }
-    ~ImguiVulkan() { ImGui_ImplVulkan_Shutdown(); }
+    ~ImguiVulkan()
+    {
+        if (!gpu::isAbandoned(device_)) {
+            ImGui_ImplVulkan_Shutdown();
+            return;
+        }
+        ImGui::GetIO().BackendRendererName = nullptr;  // a device that hangs keeps what it has
+        ImGui::GetIO().BackendRendererUserData = nullptr;
+    }
     ImguiVulkan(const ImguiVulkan&) = delete;
     ImguiVulkan& operator=(const ImguiVulkan&) = delete;
 
 private:
+    VkDevice device_;
     gpu::Handle<VkDescriptorPool, &gpu::Api::DestroyDescriptorPool> pool_;
 };
 
@@ -153,14 +162,7 @@ struct Gui::Impl {
         makeTimestamps();
         applyScale();
     }
-    ~Impl()
-    {
-        try {
-            swapchain.wait();
-        } catch (const core::Error&) {
-            // A lost device runs nothing any more.
-        }
-    }
+    ~Impl() { swapchain.settle(); }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 

@@ -49,11 +49,17 @@ F symbol(const char* name)
 void surviveLostConnection()
 {
     connectionLost = false;
+    using ErrorHandler = int (*)(void* display);
     using ExitHandler = void (*)(void* display, void* data);
     const auto display = symbol<void* (*)()>("glfwGetX11Display");
-    const auto setHandler = symbol<void (*)(void*, ExitHandler, void*)>("XSetIOErrorExitHandler");
-    if (display == nullptr || setHandler == nullptr || display() == nullptr) return;
-    setHandler(display(), [](void*, void*) { connectionLost = true; }, nullptr);
+    const auto setError = symbol<ErrorHandler (*)(ErrorHandler)>("XSetIOErrorHandler");
+    const auto setExit = symbol<void (*)(void*, ExitHandler, void*)>("XSetIOErrorExitHandler");  // libX11 1.7
+    if (display == nullptr || setError == nullptr || setExit == nullptr || display() == nullptr) return;
+    setError([](void*) {  // the default prints and exits
+        connectionLost = true;
+        return 0;
+    });
+    setExit(display(), [](void*, void*) {}, nullptr);
 }
 
 const std::map<std::string, int>& namedKeys()
