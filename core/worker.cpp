@@ -144,7 +144,7 @@ JobStatus Worker::status() const
 void Worker::wait()
 {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return !running_ && !waiting_ && dropped_.empty(); });
+    changed_.wait(lock, [this] { return !running_ && !waiting_ && dropped_.empty() && !freeing_; });
 }
 
 void Worker::loop(std::stop_token stop)
@@ -156,9 +156,11 @@ void Worker::loop(std::stop_token stop)
         if (!dropped_.empty()) {
             std::vector<std::unique_ptr<Waiting>> dead;
             dead.swap(dropped_);
+            freeing_ = true;
             lock.unlock();
             dead.clear();
             lock.lock();
+            freeing_ = false;
             changed_.notify_all();
             continue;
         }

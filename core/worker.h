@@ -114,6 +114,7 @@ private:
     std::shared_ptr<Running> running_;
     std::unique_ptr<Waiting> waiting_;
     std::vector<std::unique_ptr<Waiting>> dropped_;  // never began; freed by the thread, as a job may hold much
+    bool freeing_ = false;
     JobStatus last_;
     uint64_t generation_ = 0;
     int niceness_;
