@@ -1,5 +1,6 @@
 // Rules of a picture: the first sample is shown at once; then showing and judging may cost 15 % of the time each; the
-// curve of errors gets a point each time the samples have grown by a fifth; what they cost does not count as rendering.
+// curve of errors gets a point each time the samples have grown by a fifth, or doubled where that would cost more; what
+// points and pictures cost does not count as rendering.
 #include "app/view/picture_work.h"
 
 #include <algorithm>
@@ -76,7 +77,10 @@ uint32_t PictureWork::nextCount(const RenderRequest& request) const
     const RenderParams& limits = request.params;
     if (limits.secondsLimit > 0) most = std::min(most, std::ceil((limits.secondsLimit - seconds_) / std::max(each, 1e-9)));
     if (limits.sppLimit > 0) most = std::min(most, double(limits.sppLimit) - double(samples_));
-    if (nextPoint_ > samples_) most = std::min(most, double(nextPoint_ - samples_));
+    const uint64_t latest = curve_.empty() ? 2 : 2 * curve_.back().samples;  // for a point, whatever it costs
+    for (const uint64_t point : {nextPoint_, latest}) {
+        if (point > samples_) most = std::min(most, double(point - samples_));
+    }
     return static_cast<uint32_t>(std::clamp(most, 1.0, 4096.0));
 }
 
@@ -125,7 +129,8 @@ void PictureWork::judge(core::Renderer& renderer, const RenderRequest& request, 
     if (coarse_ != Coarse::no || samples_ == 0) return;
     const bool limit = limitReached(request);
     const bool known = !curve_.empty() && curve_.back().samples == samples_;
-    const bool grown = samples_ >= nextPoint_ && pointSeconds_ <= kOverhead * seconds_;
+    const bool doubled = !curve_.empty() && samples_ >= 2 * curve_.back().samples;
+    const bool grown = samples_ >= nextPoint_ && (doubled || pointSeconds_ <= kOverhead * seconds_);
     if (force || grown || (limit && !known)) {
         const auto start = Clock::now();
         readFilm(renderer);
