@@ -474,6 +474,25 @@ TEST_F(VulkanFails, TheFirstLossIsTheLastCall)
     EXPECT_EQ(faults.calls<&Api::DeviceWaitIdle>(), 0u);
 }
 
+TEST_F(VulkanFails, ALossWhileRenderingNamesTheWork)
+{
+    const auto world = asset("cornell-diffuse");
+    VulkanFaults faults;
+    const auto renderer = gpu::makePathRenderer({});
+    renderer->setWorld(world, {});
+    for (const core::Kernel kernel : {core::Kernel::megakernel, core::Kernel::wavefront}) {
+        core::PathParams params;
+        params.kernel = kernel;
+        renderer->setView(world->cameras.at(0), 40, 24, params);
+        renderer->advance(3, {});
+        if (kernel == core::Kernel::megakernel) continue;
+        faults.fail<&Api::WaitForFences>(VK_ERROR_DEVICE_LOST);
+        expectSays(errorOf(core::ExitCode::deviceLost, [&] { renderer->advance(1, {}); }),
+                   {deviceName(), "vkWaitForFences", "bounces of " + std::to_string(world->triangles.size()) + " triangles",
+                    "tiles 0 to 14 of 15", "samples 3 to 3"});
+    }
+}
+
 /// A loss at every `stride`-th call of a render that returns a VkResult.
 void expectLossesAreSeen(uint64_t first, uint64_t stride)
 {

@@ -51,7 +51,7 @@ std::vector<Limit> limitsOf(const VkPhysicalDeviceLimits& l)
     constexpr uint64_t kLanes = 1u << 16;  // the smallest batch of paths
     return {{"maxComputeWorkGroupInvocations", l.maxComputeWorkGroupInvocations, shared::kGroupSize},
             {"maxComputeWorkGroupSize", l.maxComputeWorkGroupSize[0], shared::kGroupSize},
-            {"maxComputeWorkGroupCount", l.maxComputeWorkGroupCount[0], (1u << 18) / shared::kGroupSize},
+            {"maxComputeWorkGroupCount", l.maxComputeWorkGroupCount[0], 1u << 15},
             {"maxPushConstantsSize", l.maxPushConstantsSize, 128},
             {"maxUniformBufferRange", l.maxUniformBufferRange, sizeof(shared::FrameData)},
             {"maxPerStageDescriptorStorageBuffers", l.maxPerStageDescriptorStorageBuffers, kStorage},

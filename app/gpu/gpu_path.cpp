@@ -147,7 +147,7 @@ void PathRenderer::makeBuffers()
         }
         vk.CmdFillBuffer(commands, counters_.get(), 0, VK_WHOLE_SIZE, 0);
         barrier(commands);
-    });
+    }, "the clearing of the film");
     samples_ = 0;
     discarded_ = false;
     filmCounters_ = {};
@@ -175,7 +175,7 @@ void PathRenderer::warmUp(const Kernels& kernels)
             dispatch(commands, *pipeline, bindings_[0], empty, shared::kGroupSize);
             barrier(commands);
         }
-    });
+    }, "the compilation of the kernels");
     stats_.compileSeconds += since(start);
 }
 
@@ -201,6 +201,15 @@ void PathRenderer::chooseKernel()
     }
     wavefront_ = open ? choice_->wavefront : tooDeep || params_.kernel == core::Kernel::wavefront;
     stats_.kernel = wavefront_ ? "wavefront" : "megakernel";
+}
+
+/// A batch in words, for the message of a device that is lost in it.
+std::string PathRenderer::workOf(const char* kernel, const shared::Batch& batch) const
+{
+    return std::string(kernel) + " of " + std::to_string(world_->triangles.size()) + " triangles, tiles " +
+           std::to_string(batch.firstTile) + " to " + std::to_string(batch.firstTile + batch.tileCount - 1) + " of " +
+           std::to_string(tileCount()) + ", samples " + std::to_string(batch.firstSample) + " to " +
+           std::to_string(batch.firstSample + batch.sampleCount - 1);
 }
 
 /// Bounces are submitted sixteen at a time; the sizes of their queues stay on the device.
@@ -229,12 +238,15 @@ double PathRenderer::traceByBounces(shared::Batch batch, bool keep)
             barrier(commands);
             kept = done + count > params_.maxDepth;  // no path can be left
             if (keep && kept) accumulate(commands, whole);
-        });
+        }, workOf("bounces", whole));
         shared::QueueHead next;
         queues_.read(std::as_writable_bytes(std::span(&next, 1)), count * sizeof(next));
         waiting = next.count;
     }
-    if (keep && !kept) seconds += device_.submit([&](VkCommandBuffer commands) { accumulate(commands, whole); });
+    if (keep && !kept) {
+        seconds += device_.submit([&](VkCommandBuffer commands) { accumulate(commands, whole); },
+                                  workOf("the sum", whole));
+    }
     return seconds;
 }
 
@@ -247,7 +259,7 @@ double PathRenderer::tracePaths(const shared::Batch& batch, bool keep)
                  batch.tileCount * batch.sampleCount * shared::kGroupSize);
         barrier(commands);
         if (keep) accumulate(commands, batch);
-    });
+    }, workOf("whole paths", batch));
 }
 
 /// The batch's radiance goes to the film.

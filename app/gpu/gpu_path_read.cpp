@@ -83,7 +83,7 @@ void PathRenderer::readMean(core::Image& mean)
                      count * shared::kGroupSize);
         }
         barrier(commands);
-    });
+    }, "the mean");
     output.read(std::as_writable_bytes(std::span(mean.pixels)));
     stats_.readbackSeconds += since(start);
 }
@@ -110,7 +110,7 @@ core::Aovs PathRenderer::aovs()
             pace.measured(lanes, device_.submit([&](VkCommandBuffer commands) {
                 dispatch(commands, current_->aov, bindings_[0], batch, lanes);
                 barrier(commands);
-            }));
+            }, workOf("first hits", batch)));
             tile += batch.tileCount;
         }
         words.resize(size_t(pixels) * 3);

@@ -46,6 +46,7 @@ private:
     void chooseKernel();
     bool advanceRound(uint32_t samples, const std::stop_token& stop);
     uint32_t lanesNow() const;
+    std::string workOf(const char* kernel, const shared::Batch& batch) const;
     double tracePaths(const shared::Batch& batch, bool keep);
     double traceByBounces(shared::Batch batch, bool keep);
     void accumulate(VkCommandBuffer commands, const shared::Batch& batch);
