@@ -98,6 +98,12 @@ double parallelSum(size_t count, const std::function<double(size_t)>& term)
     return total;
 }
 
+void runLast(const std::function<void()>& body)
+{
+    tbb::task_arena arena(tbb::task_arena::automatic, 1, tbb::task_arena::priority::low);
+    arena.execute(body);
+}
+
 struct ThreadLimit::Control {
     explicit Control(size_t threads) : limit(tbb::global_control::max_allowed_parallelism, threads)
     {}

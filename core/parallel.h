@@ -31,6 +31,9 @@ bool parallelTiles(uint32_t width, uint32_t height, uint32_t side,
 /// in order, so the result does not depend on the number of threads.
 double parallelSum(size_t count, const std::function<double(size_t)>& term);
 
+/// Runs `body` here; its loops get other threads only while no other loop wants them.
+void runLast(const std::function<void()>& body);
+
 /// While it lives, at most `threads` threads take part in the loops above (0: no limit).
 class ThreadLimit {
 public:

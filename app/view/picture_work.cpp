@@ -12,7 +12,7 @@ namespace app {
 
 namespace {
 
-constexpr double kPieceStill = 0.03, kPieceMoving = 0.008;  // seconds of one dispatch
+constexpr double kPieceStill = 0.02, kPieceMoving = 0.008;  // seconds of one dispatch
 constexpr double kStepSeconds = 0.1;                        // of one call of the renderer
 constexpr double kFirstLookSeconds = 0.05;                  // of the small sample that comes first
 constexpr double kOverhead = 0.15;
