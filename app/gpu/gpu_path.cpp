@@ -5,6 +5,7 @@
 #include "app/gpu/gpu_path_renderer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "spirv/accumulate.h"
@@ -117,8 +118,8 @@ void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t 
 void PathRenderer::makeBuffers()
 {
     const uint64_t pixels = uint64_t(frame_.settings.imageWidth) * frame_.settings.imageHeight;
-    const uint32_t lanes = static_cast<uint32_t>(
-        std::min<uint64_t>(kMaxLanes, std::max<uint64_t>(uint64_t(tileCount()) * shared::kGroupSize, 1u << 16)));
+    // Powers of two: few sizes in all, as a new one makes Mesa's software device compile the kernels again.
+    const uint32_t lanes = std::bit_ceil(std::clamp(tileCount() * shared::kGroupSize, 1u << 16, kMaxLanes));
     if (radiance_.bytes() < lanes * sizeof(glm::vec4)) {
         radiance_ = {};  // first: its size tells whether all of these could be had
         for (uint32_t i = 0; i < 2; ++i) {
