@@ -3,11 +3,16 @@
 #include "app/view/ui.h"
 
 #include <algorithm>
+#include <cmath>
+#include <initializer_list>
 
 #include "app/view/ui_parts.h"
 
 namespace app {
 namespace {
+
+/// In letters: a smaller window shows the picture alone.
+const ImVec2 kLeastWindow{14, 8};
 
 struct Section {
     const char* title;
@@ -38,41 +43,70 @@ constexpr Section kSections[] = {
     {"Save", false, drawSaveSection, always},
 };
 
-void drawHead(const UiContext& c)
+struct HeadButton {
+    const char *label, *action;
+    std::string whyNot = {};
+};
+
+/// Buttons that share the width of the line evenly.
+void drawHeadRow(const UiContext& c, std::initializer_list<HeadButton> buttons)
 {
-    actionButton(c, c.session.paused ? "Go on" : "Pause", "pause", {}, {}, 5 * c.em);
-    sameLineIfRoom(buttonWidth("Restart"));
-    actionButton(c, "Restart", "restart");
-    sameLineIfRoom(buttonWidth("Keys"));
-    actionButton(c, "Keys", "help");
-    sameLineIfRoom(buttonWidth("Plot"));
-    actionButton(c, "Plot", "plot");
-    sameLineIfRoom(buttonWidth("Times"));
-    actionButton(c, "Times", "profiler");
-    sameLineIfRoom(buttonWidth("Log"));
-    actionButton(c, "Log", "log");
+    const float gap = ImGui::GetStyle().ItemInnerSpacing.x;
+    const auto count = static_cast<float>(buttons.size());
+    const float width = (ImGui::GetContentRegionAvail().x - (count - 1) * gap) / count;
+    bool first = true;
+    for (const HeadButton& button : buttons) {
+        if (!first) ImGui::SameLine(0, gap);
+        first = false;
+        actionButton(c, button.label, button.action, button.whyNot,
+                     nlohmann::ordered_json::object(), std::max(width, 1.0f));
+    }
 }
 
-/// The panel at the left edge, as high as the window, as wide as the user drags it within limits.
-/// In a window too small for both it starts collapsed.
-void drawPanel(const UiContext& c)
+void drawHead(const UiContext& c)
 {
+    drawHeadRow(c, {{c.session.paused ? "Go on" : "Pause", "pause"},
+                    {"Restart", "restart"},
+                    {"Open...", "open"}});
+    drawHeadRow(
+        c,
+        {{"Keys", "help"}, {"Plot", "plot", whyNoPlot(c)}, {"Times", "profiler"}, {"Log", "log"}});
+    ImGui::Spacing();
+}
+
+/// Where the panel may stand: at the left edge, as high as the window, as wide as the user drags it
+/// within limits. In a window too small for both it starts collapsed. True when it is open.
+bool beginPanel(const UiContext& c)
+{
+    UiState& state = c.state;
+    const bool resized = state.area != c.frame.area;
     const float most = std::max(c.window.x - 6 * c.em, 4 * c.em);
     const float least = std::min(14 * c.em, most);
-    const float first = std::clamp(0.38f * c.window.x, least, std::min(25 * c.em, most));
+    const float usual =
+        std::clamp(0.38f * c.window.x, least, std::max(least, std::min(25 * c.em, most)));
+    const float width = state.chosenWidth > 0 ? std::clamp(state.chosenWidth, least, most) : usual;
     ImGui::SetNextWindowPos(ImVec2(0, 0));
-    ImGui::SetNextWindowSize(ImVec2(first, c.window.y), c.state.area == c.frame.area
-                                                            ? ImGuiCond_FirstUseEver
-                                                            : ImGuiCond_Always);
+    ImGui::SetNextWindowSize(ImVec2(width, c.window.y),
+                             resized ? ImGuiCond_Always : ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowSizeConstraints(ImVec2(least, c.window.y), ImVec2(most, c.window.y));
     ImGui::SetNextWindowCollapsed(c.window.x < 32 * c.em, ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowBgAlpha(c.session.settings.panels.opacity);
-    ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
     const bool visible =
         ImGui::Begin("Rekindle###panel", nullptr,
                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus);
-    c.state.panelWidth = visible && !ImGui::IsWindowCollapsed() ? ImGui::GetWindowWidth() : 0;
-    if (visible) {
+    const bool open = visible && !ImGui::IsWindowCollapsed();
+    if (open && !resized && state.panelWidth > 0 &&
+        std::abs(ImGui::GetWindowWidth() - state.panelWidth) > 0.5f)
+        state.chosenWidth = ImGui::GetWindowWidth();
+    state.panelWidth = open ? ImGui::GetWindowWidth() : 0;
+    state.overlayTop = open ? 0 : ImGui::GetWindowHeight();
+    return visible;
+}
+
+void drawPanel(const UiContext& c)
+{
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
+    if (beginPanel(c)) {
         drawHead(c);
         for (const Section& s : kSections) {
             if (!s.there(c) || !section(s.title, s.open)) continue;
@@ -100,7 +134,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
 {
     const UiContext c{
         session, app, frame, *state_, ImGui::GetFontSize(), ImGui::GetIO().DisplaySize};
-    if (c.window.x < 1 || c.window.y < 1) return;
+    if (c.window.x < kLeastWindow.x * c.em || c.window.y < kLeastWindow.y * c.em) return;
     const PanelParams& panels = session.settings.panels;
     state_->statusHeight = 0;
     if (panels.panel) {
@@ -112,7 +146,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
         drawProfilerWindow(c);
         drawLogWindow(c);
     } else {
-        state_->panelWidth = 0;
+        state_->panelWidth = state_->overlayTop = 0;
         drawCompareSlider(c);
     }
     drawProgress(c);

@@ -36,8 +36,8 @@ public:
     ~Ui();
 
     /// Between ImGui::NewFrame and ImGui::Render. Edits the session's parts; what only the loop can
-    /// do goes to `app`. Takes `askQuit` (asks, then sets `quit`) and `openPathBox` and clears
-    /// them.
+    /// do goes to `app`. A window with room for hardly a letter shows the picture alone. Takes
+    /// `askQuit` (asks, then sets `quit`) and `openPathBox` and clears them.
     void draw(Session& session, AppRequests& app, const UiFrame& frame);
 
     /// Names of actions that a button asked for and that do not exist: for tests, which demand that

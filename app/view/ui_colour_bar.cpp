@@ -65,9 +65,9 @@ void drawColourBar(const UiContext& c)
     const float room = c.window.x - c.state.panelWidth;
     const float width = std::min(24 * c.em, room - 3 * c.em);
     if (width < 8 * c.em) return;
-    const ImVec2 place(c.state.panelWidth + room / 2,
-                       c.window.y - c.state.statusHeight - 0.7f * c.em);
-    ImGui::SetNextWindowPos(place, ImGuiCond_Always, ImVec2(0.5f, 1));
+    ImGui::SetNextWindowPos(
+        ImVec2(c.state.panelWidth + 0.7f * c.em, c.window.y - c.state.statusHeight - 0.7f * c.em),
+        ImGuiCond_Always, ImVec2(0, 1));
     ImGui::SetNextWindowBgAlpha(0.72f);
     if (ImGui::Begin("##colour bar", nullptr, kOverlay | ImGuiWindowFlags_AlwaysAutoResize)) {
         if (!c.frame.problem.empty())

@@ -81,9 +81,11 @@ void drawFit(const Curve& curve)
 {
     const auto fit = fitCurve(curve.points, curve.against);
     if (!fit) {
+        ImGui::AlignTextToFramePadding();
         dimText("slope: not yet");
         return;
     }
+    ImGui::AlignTextToFramePadding();
     ImGui::Text("slope %.2f \xC2\xB1 %.2f", fit->slope, fit->slopeSe);
     tip("Of the last points, on logarithmic axes; -0.5 (dashed) is what independent samples give. "
         "Steeper: the sampler "
@@ -167,10 +169,16 @@ void threadFigures(const UiContext& c)
 
 }  // namespace
 
+std::string whyNoPlot(const UiContext& c)
+{
+    const bool room = c.window.x - c.state.panelWidth >= 36 * c.em && c.window.y >= 24 * c.em;
+    return room ? "" : "the window is too small for it";
+}
+
 void drawPlotWindow(const UiContext& c)
 {
     bool& open = c.session.settings.panels.plot;
-    if (!open || c.window.x < 30 * c.em || c.window.y < 18 * c.em) return;
+    if (!open || !whyNoPlot(c).empty()) return;
     const ImVec2 size(std::min(27 * c.em, 0.42f * c.window.x),
                       std::min(17 * c.em, 0.42f * c.window.y));
     if (beginFloating(c, "Error over time###plot", &open, size, ImVec2(1, 1))) {

@@ -43,8 +43,11 @@ struct UiState {
     uint64_t loggedNotices = 0;
     std::vector<std::string> unknownActions;
     glm::uvec2 area{0};
-    float panelWidth = 0;  // as drawn last; 0: hidden or collapsed
+    float panelWidth = 0;   // as drawn last; 0: hidden or collapsed
+    float chosenWidth = 0;  // of the panel, by the user's hand; 0: never touched
     float statusHeight = 0;
+    float overlayTop = 0;   // below what stands at the top left of the picture
+    ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
 };
 
 struct UiContext {
@@ -114,6 +117,9 @@ std::vector<std::string> biases(const RenderParams& params);
 
 /// The picture that is on show, or null.
 std::shared_ptr<const Picture> shownPicture(const UiContext& c);
+
+/// Why the plot cannot be shown now; empty when it can.
+std::string whyNoPlot(const UiContext& c);
 
 // --- sections of the panel
 

@@ -65,6 +65,24 @@ void drawCompletions(PathBox& box, bool typing)
         box.open = false;
 }
 
+/// Keeps the present window's place relative to the edges that it belongs to, and all of it in
+/// sight.
+void holdInside(const UiContext& c, ImVec2 corner)
+{
+    ImVec2 place = ImGui::GetWindowPos();
+    const ImVec2 extent = ImGui::GetWindowSize();
+    const ImVec2 fit(std::min(extent.x, c.window.x), std::min(extent.y, c.window.y));
+    if (c.state.area != c.frame.area && c.state.area.x > 0) {
+        place.x += (c.window.x - static_cast<float>(c.state.area.x)) * corner.x;
+        place.y += (c.window.y - static_cast<float>(c.state.area.y)) * corner.y;
+    }
+    const ImVec2 held(std::clamp(place.x, 0.0f, c.window.x - fit.x),
+                      std::clamp(place.y, 0.0f, c.window.y - fit.y));
+    if (fit.x != extent.x || fit.y != extent.y) ImGui::SetWindowSize(fit);
+    const ImVec2 now = ImGui::GetWindowPos();
+    if (held.x != now.x || held.y != now.y) ImGui::SetWindowPos(held);
+}
+
 }  // namespace
 
 void UiContext::act(const char* action, const nlohmann::ordered_json& arguments) const
@@ -211,13 +229,9 @@ bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 siz
     ImGui::SetNextWindowSizeConstraints(
         ImVec2(std::min(8 * c.em, room.x), std::min(5 * c.em, room.y)),
         ImVec2(c.window.x, c.window.y));
+    ImGui::SetNextWindowBgAlpha(std::max(c.session.settings.panels.opacity, 0.96f));
     const bool visible = ImGui::Begin(title, open, ImGuiWindowFlags_NoCollapse);
-    const ImVec2 now = ImGui::GetWindowPos(), extent = ImGui::GetWindowSize();
-    const ImVec2 fit(std::min(extent.x, c.window.x), std::min(extent.y, c.window.y));
-    const ImVec2 held(std::clamp(now.x, 0.0f, c.window.x - fit.x),
-                      std::clamp(now.y, 0.0f, c.window.y - fit.y));
-    if (fit.x != extent.x || fit.y != extent.y) ImGui::SetWindowSize(fit);
-    if (held.x != now.x || held.y != now.y) ImGui::SetWindowPos(held);
+    holdInside(c, corner);
     return visible;
 }
 

@@ -94,6 +94,7 @@ bool drawToast(const UiContext& c, const Toast& toast, float width, float& botto
     ImGui::SetNextWindowPos(ImVec2(c.window.x - 0.7f * c.em, bottom), ImGuiCond_Always,
                             ImVec2(1, 0));
     ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, c.window.y * 0.5f));
+    ImGui::SetNextWindowBgAlpha(0.96f);
     ImGui::PushStyleVar(ImGuiStyleVar_Alpha, std::max(alpha, 0.02f));
     const std::string id = "##toast" + std::to_string(toast.notice.number);
     if (ImGui::Begin(id.c_str(), nullptr, kNote)) {
@@ -121,20 +122,22 @@ bool drawToast(const UiContext& c, const Toast& toast, float width, float& botto
 void drawProgress(const UiContext& c)
 {
     const std::vector<Strip> strips = presentStrips(c);
+    c.state.progress = ImVec2(0, 0);
     if (strips.empty()) return;
     const float room = c.window.x - c.state.panelWidth - 1.4f * c.em;
     const float width =
         std::min(34 * c.em, std::max(room - 2 * ImGui::GetStyle().WindowPadding.x, 12 * c.em));
     ImGui::SetNextWindowPos(
-        ImVec2(c.window.x - 0.7f * c.em, c.window.y - c.state.statusHeight - 0.7f * c.em),
-        ImGuiCond_Always, ImVec2(1, 1));
-    ImGui::SetNextWindowBgAlpha(0.9f);
+        ImVec2(c.state.panelWidth + 0.7f * c.em, c.state.overlayTop + 0.7f * c.em));
+    ImGui::SetNextWindowBgAlpha(0.96f);
     if (ImGui::Begin("##progress", nullptr, kNote)) {
         for (size_t i = 0; i < strips.size(); ++i) {
             ImGui::PushID(static_cast<int>(i));
             drawStrip(c, strips[i], width);
             ImGui::PopID();
         }
+        const ImVec2 place = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+        c.state.progress = ImVec2(place.x + size.x, place.y + size.y);
     }
     ImGui::End();
 }
@@ -143,8 +146,10 @@ void drawToasts(const UiContext& c)
 {
     takeNotices(c);
     std::vector<Toast>& toasts = c.state.toasts;
-    const float width = std::min(28 * c.em, c.window.x - 1.4f * c.em);
-    float bottom = 0.7f * c.em;
+    const float room = c.window.x - c.state.panelWidth - 1.4f * c.em;
+    const float width = std::min({28 * c.em, std::max(room, 14 * c.em), c.window.x - 1.4f * c.em});
+    const bool besideProgress = c.window.x - width - 1.4f * c.em > c.state.progress.x;
+    float bottom = 0.7f * c.em + (besideProgress ? 0 : c.state.progress.y);
     size_t shown = 0;
     for (size_t i = toasts.size(); i-- > 0 && shown < kMostToasts && bottom < 0.7f * c.window.y;
          ++shown) {

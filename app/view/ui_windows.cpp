@@ -116,6 +116,7 @@ void drawOpenBox(const UiContext& c)
     constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                                         ImGuiWindowFlags_NoSavedSettings |
                                         ImGuiWindowFlags_AlwaysAutoResize;
+    ImGui::SetNextWindowBgAlpha(0.98f);
     if (ImGui::Begin("Open a scene###open", &c.state.openBox, kFlags)) {
         if (pathInput(c.state.scene, "scene", "path of a .gltf or .glb", {".gltf", ".glb"})) {
             c.act("load", {{"file", c.state.scene.text}});
