@@ -269,7 +269,9 @@ void Session::takePicture()
             const int side = equalTime_.side();
             if (std::optional<Slot> slot = equalTime_.offer(picture_)) {
                 slots[static_cast<size_t>(side)] = std::move(*slot);
-                if (!equalTime_.running()) {
+                if (equalTime_.running()) {
+                    restart();  // the next side's time begins now, also when it equals the first
+                } else {
                     comparing = true;
                     notices.tell(Severity::news,
                                  "both sides have had their time: the slider compares them");
@@ -417,7 +419,7 @@ void Session::storeSlot(int side)
 
 void Session::compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds)
 {
-    equalTime_.start(a, b, seconds);
+    equalTime_.start(a, b, seconds, generation_);
     restart();
 }
 
