@@ -165,6 +165,7 @@ void FrameLoop::draw(double seconds)
     const DisplayInputs inputs = pictureView_.inputs(*session_);
     UiFrame frame;
     frame.area = area_;
+    frame.devices = devices_;
     frame.frameTimes = frameTimes_;
     frame.inputSeconds = inputSeconds_;
     const GuiStats stats = gui_->stats();

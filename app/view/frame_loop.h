@@ -47,6 +47,7 @@ private:
     std::unique_ptr<Ui> ui_;
     std::optional<Script> script_;
     PictureView pictureView_;
+    std::vector<gpu::DeviceInfo> devices_ = gpu::listDevices();
     AppRequests requests_;
     Clock::time_point start_ = Clock::now();
     Clock::time_point lastTick_ = start_, lastDraw_ = start_;
