@@ -9,8 +9,14 @@
 
 namespace core {
 
-/// `settings` with the sizes of an output and of the images filled in; either image may be absent. Images have 1 or 3
-/// channels.
+/// Width, height and channels (1 or 3) of an image; all 0: it is absent.
+using DisplaySize = glm::uvec3;
+
+/// `settings` with the sizes of an output and of the images filled in, and what follows from them.
+shared::DisplaySettings displaySizes(shared::DisplaySettings settings, uint32_t width, uint32_t height, DisplaySize a,
+                                     DisplaySize b);
+
+/// The same for images, of which either may be absent.
 shared::DisplaySettings displaySizes(shared::DisplaySettings settings, uint32_t width, uint32_t height, const Image* a,
                                      const Image* b);
 

@@ -89,7 +89,8 @@ TEST_F(DisplayTest, KernelEqualsTheText)
             const Image a = randomImage(31, 17, channels, 1 + channels, odd);
             const Image b = randomImage(64, 40, 4 - channels, 11 + channels, odd);
             for (uint32_t show = 0; show <= shared::kShowCompare; ++show) {
-                for (uint32_t choice = 0; choice < 4; ++choice) {  // of map, kind of error, curve, channel at once
+                // Of map, kind of error, curve and channel at once; each is a kernel that has to be compiled.
+                for (uint32_t choice = channels == 1 ? 2 : 0; choice < (channels == 1 ? 3 : 4); ++choice) {
                     DisplaySettings s = settingsOf(show, 0, 0);
                     s.tone = choice;
                     s.map = choice % 3;
@@ -101,13 +102,13 @@ TEST_F(DisplayTest, KernelEqualsTheText)
                     const std::string what = "show " + std::to_string(show) + " choice " + std::to_string(choice) +
                                              " channels " + std::to_string(channels) + (odd ? " odd" : "");
                     compare(&a, &b, s, what);
-                    if (choice == 0) compare(&a, nullptr, s, what + " without b");
+                    if (choice == 2) compare(&a, nullptr, s, what + " without b");
                 }
             }
         }
     }
     compare(nullptr, nullptr, settingsOf(shared::kShowRadiance, 0, 0), "nothing");
-    EXPECT_EQ(views, 2 * 2 * 8 * 5 + 1);
+    EXPECT_EQ(views, 2 * 8 * (1 + 1 + 4 + 1) + 1);
 }
 
 TEST_F(DisplayTest, RedAndBlueAreExchangedForWindowsThatWantIt)

@@ -1,4 +1,5 @@
-// The kernel borrows the layout of the path tracer's; three of its storage buffers and the push constants are enough.
+// The kernel borrows the layout of the path tracer's; three of its storage buffers and the push constants are enough. It is
+// specialised on what is shown: a software device runs every branch that is left in it, for each pixel.
 #include "app/gpu/display.h"
 
 #include <spirv/display.h>
@@ -7,11 +8,24 @@ namespace gpu {
 
 namespace {
 
-struct Push {
-    shared::DisplaySettings settings;
-    uint32_t swapped;
-};
-static_assert(sizeof(Push) == sizeof(shared::DisplaySettings) + 4 && sizeof(Push) <= 128);
+static_assert(sizeof(shared::DisplaySettings) <= 128);
+
+/// The word that display.comp takes apart. What a view does not look at stays zero, so that it makes no kernel of its own.
+uint32_t choicesOf(const shared::DisplaySettings& s, bool swapped)
+{
+    const bool two = s.show == shared::kShowDifference || s.show == shared::kShowError || s.show == shared::kShowCompare;
+    const uint32_t show = two && s.widthB == 0 ? shared::kShowRadiance : s.show;
+    const bool radiance = show == shared::kShowRadiance || show == shared::kShowCompare;
+    const bool mapped = show == shared::kShowScalar || show == shared::kShowError;
+    uint32_t word = show;
+    if (radiance) word |= s.tone << 4;
+    if (mapped) word |= s.map << 8;
+    if (show == shared::kShowError) word |= s.errorKind << 12;
+    if (show == shared::kShowScalar && s.logarithmic != 0) word |= 1u << 16;
+    word |= s.channelsA << 17;
+    if (two) word |= s.channelsB << 19;
+    return swapped ? word | 1u << 21 : word;
+}
 
 /// The smallest step at which every step-th pixel of every step-th row fits.
 uint32_t stepToFit(const core::Image& image, uint64_t limit)
@@ -37,7 +51,7 @@ core::Image thinned(const core::Image& image, uint32_t step)
 }  // namespace
 
 Display::Display(Device& device)
-    : device_(device), layout_(device), pipeline_(device, layout_, k_display, {}), bindings_(device, layout_)
+    : device_(device), layout_(device), bindings_(device, layout_)
 {
 }
 
@@ -45,7 +59,7 @@ void Display::setImage(int which, const core::Image* image)
 {
     Input& input = inputs_[static_cast<size_t>(which)];
     if (image == nullptr || image->width == 0 || image->height == 0) {
-        input.width = input.height = input.channels = 0;
+        input.size = core::DisplaySize(0);
         return;
     }
     CHECK(image->channels == 1 || image->channels == 3);
@@ -64,9 +78,7 @@ void Display::setImage(int which, const core::Image* image)
         bindings_.bind(binding, input.buffer);
     }
     input.buffer.write(bytes);
-    input.width = image->width;
-    input.height = image->height;
-    input.channels = image->channels;
+    input.size = {image->width, image->height, image->channels};
 }
 
 void Display::setSize(uint32_t width, uint32_t height)
@@ -83,21 +95,21 @@ void Display::setSize(uint32_t width, uint32_t height)
     height_ = height;
 }
 
+const Pipeline& Display::pipelineFor(uint32_t choices)
+{
+    Pipeline& pipeline = pipelines_[choices];
+    if (pipeline.get() == VK_NULL_HANDLE) pipeline = Pipeline(device_, layout_, k_display, {.features = choices});
+    return pipeline;
+}
+
 void Display::record(VkCommandBuffer commands, shared::DisplaySettings settings, bool swapped)
 {
-    settings.width = width_;
-    settings.height = height_;
-    settings.widthA = inputs_[0].width;
-    settings.heightA = inputs_[0].height;
-    settings.channelsA = inputs_[0].channels;
-    settings.widthB = inputs_[1].width;
-    settings.heightB = inputs_[1].height;
-    settings.channelsB = inputs_[1].channels;
-    const Push push{settings, swapped ? 1u : 0u};
+    settings = core::displaySizes(settings, width_, height_, inputs_[0].size, inputs_[1].size);
+    const Pipeline& pipeline = pipelineFor(choicesOf(settings, swapped));
     barrier(commands);
-    vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
+    vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
     bindings_.use(commands, layout_);
-    vk.CmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(push), &push);
+    vk.CmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(settings), &settings);
     vk.CmdDispatch(commands, (width_ + 7) / 8, (height_ + 7) / 8, 1);
     barrier(commands);
 }

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "app/gpu/pipeline.h"
-#include "core/image.h"
-#include "shared/display.h"
+#include "core/display.h"
 
 namespace gpu {
 
@@ -30,12 +29,14 @@ public:
 private:
     struct Input {
         Buffer buffer;
-        uint32_t width = 0, height = 0, channels = 0;
+        core::DisplaySize size{0};
     };
+
+    const Pipeline& pipelineFor(uint32_t choices);
 
     Device& device_;
     KernelLayout layout_;
-    Pipeline pipeline_;
+    std::map<uint32_t, Pipeline> pipelines_;  // by what they are specialised on
     Bindings bindings_;
     std::array<Input, 2> inputs_;
     Buffer output_;

@@ -41,6 +41,7 @@ struct DisplaySettings {
     float low, high;
     uint logarithmic;  // of kShowScalar: the scale between low and high
     float slider;      // of kShowCompare, in [0, 1]
+    float stepAx, stepAy, stepBx, stepBy;  // pixels of an image per pixel of the output
 };
 
 SHARED_CONST float kErrorFloor = 0.01f;  // of kErrorRelative and kErrorSquared, as in relMSE
@@ -50,11 +51,11 @@ SHARED_FN bool displayIsNan(float x)
     return (floatAsUint(x) & 0x7fffffffu) > 0x7f800000u;  // isnan may be optimised away
 }
 
-/// Index of the pixel of an image of `w` x `h` that is shown at (x, y) of an output of `width` x `height`.
-SHARED_FN uint displayIndex(uint x, uint y, uint width, uint height, uint w, uint h)
+/// Index of the pixel of an image of `w` x `h` that is shown at (x, y) of the output.
+SHARED_FN uint displayIndex(uint x, uint y, uint w, uint h, float stepX, float stepY)
 {
-    uint column = (2u * x + 1u) * w / (2u * width);
-    uint row = (2u * y + 1u) * h / (2u * height);
+    uint column = min(uint((float(x) + 0.5f) * stepX), w - 1u);
+    uint row = min(uint((float(y) + 0.5f) * stepY), h - 1u);
     return row * w + column;
 }
 
