@@ -356,6 +356,14 @@ TEST_F(WindowTest, TheLossOfTheDisplayEndsNothingButTheWindow)
         EXPECT_EQ(window.clipboard(), "");
     }
     EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(30));
+
+    display.reset();  // before the next, for both set DISPLAY
+    display = std::make_unique<VirtualDisplay>();  // there may be another window, on another display
+    Window window("test", {320, 200});
+    EXPECT_FALSE(window.lost());
+    Gui gui(window, {.validation = true});
+    for (int i = 0; i < 5; ++i) frame(window, gui, inputsOf(flat(4, 3, {0.5f, 0.5f, 0.5f})), rectangle);
+    EXPECT_EQ(gui.stats().presented, 5u);
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ Window::Window(const std::string& title, glm::uvec2 size)
 
 Window::~Window()
 {
-    if (lost()) return;  // Xlib would wait for answers on a connection that is gone; the process is about to end
+    // Also when the connection is gone: Xlib then sends nothing, and another window can be opened afterwards.
     glfwDestroyWindow(window_);
     glfwTerminate();
 }
