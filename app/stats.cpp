@@ -130,31 +130,46 @@ std::string statsJson(const RenderReport& r)
     return jsonLines(json);
 }
 
-core::Metadata imageMetadata(const RenderReport& r)
+core::Metadata imageMetadata(const PictureFacts& f)
 {
-    const RenderOptions& o = *r.options;
     char seconds[32];
-    std::snprintf(seconds, sizeof seconds, "%.3f",
-                  r.frames.empty() ? 0.0 : r.frames.back().seconds);
+    std::snprintf(seconds, sizeof seconds, "%.3f", f.seconds);
     core::Metadata m{{"software", std::string("rekindle ") + kVersion},
                      {"commit", kCommit},
-                     {"scene", o.scene.file.string()},
-                     {"scene_hash", r.world->scene->hash},
-                     {"camera", cameraJson(r.camera, r.world->placement).dump()},
-                     {"width", std::to_string(r.size.x)},
-                     {"height", std::to_string(r.size.y)},
-                     {"spp", std::to_string(r.frames.empty() ? 0 : r.frames.back().spp)},
-                     {"seed", std::to_string(o.params.seed)},
-                     {"method", std::string(core::enumName(o.method))},
-                     {"params", paramsJson(o.params).dump()},
-                     {"device", r.renderer.device},
-                     {"driver", r.renderer.driver},
+                     {"scene", f.scene.string()},
+                     {"scene_hash", f.world->scene->hash},
+                     {"camera", cameraJson(f.camera, f.world->placement).dump()},
+                     {"width", std::to_string(f.size.x)},
+                     {"height", std::to_string(f.size.y)},
+                     {"spp", std::to_string(f.samples)},
+                     {"seed", std::to_string(f.params.seed)},
+                     {"method", std::string(core::enumName(f.method))},
+                     {"params", paramsJson(f.params).dump()},
+                     {"device", f.device},
+                     {"driver", f.driver},
                      {"seconds", seconds},
-                     {"ended", r.ended}};
-    if (r.time != 0) m["at"] = Json(r.time).dump();
-    const std::vector<std::string> biased = biasedParams(o.params);
+                     {"ended", f.ended}};
+    if (f.time != 0) m["at"] = Json(f.time).dump();
+    const std::vector<std::string> biased = biasedParams(f.params);
     if (!biased.empty()) m["biased"] = Json(biased).dump();
     return m;
+}
+
+core::Metadata imageMetadata(const RenderReport& r)
+{
+    const FrameReport frame = r.frames.empty() ? FrameReport{} : r.frames.back();
+    return imageMetadata({.scene = r.options->scene.file,
+                          .world = r.world.get(),
+                          .time = r.time,
+                          .camera = r.camera,
+                          .size = r.size,
+                          .method = r.options->method,
+                          .params = r.options->params,
+                          .samples = frame.spp,
+                          .seconds = frame.seconds,
+                          .device = r.renderer.device,
+                          .driver = r.renderer.driver,
+                          .ended = r.ended});
 }
 
 }  // namespace app

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,7 +37,7 @@ struct RenderReport {
     double loadSeconds = 0, totalSeconds = 0;
     double prepareSeconds =
         0;  // from the world to the first sample, building and compiling included
-    const char* ended = "spp";
+    const char* ended = "spp";  // or "time", "target", "interrupted", "device lost"
     std::optional<double> rmse;
     uint64_t validationMessages = 0;
 
@@ -48,7 +49,25 @@ struct RenderReport {
 /// Schema 1: keys may be added, none renamed. Ends in a newline.
 std::string statsJson(const RenderReport& report);
 
-/// Strings that say how to render the image again.
+/// One picture as its metadata tells of it, whoever rendered it.
+struct PictureFacts {
+    std::filesystem::path scene;  // as it was named
+    const core::World* world = nullptr;
+    double time = 0;  // seconds of the scene's animation
+    core::Camera camera;
+    glm::uvec2 size{};
+    Method method = Method::path;
+    core::PathParams params;
+    uint64_t samples = 0;
+    double seconds = 0;  // in the renderer
+    std::string device, driver;
+    std::string ended;  // as RenderReport says it
+};
+
+/// Strings that say how to render the image again. `world` is set.
+core::Metadata imageMetadata(const PictureFacts& facts);
+
+/// Those of the report's newest frame.
 core::Metadata imageMetadata(const RenderReport& report);
 
 /// JSON with one line for each member of the outermost object.

@@ -20,6 +20,7 @@
 
 #include "core/check.h"
 #include "core/exr_header.h"
+#include "core/image_metadata.h"
 #include "shared/tonemap.h"
 
 namespace core {
@@ -79,6 +80,14 @@ private:
     std::filesystem::path file_, temporary_;
     bool committed_ = false;
 };
+
+/// The ending of the name with its dot, in lower case.
+std::string lowerExtension(const std::filesystem::path& file)
+{
+    std::string extension = file.extension().string();
+    for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+    return extension;
+}
 
 /// One line of the library's complaint.
 std::string firstLine(std::string text)
@@ -151,7 +160,7 @@ std::vector<LayerChannels> groupChannels(const std::vector<std::string>& names)
     return layers;
 }
 
-Metadata readMetadata(const OIIO::ImageSpec& spec)
+Metadata metadataOf(const OIIO::ImageSpec& spec)
 {
     Metadata metadata;
     for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
@@ -230,7 +239,7 @@ ImageFile readExr(const std::filesystem::path& file)
     if (!reader->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data()))
         throw Error(file.string() + ": damaged or cut off (" + firstLine(reader->geterror()) + ")");
     ImageFile result;
-    result.metadata = readMetadata(spec);
+    result.metadata = metadataOf(spec);
     for (const LayerChannels& layer : groupChannels(spec.channelnames)) {
         const size_t count = layer.channels.size();
         Image image(header.width, header.height, uint32_t(count));
@@ -240,6 +249,28 @@ ImageFile readExr(const std::filesystem::path& file)
         result.layers.push_back({layer.name, std::move(image)});
     }
     return result;
+}
+
+Metadata readMetadata(const std::filesystem::path& file)
+{
+    const std::string extension = lowerExtension(file);
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) throw Error(file.string() + ": no such file");
+    if (!std::filesystem::is_regular_file(file, error))  // a pipe would block for ever
+        throw Error(file.string() + ": not a regular file");
+    if (extension == ".exr")
+        (void)readExrHeader(file);
+    else if (extension != ".png")
+        throw Error(file.string() + ": not an EXR or PNG file");
+    // By name: no other format may be found in a file of that ending.
+    const char* format = extension == ".exr" ? "openexr" : "png";
+    const std::unique_ptr<OIIO::ImageInput> reader = OIIO::ImageInput::create(format);
+    if (!reader)
+        throw Error(file.string() + ": this OpenImageIO cannot read " + format, ExitCode::failure);
+    OIIO::ImageSpec spec;
+    if (!reader->open(file.string(), spec))
+        throw Error(file.string() + ": cannot be read (" + firstLine(reader->geterror()) + ")");
+    return metadataOf(spec);
 }
 
 void writePng(const std::filesystem::path& file, const Image& linear, float exposure,
@@ -270,9 +301,7 @@ void writePngBytes(const std::filesystem::path& file, uint32_t width, uint32_t h
 
 void requireWritable(const std::filesystem::path& file)
 {
-    const std::string name = file.string();
-    std::string extension = file.extension().string();
-    for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+    const std::string name = file.string(), extension = lowerExtension(file);
     if (extension != ".exr" && extension != ".png")
         throw Error(name + ": unknown kind of image \"" + extension +
                         "\" — end the name in .exr or .png",

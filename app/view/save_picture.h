@@ -8,9 +8,12 @@
 
 namespace app {
 
-/// EXR (mean, variance and first hits when the picture has them, metadata) or PNG (display transform of `view`), by the
-/// name's ending. `sceneFile`, `at` (seconds of the animation): as in the metadata of `render`. Throws core::Error.
-void savePicture(const std::filesystem::path& file, const Picture& picture, const core::World& world,
-                 const std::filesystem::path& sceneFile, double at, const ViewParams& view);
+/// EXR (mean, variance and first hits when the picture has them, metadata) or PNG (radiance through
+/// exposure and tone curve of `view`), by the name's ending. `sceneFile`, `at` (seconds of the
+/// animation): as in the metadata of `render`. The file appears when it is complete. Throws
+/// core::Error; also for a preview, which nothing could render again, and one without samples.
+void savePicture(const std::filesystem::path& file, const Picture& picture,
+                 const core::World& world, const std::filesystem::path& sceneFile, double at,
+                 const ViewParams& view);
 
 }  // namespace app
