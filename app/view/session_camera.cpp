@@ -67,7 +67,7 @@ void Session::pasteCamera(const std::string& json)
     try {
         takeCamera(cameraFromJson(Json::parse(json), navigation.camera(),
                                   document_->world->placement, "the clipboard"));
-    } catch (const Json::parse_error&) {
+    } catch (const Json::exception&) {  // no JSON, or a number beyond all bounds
         notices.tell(Severity::error,
                      "the clipboard: holds no camera — a camera is JSON such as " + cameraText());
     } catch (const core::Error& error) {
