@@ -74,6 +74,8 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
             picture.fullSize = size;
             picture.params.device = DeviceKind::cpu;
             picture.params.path = params;
+            picture.params.sppLimit = samples;
+            picture.finished = true;
             picture.samples = film.samples;
             picture.stats = renderer->stats();
             picture.seconds = picture.stats.renderSeconds;
