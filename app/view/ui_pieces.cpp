@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "app/params_json.h"
+#include "app/path_completion.h"
 #include "app/view/ui_parts.h"
 #include "core/check.h"
 
@@ -150,7 +151,7 @@ void dimText(const std::string& text)
 }
 
 bool pathInput(PathBox& box, const char* id, const char* hint,
-               const std::vector<std::string>& /*extensions*/)
+               const std::vector<std::string>& extensions)
 {
     ImGui::PushID(id);
     if (box.focus) ImGui::SetKeyboardFocusHere();
@@ -162,11 +163,14 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
                                                   completePressed, &box);
     const bool typing = ImGui::IsItemActive();
     if (ImGui::IsItemActivated() || (typing && box.completedFor != box.text)) {
-        box.completions.clear();
+        box.completions = completePath(box.text, extensions);
         box.completedFor = box.text;
         box.open = true;
     }
-    if (entered) box.open = false;
+    if (entered) {
+        box.open = false;
+        box.text = expandHome(box.text);
+    }
     if (box.open) drawCompletions(box, typing);
     ImGui::PopID();
     return entered && !box.text.empty();
