@@ -49,6 +49,7 @@ bool wholeSlider(const core::Range& range, uint32_t& value)
 void tip(const std::string& text)
 {
     if (text.empty() || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;  // it would hide what is being dragged
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(
         std::min(ImGui::GetFontSize() * 26, ImGui::GetIO().DisplaySize.x * 0.8f));

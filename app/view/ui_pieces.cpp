@@ -173,7 +173,9 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
     }
     if (box.open) drawCompletions(box, typing);
     ImGui::PopID();
-    return entered && !box.text.empty();
+    if (!entered || box.text.empty()) return false;
+    box.text = expandHome(box.text);
+    return true;
 }
 
 bool textInput(const char* id, const char* hint, std::string& text)

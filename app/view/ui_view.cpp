@@ -42,7 +42,7 @@ void drawViewSection(const UiContext& c)
     some({"picture-scale", "moving-rate", "moving-depth", "frame-limit"});
     group("Window");
     editParams(c.session.settings.panels, options, [](const core::Field& field) {
-        return !among(field, {"panel", "help"});
+        return among(field, {"ui-scale", "opacity"});  // the others have buttons at the top
     });
 }
 
