@@ -19,7 +19,7 @@
 #include <iostream>
 #include <optional>
 
-#include "app/files.h"
+#include "app/json_file.h"
 #include "app/nearest.h"
 #include "app/view/random_walk.h"
 #include "app/view/window.h"
@@ -142,12 +142,7 @@ struct Script::State {
 
 Script::Script(const fs::path& file) : state_(std::make_shared<State>())
 {
-    Json json;
-    try {
-        json = Json::parse(readText(file));
-    } catch (const Json::parse_error& error) {
-        throw core::Error(file.string() + ": not JSON: at byte " + std::to_string(error.byte));
-    }
+    const Json json = readJson(file);
     if (!json.is_object() || !json.contains("steps"))
         throw core::Error(file.string() + ": expected {\"steps\": [...]}");
     unroll(json["steps"], file.string() + ": /steps", state_->steps);
