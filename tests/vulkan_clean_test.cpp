@@ -33,7 +33,7 @@ std::shared_ptr<const core::World> asset(const std::string& name)
     return core::makeWorld(core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
 }
 
-const char* const kFewAssets[] = {"textured-box", "glass", "lights", "sky"};
+const char* const kFewAssets[] = {"textured-box", "lights"};
 const char* const kAssets[] = {"animated", "cornell-diffuse", "cornell-glossy", "cornell-moderate", "cornell-rough",
                                "door-ajar", "furnace-50", "furnace-80", "furnace-sphere", "glass",
                                "hall", "lights", "sky", "textured-box"};

@@ -57,10 +57,11 @@ public:
     template <auto Entry>
     void fail(VkResult result, uint64_t k = 0, uint64_t times = 1);
 
-    /// The k-th call from now of anything that returns a VkResult gives `result`.
+    /// The k-th call from now of anything that returns a VkResult gives `result`. Waits for fences count only when the
+    /// device is to be lost: after any other failure it is not known whether the work has ended.
     void failAny(VkResult result, uint64_t k);
 
-    /// The k-th call from now of anything that returns a VkResult does this first (it may throw).
+    /// The k-th call from now of anything that returns a VkResult (but waits for fences) does this first; it may throw.
     void interruptAny(std::function<void()> action, uint64_t k);
 
     /// Every call of Entry becomes replacement(driver's function, arguments...).
