@@ -219,7 +219,7 @@ TEST_F(GpuPace, TheMeanIsThatOfTheFilm)
 TEST_F(GpuPace, AnotherCameraNeedsNoNewKernelsBuffersOrChoice)
 {
     renderer->setView(world->cameras.at(0), 320, 180, {});
-    renderer->advance(30, {});  // the kernel is chosen
+    renderer->advance(60, {});  // the kernel is chosen
     const core::RenderStats before = renderer->stats();
     for (int i = 0; i < 10; ++i) {
         core::Camera camera = world->cameras.at(0);

@@ -30,7 +30,7 @@ constexpr uint32_t kMaxLanes = 1u << 18;
 // stay below. Its bounces are invocations of their own in the other kernel.
 constexpr uint32_t kDeepestMegakernel = 32;
 constexpr uint32_t kMeasuredLanes = 1u << 14;
-constexpr uint64_t kLanesBeforeMeasuring = 40 * kMeasuredLanes;
+constexpr uint64_t kLanesBeforeMeasuring = 1u << 21;  // a second kernel has to be compiled for it
 constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
 
 }  // namespace
@@ -94,16 +94,9 @@ void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t 
     wanted.features = scene_->features();
     if (camera.apertureRadius > 0) wanted.features |= shared::kFeatureThinLens;
     wanted.sampler = static_cast<uint32_t>(params.sampler);
-    auto entry = kernels_.find(wanted);
-    const bool fresh = entry == kernels_.end();
-    if (fresh) {
-        Kernels kernels{Pipeline(device_, layout_, k_bounce, wanted), Pipeline(device_, layout_, k_megakernel, wanted),
-                        Pipeline(device_, layout_, k_aov, wanted)};
-        entry = kernels_.emplace(wanted, std::move(kernels)).first;
-    }
     makeBuffers();
+    const auto [entry, fresh] = kernels_.try_emplace(wanted);
     if (fresh) {
-        warmUp(entry->second);
         batchPace_.restart();
     } else {
         batchPace_.again();
@@ -112,7 +105,16 @@ void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t 
     stats_.renderSeconds = 0;
     const bool small = uint64_t(width) * height < kMeasuredLanes;
     choice_ = &choices_[{wanted, params.maxDepth, params.strategy, small}];
-    current_ = &entry->second;
+    choice_->lanes = 0;
+    kernelsNow_ = &entry->second;
+    specialization_ = wanted;
+    const auto start = Clock::now();
+    takeChoice();
+    const auto which = wavefront_ ? &Kernels::bounce : &Kernels::megakernel;
+    const bool missing = (kernelsNow_->*which).get() == VK_NULL_HANDLE;
+    kernel(which);
+    if (missing) stats_.compileSeconds += since(start);
+    current_ = kernelsNow_;
 }
 
 void PathRenderer::makeBuffers()
@@ -163,45 +165,63 @@ void PathRenderer::dispatch(VkCommandBuffer commands, const Pipeline& pipeline, 
     vk.CmdDispatch(commands, (lanes + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1);
 }
 
-/// Software drivers compile at the first dispatch: an empty batch makes them do it now.
-void PathRenderer::warmUp(const Kernels& kernels)
+/// A kernel for the present view, made when it is first asked for: what a picture does not need is not compiled.
+const Pipeline& PathRenderer::kernel(Pipeline Kernels::* which)
 {
-    const auto start = Clock::now();
+    Pipeline& pipeline = kernelsNow_->*which;
+    if (pipeline.get() == VK_NULL_HANDLE) {
+        const std::span<const uint32_t> code = which == &Kernels::bounce       ? std::span<const uint32_t>(k_bounce)
+                                               : which == &Kernels::megakernel ? std::span<const uint32_t>(k_megakernel)
+                                                                               : std::span<const uint32_t>(k_aov);
+        pipeline = Pipeline(device_, layout_, code, specialization_);
+        warmUp(pipeline);
+    }
+    return pipeline;
+}
+
+/// Software drivers compile at the first dispatch: an empty batch makes them do it now.
+void PathRenderer::warmUp(const Pipeline& fresh)
+{
     const shared::Batch empty{0, 1, 0, 0, 0};
     device_.submit([&](VkCommandBuffer commands) {
         vk.CmdFillBuffer(commands, queues_.get(), 0, VK_WHOLE_SIZE, 0);
         barrier(commands);
-        const std::array<const Pipeline*, 5> all{&kernels.bounce, &kernels.megakernel, &kernels.aov, &accumulate_, &mean_};
-        for (const Pipeline* pipeline : all) {
+        for (const Pipeline* pipeline : {&fresh, static_cast<const Pipeline*>(&accumulate_)}) {
             dispatch(commands, *pipeline, bindings_[0], empty, shared::kGroupSize);
             barrier(commands);
         }
     }, "the compilation of the kernels");
-    stats_.compileSeconds += since(start);
 }
 
-/// Which kernel is faster depends on the scene, the depth and the driver, so it is measured: on one small batch from the
-/// middle of the image, twice, in turns, the results thrown away. Only once so much has been traced that it is likely
-/// to pay, and once per kind of work: a camera that moves costs no new measurement.
-void PathRenderer::chooseKernel()
+/// The kernel that is the right one by what is known. False when measuring could tell more.
+bool PathRenderer::takeChoice()
 {
     const bool tooDeep = device_.isSoftware() && params_.maxDepth > kDeepestMegakernel;
     const bool open = params_.kernel == core::Kernel::automatic && !tooDeep && params_.maxDepth > 1;
-    if (open && !choice_->made && choice_->lanes > kLanesBeforeMeasuring) {
-        const uint32_t count =
-            std::min({tileCount(), kMeasuredLanes / shared::kGroupSize, std::max(lanesNow() / (2 * shared::kGroupSize), 1u)});
-        const shared::Batch batch{(tileCount() - count) / 2, count, 0, 1, 0};
-        double best[2] = {1e30, 1e30};
-        for (int round = 0; round < 4; ++round) {
-            wavefront_ = round % 2 == 0;
-            best[round % 2] = std::min(best[round % 2], tracePaths(batch, false));
-        }
-        choice_->wavefront = best[0] <= best[1];
-        choice_->made = true;
-        clearCounters();
-    }
     wavefront_ = open ? choice_->wavefront : tooDeep || params_.kernel == core::Kernel::wavefront;
     stats_.kernel = wavefront_ ? "wavefront" : "megakernel";
+    return !open || choice_->made;
+}
+
+/// Which kernel is faster depends on the scene, the depth and the driver, so it is measured: on one small batch from the
+/// middle of the image, twice, in turns, the results thrown away. Only once so much has been traced of one
+/// view that it is likely to pay, and once per kind of work: neither moving nor editing is held up by it.
+void PathRenderer::chooseKernel()
+{
+    if (takeChoice() || choice_->lanes <= kLanesBeforeMeasuring) return;
+    const uint32_t count =
+        std::min({tileCount(), kMeasuredLanes / shared::kGroupSize, std::max(lanesNow() / (2 * shared::kGroupSize), 1u)});
+    const shared::Batch batch{(tileCount() - count) / 2, count, 0, 1, 0};
+    kernel(&Kernels::megakernel);  // its compilation is not what is measured
+    double best[2] = {1e30, 1e30};
+    for (int round = 0; round < 4; ++round) {
+        wavefront_ = round % 2 == 0;
+        best[round % 2] = std::min(best[round % 2], tracePaths(batch, false));
+    }
+    choice_->wavefront = best[0] <= best[1];
+    choice_->made = true;
+    clearCounters();
+    takeChoice();
 }
 
 /// A batch in words, for the message of a device that is lost in it.
@@ -228,7 +248,7 @@ double PathRenderer::traceByBounces(shared::Batch batch, bool keep)
         heads[0] = {(waiting + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1, waiting};
         seconds += device_.submit([&](VkCommandBuffer commands) {
             vk.CmdUpdateBuffer(commands, queues_.get(), 0, sizeof(heads), heads.data());
-            vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, current_->bounce.get());
+            vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, kernelsNow_->bounce.get());
             for (uint32_t b = 0; b < count; ++b, side = 1 - side) {
                 barrier(commands);
                 batch.bounce = b | (done + b > 0 ? shared::kBatchContinues : 0);
@@ -254,9 +274,10 @@ double PathRenderer::traceByBounces(shared::Batch batch, bool keep)
 /// Traces a batch and, if it is to be kept, adds it to the film; returns the seconds that it took.
 double PathRenderer::tracePaths(const shared::Batch& batch, bool keep)
 {
+    kernel(wavefront_ ? &Kernels::bounce : &Kernels::megakernel);
     if (wavefront_) return traceByBounces(batch, keep);
     return device_.submit([&](VkCommandBuffer commands) {
-        dispatch(commands, current_->megakernel, bindings_[0], batch,
+        dispatch(commands, kernelsNow_->megakernel, bindings_[0], batch,
                  batch.tileCount * batch.sampleCount * shared::kGroupSize);
         barrier(commands);
         if (keep) accumulate(commands, batch);

@@ -98,6 +98,7 @@ core::Aovs PathRenderer::aovs()
     const uint32_t tilesPerRow = frame_.tilesPerRow, tileRows = (height + 7) / 8;
     const uint32_t band = std::clamp(kBandTiles / tilesPerRow, 1u, tileRows);
     const Buffer& output = outputBuffer(uint64_t(width) * std::min(8 * band, height) * 3 * sizeof(glm::vec4));
+    const Pipeline& aovKernel = kernel(&Kernels::aov);
     std::vector<glm::vec4> words;
     BatchPace pace;
     for (uint32_t row = 0; row < tileRows; row += band) {
@@ -108,7 +109,7 @@ core::Aovs PathRenderer::aovs()
             const uint32_t lanes = pace.lanes(pace_.dispatchSeconds, most);
             const shared::Batch batch{tile, lanes / shared::kGroupSize, firstPixel, 1, 0};
             pace.measured(lanes, device_.submit([&](VkCommandBuffer commands) {
-                dispatch(commands, current_->aov, bindings_[0], batch, lanes);
+                dispatch(commands, aovKernel, bindings_[0], batch, lanes);
                 barrier(commands);
             }, workOf("first hits", batch)));
             tile += batch.tileCount;

@@ -35,14 +35,16 @@ private:
 
     /// Which kernel is faster, for one scene and one kind of work.
     struct Choice {
-        uint64_t lanes = 0;  // traced so far
+        uint64_t lanes = 0;  // traced in this view
         bool made = false, wavefront = true;
     };
     /// What the choice depends on: specialization, depth, strategy, and whether the image is small.
     using WorkKind = std::tuple<Specialization, uint32_t, core::Strategy, bool>;
 
     void makeBuffers();
-    void warmUp(const Kernels& kernels);
+    const Pipeline& kernel(Pipeline Kernels::* which);
+    void warmUp(const Pipeline& fresh);
+    bool takeChoice();
     void chooseKernel();
     bool advanceRound(uint32_t samples, const std::stop_token& stop);
     uint32_t lanesNow() const;
@@ -63,7 +65,9 @@ private:
     std::array<Bindings, 2> bindings_;  // they differ in which buffer of paths is read and which is written
     Pipeline accumulate_, mean_;
     std::map<Specialization, Kernels> kernels_;
-    Kernels* current_ = nullptr;
+    Kernels* kernelsNow_ = nullptr;
+    Specialization specialization_;  // that these are for
+    Kernels* current_ = nullptr;     // the same, once the view is ready for work
     std::unique_ptr<GpuScene> scene_;
     std::shared_ptr<const core::World> world_;
     std::array<Buffer, 2> states_;
