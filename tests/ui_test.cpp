@@ -13,6 +13,8 @@
 #include <imgui.h>
 #include <imgui_internal.h>
 
+#include "app/view/ui_parts.h"
+
 namespace {
 
 /// Flat grey with a little noise, one sample per millisecond.
@@ -80,6 +82,8 @@ app::SessionOptions options(const char* scene = nullptr)
     return made;
 }
 
+constexpr int kTab = 1, kEnter = 2;  // indices of our own making
+
 /// A desk with a session on it: draws frames and looks whether they are sound.
 class Desk {
 public:
@@ -97,6 +101,8 @@ public:
         int width, height;
         io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
         ImGui::GetStyle().ScaleAllSizes(scale);
+        io.KeyMap[ImGuiKey_Tab] = kTab;
+        io.KeyMap[ImGuiKey_Enter] = kEnter;
     }
     ~Desk() { ImGui::DestroyContext(context_); }
 
@@ -119,6 +125,20 @@ public:
     {
         for (int i = 0; i < count; ++i) frame();
     }
+    /// Presses and lets go.
+    void key(int index)
+    {
+        ImGui::GetIO().KeysDown[index] = true;
+        frame();
+        ImGui::GetIO().KeysDown[index] = false;
+        frame();
+    }
+    void type(const std::string& text)
+    {
+        ImGui::GetIO().AddInputCharactersUTF8(text.c_str());
+        frames(2);
+    }
+
     /// Until `done`, at most ten seconds.
     template <class Done> bool framesUntil(Done&& done)
     {
@@ -332,6 +352,38 @@ TEST(Ui, PathBoxOpensWithoutThePanel)
     EXPECT_FALSE(desk.requests.openPathBox);
     EXPECT_TRUE(desk.windows().contains("Open a scene###open"));
     EXPECT_TRUE(ImGui::GetIO().WantCaptureKeyboard) << "what is typed goes to the line";
+}
+
+TEST(Ui, PathBoxCompletesAndLoads)
+{
+    Desk desk(options());
+    desk.session.settings.panels.panel = false;
+    desk.requests.openPathBox = true;
+    desk.frames(3);
+    desk.type(REKINDLE_SOURCE_DIR "/assets/animated.g");
+    desk.key(kTab);
+    desk.frames(2);
+    desk.key(kEnter);
+    EXPECT_FALSE(desk.windows().contains("Open a scene###open"));
+    EXPECT_TRUE(desk.framesUntil([&] { return desk.session.document() != nullptr; }));
+    EXPECT_EQ(desk.session.document()->file.filename(), "animated.gltf");
+}
+
+TEST(Ui, WholeNumbersCanBeTyped)
+{
+    Desk desk(options());
+    uint64_t value = 0;
+    for (int i = 0; i < 12; ++i) {
+        ImGui::GetIO().DeltaTime = 1 / 60.0f;
+        if (i == 7) ImGui::GetIO().AddInputCharactersUTF8("64");
+        ImGui::NewFrame();
+        ImGui::Begin("typed");
+        if (i == 2) ImGui::SetKeyboardFocusHere();
+        app::countInput("##value", value, "no limit");
+        ImGui::End();
+        ImGui::Render();
+    }
+    EXPECT_EQ(value, 64u) << "what is typed replaces the 0, which was selected";
 }
 
 }  // namespace

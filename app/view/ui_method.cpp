@@ -205,6 +205,7 @@ void limitRow(const char* label, const char* help, double& value, double most, c
         value = std::min(static_cast<double>(shown), most);
     }
     tip(help);
+    if (value == 0) zeroHint("no limit");
     if (rowReset(value != 0, "no limit")) value = 0;
     ImGui::PopID();
 }

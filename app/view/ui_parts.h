@@ -37,6 +37,7 @@ struct UiState {
     double targetError = 0;  // of the plot's time to go when no limit is set
     int selectedKey = -1;
     bool draggingKey = false;
+    double editedFrame = 0;  // of the key whose frame is being typed
     std::vector<Toast> toasts;
     uint64_t seenNotices = 0;
     bool openBox = false, inspector = false, logAtEnd = true;
@@ -101,6 +102,9 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
 
 /// A line of text; true when Enter was pressed.
 bool textInput(const char* id, const char* hint, std::string& text);
+
+/// Beside the 0 in the input that was drawn last: what it means.
+void zeroHint(const char* text);
 
 /// Whole number without bounds, typed or stepped; 0 reads as `zero` when that is not null. True
 /// when it changed.

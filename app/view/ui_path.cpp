@@ -106,10 +106,15 @@ bool drawKeyRow(const UiContext& c, size_t i)
     const float gap = ImGui::GetStyle().ItemInnerSpacing.x;
     const float buttons = buttonWidth("Go") + buttonWidth("Here") + buttonWidth("x") + 3 * gap;
     double frame = track.keys()[i].frame;
+    ImGui::AlignTextToFramePadding();
+    dimText("frame");
+    ImGui::SameLine(0, gap);
     ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - buttons, 3 * c.em));
-    ImGui::InputDouble("##frame", &frame, 0, 0, "frame %.6g");
-    if (ImGui::IsItemDeactivatedAfterEdit() && frame >= 0 && frame != track.keys()[i].frame) {
-        c.state.selectedKey = static_cast<int>(track.move(i, frame));
+    if (ImGui::InputDouble("##frame", &frame, 0, 0, "%.6g")) c.state.editedFrame = frame;
+    // Only when it is typed whole: 1 on the way to 12 would reorder the keys.
+    if (ImGui::IsItemDeactivatedAfterEdit() && c.state.editedFrame >= 0 &&
+        c.state.editedFrame != track.keys()[i].frame) {
+        c.state.selectedKey = static_cast<int>(track.move(i, c.state.editedFrame));
         return true;
     }
     ImGui::SameLine(0, gap);

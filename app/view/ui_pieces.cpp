@@ -167,10 +167,7 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
         box.completedFor = box.text;
         box.open = true;
     }
-    if (entered) {
-        box.open = false;
-        box.text = expandHome(box.text);
-    }
+    if (entered) box.open = false;
     if (box.open) drawCompletions(box, typing);
     ImGui::PopID();
     if (!entered || box.text.empty()) return false;
@@ -183,20 +180,20 @@ bool textInput(const char* id, const char* hint, std::string& text)
     return ImGui::InputTextWithHint(id, hint, &text, ImGuiInputTextFlags_EnterReturnsTrue);
 }
 
+void zeroHint(const char* text)
+{
+    if (ImGui::IsItemActive()) return;
+    const ImVec2 low = ImGui::GetItemRectMin(), padding = ImGui::GetStyle().FramePadding;
+    const float digit = ImGui::CalcTextSize("0").x;
+    ImGui::GetWindowDrawList()->AddText(ImVec2(low.x + padding.x + 1.5f * digit, low.y + padding.y),
+                                        ImGui::GetColorU32(ImGuiCol_TextDisabled), text);
+}
+
 bool countInput(const char* id, uint64_t& value, const char* zero)
 {
     const uint64_t step = 1, fast = 64;
-    const bool none = value == 0 && zero != nullptr;
-    const bool changed =
-        ImGui::InputScalar(id, ImGuiDataType_U64, &value, &step, &fast, none ? "0" : "%llu");
-    if (none && !ImGui::IsItemActive()) {
-        const ImVec2 low = ImGui::GetItemRectMin();
-        const float digit = ImGui::CalcTextSize("0").x;
-        const ImVec2 padding = ImGui::GetStyle().FramePadding;
-        ImGui::GetWindowDrawList()->AddText(
-            ImVec2(low.x + padding.x + 1.5f * digit, low.y + padding.y),
-            ImGui::GetColorU32(ImGuiCol_TextDisabled), zero);
-    }
+    const bool changed = ImGui::InputScalar(id, ImGuiDataType_U64, &value, &step, &fast, "%llu");
+    if (value == 0 && zero != nullptr) zeroHint(zero);
     return changed;
 }
 
