@@ -73,7 +73,7 @@ void holdInside(const UiContext& c, ImVec2 corner)
     ImVec2 place = ImGui::GetWindowPos();
     const ImVec2 extent = ImGui::GetWindowSize();
     const ImVec2 fit(std::min(extent.x, c.window.x), std::min(extent.y, c.window.y));
-    if (c.state.area != c.frame.area && c.state.area.x > 0) {
+    if (c.state.area != c.frame.area && c.state.area.x > 0 && !ImGui::IsWindowAppearing()) {
         place.x += (c.window.x - static_cast<float>(c.state.area.x)) * corner.x;
         place.y += (c.window.y - static_cast<float>(c.state.area.y)) * corner.y;
     }
