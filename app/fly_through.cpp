@@ -7,6 +7,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "app/gpu/device.h"
+#include "app/load.h"
 #include "app/render_command.h"
 #include "core/check.h"
 

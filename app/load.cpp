@@ -9,6 +9,18 @@
 
 namespace app {
 
+std::filesystem::path defaultScene()
+{
+    namespace fs = std::filesystem;
+    const fs::path name = fs::path("assets") / "cornell-diffuse.gltf";
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    if (!error)
+        for (const fs::path& root : {program.parent_path().parent_path(), program.parent_path()})
+            if (fs::exists(root / name, error)) return root / name;
+    return name;
+}
+
 std::vector<std::string> warningLines(const core::Warnings& warnings)
 {
     std::vector<std::string> lines;

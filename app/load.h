@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -22,6 +23,10 @@ struct LoadedWorld {
 /// for a warning when the options are strict, and (interrupted) when `stop` is requested.
 LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
                       const core::Progress& progress, std::stop_token stop = {});
+
+/// The scene to show when none is named: assets/cornell-diffuse.gltf beside the folder of the program, which is where the
+/// repository builds it, or below the current folder.
+std::filesystem::path defaultScene();
 
 /// One line per listed warning and one per code for those that are only counted.
 std::vector<std::string> warningLines(const core::Warnings& warnings);

@@ -30,6 +30,7 @@ SessionOptions sessionOptions(const ViewOptions& o)
     SessionOptions s;
     s.scene = o.scene;
     s.camera = o.camera;
+    s.path = o.path;
     s.render.device = o.device;
     s.render.deviceIndex = o.deviceIndex;
     s.render.path = o.params;

@@ -166,6 +166,7 @@ void Session::show(const Document& document)
         notices.tell(Severity::error, error.what());
         navigation.set(world.cameras.front(), static_cast<double>(world.radius));
     }
+    loadFirstPath();
     options_.camera.clear();  // was meant for the first scene
     recallCameras();
     if (!options_.settings.empty()) settings.addRecent(document_->file);
@@ -174,6 +175,17 @@ void Session::show(const Document& document)
                                      std::to_string(document_->loadSeconds).substr(0, 4) + " s");
     for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
     if (pendingReplay_) applyReplay();
+}
+
+void Session::loadFirstPath()
+{
+    if (options_.path.empty()) return;
+    try {
+        track.load(options_.path, navigation.camera(), document_->world->placement);
+    } catch (const core::Error& error) {
+        notices.tell(Severity::error, error.what());
+    }
+    options_.path.clear();
 }
 
 void Session::applyReplay()

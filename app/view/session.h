@@ -51,7 +51,8 @@ struct AnimationPlayer {
 
 struct SessionOptions {
     SceneOptions scene;  // what to load first
-    std::string camera;  // name, index or file; empty: the scene's first
+    std::string camera;          // name, index or file; empty: the scene's first
+    std::filesystem::path path;  // a camera path to begin with
     RenderParams render;
     bool pathGiven = false;  // `render.path` counts; else the kept parameters do
     bool validation = false;
@@ -144,6 +145,7 @@ private:
     void takeLoaded();
     void show(const Document& document);
     void applyReplay();
+    void loadFirstPath();
     void takeReference();
     void takePicture();
     void tellEnds();
