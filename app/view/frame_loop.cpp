@@ -55,14 +55,15 @@ bool endsWith(const fs::path& file, std::initializer_list<const char*> extension
 }  // namespace
 
 FrameLoop::FrameLoop(const ViewOptions& options)
-    : options_(options), window_("Rekindle", windowSize(options)),
+    : options_(options),
+      script_(options.script.empty() ? std::nullopt : std::optional<Script>(options.script)),
+      window_("Rekindle", windowSize(options)),
       gui_(std::make_unique<Gui>(
           window_, GuiOptions{options.deviceIndex, options.validation, options.uiScale})),
       session_(std::make_unique<Session>(sessionOptions(options))), ui_(std::make_unique<Ui>())
 {
     interrupt_.keepResult(true);  // the settings
     if (options.uiScale > 0) session_->settings.panels.uiScale = options.uiScale;
-    if (!options.script.empty()) script_.emplace(options.script);
     if (!options.replay.empty()) session_->replay(options.replay);
 }
 

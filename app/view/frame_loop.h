@@ -40,12 +40,12 @@ private:
     double secondsNow() const;
 
     ViewOptions options_;
-    Interrupt interrupt_;  // before anything that starts threads
+    std::optional<Script> script_;  // read before a window opens
+    Interrupt interrupt_;           // before anything that starts threads
     Window window_;
     std::unique_ptr<Gui> gui_;
     std::unique_ptr<Session> session_;
     std::unique_ptr<Ui> ui_;
-    std::optional<Script> script_;
     PictureView pictureView_;
     std::vector<gpu::DeviceInfo> devices_ = gpu::listDevices();
     AppRequests requests_;

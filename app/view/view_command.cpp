@@ -1,23 +1,40 @@
-// What is shown without a window. See view_command.h.
+// The window, or frames in files where there is none. See view_command.h.
 #include "app/view/view_command.h"
 
+#include <iostream>
+
 #include "app/fly_through.h"
+#include "app/load.h"
+#include "app/view/frame_loop.h"
 #include "core/check.h"
 
 namespace app {
 
-int viewCommand(const ViewOptions& o)
+namespace {
+
+/// Without a display: what needs one is refused, the rest becomes numbered pictures.
+int withoutWindow(const ViewOptions& o, const std::string& reason)
 {
-    if (!o.script.empty())
-        throw core::Error("--script needs a display: there is none", core::ExitCode::noDevice);
-    if (!o.replay.empty())
-        throw core::Error("--replay needs a display: there is none", core::ExitCode::noDevice);
+    for (const auto& [given, name] : {std::pair(!o.script.empty(), "--script"), std::pair(!o.replay.empty(), "--replay")})
+        if (given) throw core::Error(std::string(name) + " needs a window: " + reason, core::ExitCode::noDevice);
+    std::cerr << "no window (" << reason << "): rendering a short flight to files instead\n";
     return flyThrough({.scene = o.scene,
                        .device = o.device,
                        .deviceIndex = o.deviceIndex,
                        .validation = o.validation,
                        .params = o.params,
                        .camera = o.camera});
+}
+
+}  // namespace
+
+int viewCommand(const ViewOptions& options)
+{
+    std::string reason;
+    if (!Window::displayAvailable(reason)) return withoutWindow(options, reason);
+    ViewOptions o = options;
+    if (o.scene.file.empty() && o.replay.empty()) o.scene.file = defaultScene();
+    return FrameLoop(o).run();
 }
 
 }  // namespace app
