@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "app/camera_file.h"
 #include "app/load.h"
 #include "app/log.h"

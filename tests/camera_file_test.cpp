@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <glm/gtc/constants.hpp>
+#include <nlohmann/json.hpp>
 
 #include "app/files.h"
 #include "core/check.h"

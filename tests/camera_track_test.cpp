@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/files.h"
 #include "app/view/navigation.h"
 #include "core/check.h"

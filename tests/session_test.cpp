@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/view/actions.h"
 #include "app/view/random_walk.h"
 #include "app/view/replay.h"

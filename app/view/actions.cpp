@@ -7,6 +7,8 @@
 #include <cmath>
 #include <ctime>
 
+#include <nlohmann/json.hpp>
+
 #include "app/nearest.h"
 #include "app/view/set_param.h"
 #include "core/check.h"
@@ -423,6 +425,11 @@ void runAction(const std::string& name, Session& session, AppRequests& app, cons
     }
     throw core::Error("there is no action \"" + name + "\"" + suggestion(name, names),
                       core::ExitCode::commandLine);
+}
+
+void runAction(const std::string& name, Session& session, AppRequests& app)
+{
+    runAction(name, session, app, Json::object());
 }
 
 }  // namespace app

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "app/view/session.h"
 
@@ -42,7 +42,8 @@ struct Action {
 std::span<const Action> actions();
 
 /// Does one. Throws core::Error for an unknown name (with the nearest one) or wrong arguments.
+void runAction(const std::string& name, Session& session, AppRequests& app);
 void runAction(const std::string& name, Session& session, AppRequests& app,
-               const nlohmann::ordered_json& arguments = nlohmann::ordered_json::object());
+               const nlohmann::ordered_json& arguments);
 
 }  // namespace app

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include <imgui.h>
+#include <nlohmann/json.hpp>
 
 #include "app/camera_file.h"
 #include "app/stats.h"

@@ -2,6 +2,8 @@
 // that a walk of ten thousand steps ends.
 #include "app/view/random_walk.h"
 
+#include <nlohmann/json.hpp>
+
 #include "app/view/set_param.h"
 #include "core/check.h"
 

@@ -19,6 +19,8 @@
 #include <iostream>
 #include <optional>
 
+#include <nlohmann/json.hpp>
+
 #include "app/json_file.h"
 #include "app/nearest.h"
 #include "app/view/random_walk.h"

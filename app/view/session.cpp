@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <nlohmann/json.hpp>
+
 #include "app/camera_file.h"
 #include "app/load.h"
 #include "app/view/replay.h"

@@ -1,6 +1,8 @@
 // The session's cameras: the scene's, the saved ones, those that come and go as text. See
 // session.h.
 #include "app/camera_file.h"
+
+#include <nlohmann/json.hpp>
 #include "app/view/session.h"
 #include "core/check.h"
 #include "core/pick.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <imgui.h>
+#include <nlohmann/json.hpp>
 
 #include "app/view/param_widgets.h"
 #include "app/view/ui.h"
