@@ -58,17 +58,6 @@ CameraPath circle(const core::World& world, const core::Camera& first)
 
 }  // namespace
 
-fs::path defaultScene()
-{
-    const fs::path name = fs::path("assets") / "cornell-diffuse.gltf";
-    std::error_code error;
-    const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    if (!error)
-        for (const fs::path& root : {program.parent_path().parent_path(), program.parent_path()})
-            if (fs::exists(root / name, error)) return root / name;
-    return name;
-}
-
 int flyThrough(const FlyThroughOptions& options)
 {
     RenderOptions o;
