@@ -359,7 +359,7 @@ void walk(int steps, uint64_t seed)
         if (i % 16 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     EXPECT_LT(longest, 5.0) << "something waited: the window would have stood still";
-    session.settings.view.show = app::Show::color;
+    session.settings.view = {};
     session.cancel();
     act(session, "load", {{"file", (kAssets / "cornell-diffuse.gltf").string()}});
     session.paused = false;

@@ -42,8 +42,8 @@ TileSum sumTile(const core::Image& a, const core::Image& b, uint32_t x0, uint32_
 
 ErrorEstimate errorAgainst(const core::Image& image, const core::Image& reference)
 {
-    CHECK(image.width == reference.width && image.height == reference.height && image.channels >= 3 &&
-          reference.channels >= 3);
+    CHECK(image.width == reference.width && image.height == reference.height &&
+          image.channels >= 3 && reference.channels >= 3);
     std::vector<TileSum> tiles;
     TileSum total;
     for (uint32_t y = 0; y < image.height; y += kTile) {
@@ -65,7 +65,8 @@ ErrorEstimate errorAgainst(const core::Image& image, const core::Image& referenc
     ErrorEstimate e;
     e.rmse = std::sqrt(mse);
     const auto count = double(tiles.size());
-    if (tiles.size() > 1 && e.rmse > 0) e.rmseSe = std::sqrt(spread * count / (count - 1)) / (2 * e.rmse);
+    if (tiles.size() > 1 && e.rmse > 0)
+        e.rmseSe = std::sqrt(spread * count / (count - 1)) / (2 * e.rmse);
     return e;
 }
 
@@ -81,15 +82,15 @@ double estimatedError(const core::Image& variance)
     return count > 0 ? std::sqrt(sum / double(count)) : 0;
 }
 
-ErrorPoint errorPoint(const core::Film& film, const core::Image& mean, const core::Image& variance, double seconds,
-                      const Reference* reference)
+ErrorPoint errorPoint(const core::Film& film, const core::Image& mean, const core::Image& variance,
+                      double seconds, const Reference* reference)
 {
     ErrorPoint point;
     point.seconds = seconds;
     point.samples = film.samples;
     point.estimated = estimatedError(variance);
-    if (reference != nullptr && reference->mean.width == mean.width && reference->mean.height == mean.height &&
-        reference->mean.channels >= 3) {
+    if (reference != nullptr && reference->mean.width == mean.width &&
+        reference->mean.height == mean.height && reference->mean.channels >= 3) {
         const ErrorEstimate e = errorAgainst(mean, reference->mean);
         point.rmse = e.rmse;
         point.rmseSe = e.rmseSe;

@@ -76,6 +76,10 @@ double FrameLoop::secondsNow() const
 int FrameLoop::run()
 {
     while (!quit_) tick();
+    if (window_.lost()) {
+        std::cerr << "rekindle: error: the connection to the display is lost\n";
+        exitCode_ = static_cast<int>(core::ExitCode::failure);
+    }
     if (script_) {
         std::cout << jsonLines(script_->report());
         if (script_->failed() && exitCode_ == 0)
@@ -95,17 +99,15 @@ void FrameLoop::tick()
         return;
     }
     if (window_.lost()) {
-        std::cerr << "rekindle: error: the connection to the display is lost\n";
         quit_ = true;
-        exitCode_ = static_cast<int>(core::ExitCode::failure);
         return;
     }
     takeDrops();
     if (happened) more_ = 3;
     const double seconds = std::chrono::duration<double>(Clock::now() - lastTick_).count();
     lastTick_ = Clock::now();
-    if (script_) script_->step(*session_, requests_, window_, secondsNow());
-    if (script_ || somethingChanged() || more_ > 0) {
+    if (script_ && script_->step(*session_, requests_, window_, secondsNow())) more_ = 2;
+    if (somethingChanged() || more_ > 0) {
         more_ = std::max(more_ - 1, 0);
         draw(seconds);
     } else {
@@ -114,23 +116,24 @@ void FrameLoop::tick()
     obey();
 }
 
-/// Sleeps until an event, or until the next frame is due. True when there was an event.
+/// Sleeps until the next frame is due; an idle window until an event. True when there was one.
 bool FrameLoop::waitForWork()
 {
     const double limit =
         1.0 / static_cast<double>(std::max(session_->settings.view.frameLimit, 1.0f));
     const double due = std::chrono::duration<double>(lastTick_ - Clock::now()).count() + limit;
-    if (script_ || session_->busy()) {
-        window_.poll(std::max(due, 0.0));
-        return false;
-    }
+    const bool idle = !script_ && !session_->busy() && more_ == 0;
+    // Even a late frame waits for a moment: only a wait tells whether there was an event.
+    const double wait = idle ? kIdleTick : std::max(due, 0.001);
     const Clock::time_point before = Clock::now();
-    window_.poll(more_ > 0 ? std::max(due, 0.0) : kIdleTick);
+    window_.poll(wait);
     const double slept = std::chrono::duration<double>(Clock::now() - before).count();
     // Events of a hand come faster than frames are wanted.
-    if (slept < due)
-        std::this_thread::sleep_for(std::chrono::duration<double>(std::min(due - slept, limit)));
-    return slept < kIdleTick * 0.9;
+    if (slept < due) {
+        std::this_thread::sleep_for(std::chrono::duration<double>(due - slept));
+        window_.poll(0);
+    }
+    return slept < 0.9 * wait;
 }
 
 bool FrameLoop::somethingChanged()
@@ -140,13 +143,10 @@ bool FrameLoop::somethingChanged()
     drawnNotices_ = notices;
     const double sinceDraw = std::chrono::duration<double>(Clock::now() - lastDraw_).count();
     const bool fading = secondsNow() - noticeAt_ < kNoticeSeconds;
-    if (session_->busy()) {
-        // Motion draws every frame; otherwise what is new is the picture or a bar of progress.
-        const bool motion = session_->track.playing() || ImGui::GetIO().MouseDown[0] ||
-                            ImGui::GetIO().MouseDown[1] || ImGui::GetIO().MouseDown[2] ||
-                            session_->flying;
-        return motion || session_->hasNews() || sinceDraw > kBusyDraw;
-    }
+    if (session_->isMoving() || session_->track.playing()) return true;
+    // A device that is slow to draw shall render: drawing gets a quarter of the time.
+    if (session_->hasNews() && sinceDraw > 3 * drawSeconds_) return true;
+    if (session_->busy()) return sinceDraw > std::max(kBusyDraw, 3 * drawSeconds_);
     return fading && sinceDraw > kBusyDraw;
 }
 
@@ -182,7 +182,8 @@ void FrameLoop::draw(double seconds)
     drawn_ = session_->picture();
     lastDraw_ = Clock::now();
     ++frames_;
-    measure(std::chrono::duration<double>(Clock::now() - begin).count());
+    drawSeconds_ = std::chrono::duration<double>(lastDraw_ - begin).count();
+    measure(drawSeconds_);
 }
 
 void FrameLoop::present(const DisplayInputs& inputs)

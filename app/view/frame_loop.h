@@ -56,7 +56,7 @@ private:
     uint64_t drawnNotices_ = 0, frames_ = 0;
     int more_ =
         3;  // frames still to be drawn though nothing happens: what ImGui fades or lays out late
-    double noticeAt_ = -1e9;
+    double noticeAt_ = -1e9, drawSeconds_ = 0;
     glm::uvec2 area_{0};
     bool lostOnce_ = false, quit_ = false;
     int exitCode_ = 0;

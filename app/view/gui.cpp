@@ -1,5 +1,6 @@
-// One frame: the display kernel if something changed, a copy of its output to the window's image, ImGui's triangles over
-// it. ImGui's Vulkan back end is made anew when the size of letters changes, for it cannot replace its font.
+// One frame: the display kernel if something changed, a copy of its output to the window's image,
+// ImGui's triangles over it. ImGui's Vulkan back end is made anew when the size of letters changes,
+// for it cannot replace its font.
 #include "app/view/gui.h"
 
 #include <array>
@@ -107,12 +108,14 @@ public:
         init.Queue = device.queue();
         init.DescriptorPool = object;
         init.MinImageCount = 2;
-        init.ImageCount = gpu::Swapchain::kSlots + 1;  // sets of vertices: of the frames in flight and a screenshot
+        init.ImageCount = gpu::Swapchain::kSlots +
+                          1;  // sets of vertices: of the frames in flight and a screenshot
         init.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
         init.CheckVkResultFn = onImguiResult;
         imguiResult = VK_SUCCESS;
         ImGui_ImplVulkan_Init(&init, renderPass);
-        device.submit([](VkCommandBuffer commands) { ImGui_ImplVulkan_CreateFontsTexture(commands); });
+        device.submit(
+            [](VkCommandBuffer commands) { ImGui_ImplVulkan_CreateFontsTexture(commands); });
         ImGui_ImplVulkan_DestroyFontUploadObjects();
     }
     ~ImguiVulkan()
@@ -140,7 +143,8 @@ struct Gui::Impl {
     gpu::Swapchain swapchain;
     gpu::Display display;
     gpu::Handle<VkQueryPool, &gpu::Api::DestroyQueryPool> timestamps;
-    std::array<bool, gpu::Swapchain::kSlots> timed{};  // whether the slot's commands write timestamps
+    std::array<bool, gpu::Swapchain::kSlots>
+        timed{};  // whether the slot's commands write timestamps
     ImguiContext context;
     std::optional<ImguiVulkan> imgui;
     float wantedScale, scale = 0;  // wanted 0: the display's
@@ -156,8 +160,8 @@ struct Gui::Impl {
                   .instanceExtensions = w.instanceExtensions(),
                   .surface = [&w](VkInstance instance) { return w.makeSurface(instance); },
                   .cacheFolder = gpu::userCacheFolder()}),
-          swapchain(device, [&w](VkInstance instance) { return w.makeSurface(instance); }), display(device), context(w),
-          wantedScale(options.uiScale)
+          swapchain(device, [&w](VkInstance instance) { return w.makeSurface(instance); }),
+          display(device), context(w), wantedScale(options.uiScale)
     {
         makeTimestamps();
         applyScale();
@@ -171,7 +175,8 @@ struct Gui::Impl {
     void applyScale();
     void upload(const DisplayInputs& inputs);
     void runKernel(const gpu::Frame& frame, const DisplayInputs& inputs);
-    void draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size, const Use& after);
+    void draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size,
+              const Use& after);
 };
 
 void Gui::Impl::makeTimestamps()
@@ -194,10 +199,10 @@ void Gui::Impl::readTimestamps(uint32_t slot)
 {
     if (!std::exchange(timed[slot], false)) return;
     std::array<uint64_t, 2> ticks{};
-    VK_CHECK(vk.GetQueryPoolResults(device.get(), timestamps.get(), 2 * slot, 2, sizeof(ticks), ticks.data(),
-                                    sizeof(uint64_t), VK_QUERY_RESULT_64_BIT));
-    stats.displaySeconds =
-        static_cast<double>(ticks[1] - ticks[0]) * static_cast<double>(device.limits().timestampPeriod) * 1e-9;
+    VK_CHECK(vk.GetQueryPoolResults(device.get(), timestamps.get(), 2 * slot, 2, sizeof(ticks),
+                                    ticks.data(), sizeof(uint64_t), VK_QUERY_RESULT_64_BIT));
+    stats.displaySeconds = static_cast<double>(ticks[1] - ticks[0]) *
+                           static_cast<double>(device.limits().timestampPeriod) * 1e-9;
 }
 
 /// Style and fonts for the scale that is wanted now.
@@ -239,11 +244,13 @@ void Gui::Impl::runKernel(const gpu::Frame& frame, const DisplayInputs& inputs)
     const uint32_t query = 2 * frame.slot;
     if (timestamps) {
         vk.CmdResetQueryPool(frame.commands, timestamps.get(), query, 2);
-        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps.get(), query);
+        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps.get(),
+                             query);
     }
     display.record(frame.commands, inputs.settings, swapchain.swapped());
     if (timestamps) {
-        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, timestamps.get(), query + 1);
+        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, timestamps.get(),
+                             query + 1);
         timed[frame.slot] = true;
     }
     shown.settings = inputs.settings;
@@ -251,8 +258,8 @@ void Gui::Impl::runKernel(const gpu::Frame& frame, const DisplayInputs& inputs)
 }
 
 /// The kernel's output, and over it what ImGui has rendered last.
-void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size,
-                     const Use& after)
+void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer,
+                     glm::uvec2 size, const Use& after)
 {
     transition(commands, image, kNothing, kCopiedTo);
     VkBufferImageCopy copy{};
@@ -268,7 +275,8 @@ void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer fram
     vk.CmdBeginRenderPass(commands, &begin, VK_SUBPASS_CONTENTS_INLINE);
     ImDrawData* data = ImGui::GetDrawData();
     if (data != nullptr && data->Valid) {
-        // The window may have changed since ImGui laid things out: pixels stay pixels, what sticks out is cut off.
+        // The window may have changed since ImGui laid things out: pixels stay pixels, what sticks
+        // out is cut off.
         data->DisplaySize = {static_cast<float>(size.x) / data->FramebufferScale.x,
                              static_cast<float>(size.y) / data->FramebufferScale.y};
         ImGui_ImplVulkan_RenderDrawData(data, commands);
@@ -278,7 +286,8 @@ void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer fram
     checkImgui();
 }
 
-Gui::Gui(Window& window, const GuiOptions& options) : impl_(std::make_unique<Impl>(window, options)) {}
+Gui::Gui(Window& window, const GuiOptions& options) : impl_(std::make_unique<Impl>(window, options))
+{}
 Gui::~Gui() = default;
 
 bool Gui::begin()
@@ -325,10 +334,12 @@ std::vector<uint8_t> Gui::readFrame(glm::uvec2& size)
     if (size.x == 0) return {};
     i.swapchain.wait();
     gpu::Offscreen copy(i.device, size, i.swapchain.format(), i.swapchain.renderPass());
-    std::vector<uint8_t> bytes = copy.read(
-        [&](VkCommandBuffer commands) { i.draw(commands, copy.image(), copy.framebuffer(), size, kCopiedFrom); });
+    std::vector<uint8_t> bytes = copy.read([&](VkCommandBuffer commands) {
+        i.draw(commands, copy.image(), copy.framebuffer(), size, kCopiedFrom);
+    });
     if (i.swapchain.swapped()) gpu::swapRedAndBlue(bytes);
-    for (size_t p = 3; p < bytes.size(); p += 4) bytes[p] = 255;  // the window is opaque, whatever blending left
+    for (size_t p = 3; p < bytes.size(); p += 4)
+        bytes[p] = 255;  // the window is opaque, whatever blending left
     return bytes;
 }
 

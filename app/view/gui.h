@@ -1,5 +1,6 @@
-// Puts a frame on the window: the picture through the display kernel, Dear ImGui over it, the swapchain under it. Owns the
-// window's own Vulkan device: whatever happens to the renderer's, this one goes on.
+// Puts a frame on the window: the picture through the display kernel, Dear ImGui over it, the
+// swapchain under it. Owns the window's own Vulkan device: whatever happens to the renderer's, this
+// one goes on.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,8 @@ struct DisplayInputs {
 };
 
 struct GuiStats {
-    uint64_t presented = 0, skipped = 0, swapchains = 0;  // frames shown, not shown, swapchains made
+    uint64_t presented = 0, skipped = 0,
+             swapchains = 0;  // frames shown, not shown, swapchains made
     uint64_t deviceBytes = 0;
     double displaySeconds = 0;  // of the kernel, last time it ran
 };
@@ -39,11 +41,12 @@ public:
     Gui(Window& window, const GuiOptions& options);
     ~Gui();
 
-    /// Starts a frame of ImGui; false when there is nothing to draw on (minimised): then skip the frame.
+    /// Starts a frame of ImGui; false when there is nothing to draw on (minimised): then skip the
+    /// frame.
     bool begin();
 
-    /// Draws the picture over the whole window, then what ImGui has been given since begin(), and presents. Runs the
-    /// display kernel only when its inputs changed.
+    /// Draws the picture over the whole window, then what ImGui has been given since begin(), and
+    /// presents. Runs the display kernel only when its inputs changed.
     void end(const DisplayInputs& inputs);
 
     /// The frame that was presented last, RGBA rows from the top.

@@ -1,5 +1,5 @@
-// Dark greys with a trace of blue, which keep out of the picture's way, and one accent, the colour of embers. Text on its
-// background has a contrast of at least 7 to 1, hints 4.5 to 1 (tested).
+// Dark greys with a trace of blue, which keep out of the picture's way, and one accent, the colour
+// of embers. Text on its background has a contrast of at least 7 to 1, hints 4.5 to 1 (tested).
 #include "app/view/gui_style.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
-// Rules of a picture: the first sample is shown at once; then showing and judging may cost 15 % of the time each; the
-// curve of errors gets a point each time the samples have grown by a fifth, or doubled where that would cost more; what
-// points and pictures cost does not count as rendering.
+// Rules of a picture: the first sample is shown at once; then showing and judging may cost 15 % of
+// the time each; the curve of errors gets a point each time the samples have grown by a fifth, or
+// doubled where that would cost more; what points and pictures cost does not count as rendering.
 #include "app/view/picture_work.h"
 
 #include <algorithm>
@@ -41,7 +41,8 @@ Change changeBetween(const RenderRequest& from, const RenderRequest& to)
         return Change::renderer;
     }
     if (from.world != to.world) return Change::world;
-    const bool same = from.camera == to.camera && from.size == to.size && a == b && from.restarts == to.restarts;
+    const bool same =
+        from.camera == to.camera && from.size == to.size && a == b && from.restarts == to.restarts;
     return same ? Change::nothing : Change::view;
 }
 
@@ -53,16 +54,19 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     core::PathParams params = request.params.path;
     size_ = request.size;
     if (coarse != Coarse::no) {
-        if (coarse == Coarse::moving) params.maxDepth = std::min(params.maxDepth, request.movingDepth);
-        const double target = coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
+        if (coarse == Coarse::moving)
+            params.maxDepth = std::min(params.maxDepth, request.movingDepth);
+        const double target =
+            coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
         const PreviewSize preview = control.choose(request.size, params.maxDepth, target);
         size_ = preview.size;
         scale_ = preview.scale;
         params.maxDepth = preview.depth;
     }
     depth_ = params.maxDepth;
-    renderer.setPace({.dispatchSeconds = (coarse == Coarse::no ? kPieceStill : kPieceMoving) * paceFactor,
-                      .discardOnStop = true});
+    renderer.setPace(
+        {.dispatchSeconds = (coarse == Coarse::no ? kPieceStill : kPieceMoving) * paceFactor,
+         .discardOnStop = true});
     renderer.setView(request.camera, size_.x, size_.y, params);
     nextPoint_ = 2;
     begun_ = true;
@@ -71,21 +75,25 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
 uint32_t PictureWork::nextCount(const RenderRequest& request) const
 {
     if (samples_ == 0 || coarse_ != Coarse::no) return 1;
-    // The first sample may have warmed something up: it does not tell the rate once there are others.
-    const double each = samples_ == 1 ? seconds_ : (seconds_ - firstSeconds_) / double(samples_ - 1);
+    // The first sample may have warmed something up: it does not tell the rate once there are
+    // others.
+    const double each =
+        samples_ == 1 ? seconds_ : (seconds_ - firstSeconds_) / double(samples_ - 1);
     double most = kStepSeconds / std::max(each, 1e-9);
     const RenderParams& limits = request.params;
-    if (limits.secondsLimit > 0) most = std::min(most, std::ceil((limits.secondsLimit - seconds_) / std::max(each, 1e-9)));
+    if (limits.secondsLimit > 0)
+        most = std::min(most, std::ceil((limits.secondsLimit - seconds_) / std::max(each, 1e-9)));
     if (limits.sppLimit > 0) most = std::min(most, double(limits.sppLimit) - double(samples_));
-    const uint64_t latest = curve_.empty() ? 2 : 2 * curve_.back().samples;  // for a point, whatever it costs
+    const uint64_t latest =
+        curve_.empty() ? 2 : 2 * curve_.back().samples;  // for a point, whatever it costs
     for (const uint64_t point : {nextPoint_, latest}) {
         if (point > samples_) most = std::min(most, double(point - samples_));
     }
     return static_cast<uint32_t>(std::clamp(most, 1.0, 4096.0));
 }
 
-bool PictureWork::advance(core::Renderer& renderer, const RenderRequest& request, ResolutionControl& control,
-                          std::stop_token stop)
+bool PictureWork::advance(core::Renderer& renderer, const RenderRequest& request,
+                          ResolutionControl& control, std::stop_token stop)
 {
     film_.reset();
     const auto start = Clock::now();
@@ -97,7 +105,8 @@ bool PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
         return begun_;
     }
     if (samples_ > 0 || coarse_ != Coarse::no) {
-        control.observe(double(now - samples_) * size_.x * size_.y, depth_, seconds, coarse_ != Coarse::no);
+        control.observe(double(now - samples_) * size_.x * size_.y, depth_, seconds,
+                        coarse_ != Coarse::no);
     }
     if (samples_ == 0) firstSeconds_ = seconds;
     samples_ = now;
@@ -136,7 +145,8 @@ void PictureWork::judge(core::Renderer& renderer, const RenderRequest& request, 
         readFilm(renderer);
         const core::Image mean = film_->mean(), variance = film_->varianceOfMean();
         addPoint(curve_, errorPoint(*film_, mean, variance, seconds_, request.reference.get()));
-        nextPoint_ = std::max(samples_ + 1, static_cast<uint64_t>(std::ceil(kGrowth * double(samples_))));
+        nextPoint_ =
+            std::max(samples_ + 1, static_cast<uint64_t>(std::ceil(kGrowth * double(samples_))));
         pointSeconds_ += since(start);
     }
     finished_ = limitReached(request);
@@ -157,7 +167,8 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     if (request.wantVariance) readFilm(renderer);
     if (film_) {
         picture->mean = film_->mean();
-        if (request.wantVariance) picture->variance = std::make_shared<core::Image>(film_->varianceOfMean());
+        if (request.wantVariance)
+            picture->variance = std::make_shared<core::Image>(film_->varianceOfMean());
     } else {
         renderer.readMean(picture->mean);
     }

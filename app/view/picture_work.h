@@ -1,5 +1,5 @@
-// One picture on its way: how the renderer is set up for it, how far it is, when it is worth handing out, when it is
-// done. Owns no thread and no renderer.
+// One picture on its way: how the renderer is set up for it, how far it is, when it is worth
+// handing out, when it is done. Owns no thread and no renderer.
 #pragma once
 
 #include <chrono>
@@ -24,17 +24,19 @@ class PictureWork {
 public:
     using Clock = std::chrono::steady_clock;
 
-    /// Sets the renderer up; the film is empty then. `first`: one small sample is to be shown before the full picture.
-    /// `paceFactor` shortens every piece of work (1 is normal).
-    void begin(core::Renderer& renderer, const RenderRequest& request, Coarse coarse, ResolutionControl& control,
-               double paceFactor);
+    /// Sets the renderer up; the film is empty then. `first`: one small sample is to be shown
+    /// before the full picture. `paceFactor` shortens every piece of work (1 is normal).
+    void begin(core::Renderer& renderer, const RenderRequest& request, Coarse coarse,
+               ResolutionControl& control, double paceFactor);
 
-    /// Takes some samples: one at first, then what fits in a tenth of a second, up to the next limit or point of the
-    /// curve. False when the film was lost to a stop: then it has to begin again.
+    /// Takes some samples: one at first, then what fits in a tenth of a second, up to the next
+    /// limit or point of the curve. False when the film was lost to a stop: then it has to begin
+    /// again.
     bool advance(core::Renderer& renderer, const RenderRequest& request, ResolutionControl& control,
                  std::stop_token stop);
 
-    /// Adds a point to the curve when its time has come (`force`: now) and finds out whether a limit is reached.
+    /// Adds a point to the curve when its time has come (`force`: now) and finds out whether a
+    /// limit is reached.
     void judge(core::Renderer& renderer, const RenderRequest& request, bool force);
 
     /// Whether a picture is worth its cost now.
@@ -49,7 +51,10 @@ public:
     Coarse coarse() const { return coarse_; }
     float scale() const { return scale_; }
     uint64_t samples() const { return samples_; }
-    uint64_t published() const { return published_; }  // samples of the last picture handed out; 0: none yet
+    uint64_t published() const
+    {
+        return published_;
+    }  // samples of the last picture handed out; 0: none yet
     bool finished() const { return finished_; }
 
 private:

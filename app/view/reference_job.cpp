@@ -1,10 +1,10 @@
-// The same estimator as the picture's, on Embree, with a seed of its own: what the two have in common is bias, of which
-// neither has any, and never noise.
-// Threads: it takes other processors only when no other loop wants them (core::runLast) and is meant for a Worker of
-// niceness 10, five below the render thread. On two cores, measured with other work on the machine, that slows the
-// picture by 1.3 (CPU renderer) to 1.5 times (Vulkan in software) and leaves pictures while moving as quick as they
-// were; at equal niceness, in a common pool of threads, it was 2.6 to 3.2 times, and at niceness 15 nothing to be seen,
-// but the reference stood still.
+// The same estimator as the picture's, on Embree, with a seed of its own: what the two have in
+// common is bias, of which neither has any, and never noise. Threads: it takes other processors
+// only when no other loop wants them (core::runLast) and is meant for a Worker of niceness 10, five
+// below the render thread. On two cores, measured with other work on the machine, that slows the
+// picture by 1.3 (CPU renderer) to 1.5 times (Vulkan in software) and leaves pictures while moving
+// as quick as they were; at equal niceness, in a common pool of threads, it was 2.6 to 3.2 times,
+// and at niceness 15 nothing to be seen, but the reference stood still.
 #include "app/view/reference_job.h"
 
 #include <algorithm>
@@ -34,7 +34,8 @@ uint32_t ownSeed(uint32_t seed)
     return x | 0x80000000u;
 }
 
-void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box, core::JobContext& job)
+void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
+                     core::JobContext& job)
 {
     const auto renderer = core::makeRenderer("path");
     renderer->setPace({.dispatchSeconds = 0.05, .discardOnStop = true});
@@ -48,7 +49,8 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
         next = std::min(next, order.samples);
         const auto start = std::chrono::steady_clock::now();
         while (done < next) {  // in small steps, so that the progress moves
-            renderer->advance(static_cast<uint32_t>(std::min<uint64_t>(next - done, kFirst)), job.stop());
+            renderer->advance(static_cast<uint32_t>(std::min<uint64_t>(next - done, kFirst)),
+                              job.stop());
             if (job.stopped()) return;
             done = renderer->samples();
             job.progress("reference", double(done) / double(order.samples));

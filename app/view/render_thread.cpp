@@ -1,6 +1,7 @@
-// The loop behind RenderThread: takes the newest request, brings the renderer to it, takes samples, hands out pictures.
-// A request that changes the picture stops the work under way, with one exception: a coarse picture is finished first,
-// since it takes no longer than a frame and one whose camera never rests would otherwise never be seen.
+// The loop behind RenderThread: takes the newest request, brings the renderer to it, takes samples,
+// hands out pictures. A request that changes the picture stops the work under way, with one
+// exception: a coarse picture is finished first, since it takes no longer than a frame and one
+// whose camera never rests would otherwise never be seen.
 #include "app/view/render_thread.h"
 
 #include <chrono>
@@ -27,7 +28,8 @@ double since(Clock::time_point start)
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-constexpr int kNiceness = 5;  // the window is drawn first; see reference_job.cpp for the other threads
+constexpr int kNiceness =
+    5;  // the window is drawn first; see reference_job.cpp for the other threads
 
 }  // namespace
 
@@ -36,11 +38,13 @@ std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, boo
     const std::string_view method = core::enumName(params.method);
     if (params.device == DeviceKind::cpu) return core::makeRenderer(method);
     if (params.method != Method::path) {
-        throw core::Error("method '" + std::string(method) + "' does not exist on Vulkan — use path",
+        throw core::Error("method '" + std::string(method) +
+                              "' does not exist on Vulkan — use path",
                           core::ExitCode::commandLine);
     }
-    return gpu::makePathRenderer(
-        {.index = params.deviceIndex, .validation = validation, .cacheFolder = gpu::userCacheFolder()});
+    return gpu::makePathRenderer({.index = params.deviceIndex,
+                                  .validation = validation,
+                                  .cacheFolder = gpu::userCacheFolder()});
 }
 
 class RenderThread::Loop {
@@ -99,23 +103,29 @@ private:
     std::optional<RenderRequest> begun_;  // what the picture was begun for
     PictureWork work_;
     ResolutionControl control_;
-    std::optional<Change> standsUntil_;  // after a failure: the least change of the request that is worth another try
+    std::optional<Change>
+        standsUntil_;  // after a failure: the least change of the request that is worth another try
     bool publishDue_ = false, judgeDue_ = false, workLeft_ = false;
     bool retried_ = false;
     double paceFactor_ = 1;
 };
 
-// --- any thread -----------------------------------------------------------------------------------------------------
+// --- any thread
+// -----------------------------------------------------------------------------------------------------
 
 /// Under the lock: whether the work under way is of no use to `next`.
 bool RenderThread::Loop::interrupts(const RenderRequest& next) const
 {
     const Change change = changeBetween(working_, next);
     switch (phase_) {
-    case Phase::idle: return false;
-    case Phase::building: return change >= Change::world;
-    case Phase::coarse: return change >= Change::world;
-    case Phase::sampling: return change >= Change::view || (movingPreview_ && !next.moving);
+    case Phase::idle:
+        return false;
+    case Phase::building:
+        return change >= Change::world;
+    case Phase::coarse:
+        return change >= Change::world;
+    case Phase::sampling:
+        return change >= Change::view || (movingPreview_ && !next.moving);
     }
     return false;
 }
@@ -146,7 +156,8 @@ RenderThreadStatus RenderThread::Loop::status() const
     return status_;
 }
 
-// --- the render thread ----------------------------------------------------------------------------------------------
+// --- the render thread
+// ----------------------------------------------------------------------------------------------
 
 void RenderThread::Loop::run(const core::JobContext& job)
 {
@@ -166,7 +177,8 @@ void RenderThread::Loop::run(const core::JobContext& job)
     renderer_.reset();
 }
 
-/// Sleeps until there is something to do, and takes the newest request if there is one. False at the end.
+/// Sleeps until there is something to do, and takes the newest request if there is one. False at
+/// the end.
 bool RenderThread::Loop::take()
 {
     std::unique_lock lock(mutex_);
@@ -205,7 +217,9 @@ void RenderThread::Loop::step()
     workLeft_ = false;
     if (standsUntil_ || !request_.world || request_.size.x == 0 || request_.size.y == 0) return;
     if (!bring()) return;
-    const auto wantsSamples = [&] { return !work_.finished() && (!request_.paused || work_.published() == 0); };
+    const auto wantsSamples = [&] {
+        return !work_.finished() && (!request_.paused || work_.published() == 0);
+    };
     work_.judge(*renderer_, request_, judgeDue_);
     judgeDue_ = false;
     if (wantsSamples()) {
@@ -220,7 +234,8 @@ void RenderThread::Loop::step()
     workLeft_ = wantsSamples() || work_.coarse() == Coarse::first;
 }
 
-/// Brings renderer, world and view to the request; false when that has failed or is no longer wanted.
+/// Brings renderer, world and view to the request; false when that has failed or is no longer
+/// wanted.
 bool RenderThread::Loop::bring()
 {
     if (!renderer_ || changeBetween(*made_, request_) == Change::renderer) {
@@ -234,11 +249,13 @@ bool RenderThread::Loop::bring()
     if (world_ != request_.world && !setWorld()) return false;
     const bool coarseIsOver = (work_.coarse() == Coarse::moving && !request_.moving) ||
                               (work_.coarse() == Coarse::first && work_.published() > 0);
-    if (!work_.begun() || changeBetween(*begun_, request_) != Change::nothing || coarseIsOver) beginPicture();
+    if (!work_.begun() || changeBetween(*begun_, request_) != Change::nothing || coarseIsOver)
+        beginPicture();
     return true;
 }
 
-/// The old renderer stays until there is a new one: who asks for something that does not exist can go back.
+/// The old renderer stays until there is a new one: who asks for something that does not exist can
+/// go back.
 void RenderThread::Loop::makeRenderer()
 {
     enter(Phase::building);
@@ -310,7 +327,8 @@ void RenderThread::Loop::putBack(std::shared_ptr<const core::World> old)
 
 void RenderThread::Loop::beginPicture()
 {
-    constexpr double kSlow = 0.15;             // seconds of a full sample from which on a small one comes first
+    constexpr double kSlow =
+        0.15;  // seconds of a full sample from which on a small one comes first
     constexpr double kManyPixels = 1u << 15;  // and from here on, when nothing is known
     Coarse coarse = Coarse::no;
     const double pixels = double(request_.size.x) * request_.size.y;
@@ -387,7 +405,8 @@ void RenderThread::Loop::stand(Change until, const std::string& error)
     tell(error);
 }
 
-/// A renderer that has thrown is not trusted again. A lost device gets one new one, with half as much work at a time.
+/// A renderer that has thrown is not trusted again. A lost device gets one new one, with half as
+/// much work at a time.
 void RenderThread::Loop::fail(const std::exception_ptr& failure)
 {
     std::string text;
@@ -413,7 +432,8 @@ void RenderThread::Loop::fail(const std::exception_ptr& failure)
     stand(Change::view, text);
 }
 
-// --- RenderThread ---------------------------------------------------------------------------------------------------
+// --- RenderThread
+// ---------------------------------------------------------------------------------------------------
 
 RenderThread::RenderThread(RendererFactory factory)
     : loop_(std::make_shared<Loop>(std::move(factory))), worker_("render", kNiceness)

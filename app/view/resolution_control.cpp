@@ -1,5 +1,6 @@
-// instant-ngp scales its resolution by the root of time over target; here the sizes are few, so that buffers are used
-// again, and the estimate follows slow pictures at once and quick ones by halves.
+// instant-ngp scales its resolution by the root of time over target; here the sizes are few, so
+// that buffers are used again, and the estimate follows slow pictures at once and quick ones by
+// halves.
 #include "app/view/resolution_control.h"
 
 #include <algorithm>
@@ -12,8 +13,9 @@ namespace {
 constexpr double kRoomForFiner = 0.7;  // of the target: a finer step has to leave the rest
 constexpr float kSmallest = 0.125f, kShallower = 0.25f;
 
-/// Work of a path of at most `depth` events in units of its first ray: each event adds a ray and a connection, and
-/// fewer paths reach each. It only has to be good enough for a first guess at another depth.
+/// Work of a path of at most `depth` events in units of its first ray: each event adds a ray and a
+/// connection, and fewer paths reach each. It only has to be good enough for a first guess at
+/// another depth.
 double workOf(uint32_t depth)
 {
     constexpr double kSurvival = 0.8;
@@ -59,7 +61,9 @@ std::vector<ResolutionControl::Step> ResolutionControl::steps(uint32_t depth)
 PreviewSize ResolutionControl::choose(glm::uvec2 full, uint32_t depth, double targetSeconds)
 {
     const std::vector<Step> all = steps(depth);
-    const auto picture = [&](size_t i) { return PreviewSize{scaled(full, all[i].scale), all[i].scale, all[i].depth}; };
+    const auto picture = [&](size_t i) {
+        return PreviewSize{scaled(full, all[i].scale), all[i].scale, all[i].depth};
+    };
     const auto expected = [&](size_t i) {
         const PreviewSize p = picture(i);
         return predict(double(p.size.x) * p.size.y, p.depth);

@@ -1,5 +1,5 @@
-// How small and how shallow pictures become while the camera moves: the finest that is expected to take no longer than
-// asked for, from what the last ones took. Nothing but numbers in it.
+// How small and how shallow pictures become while the camera moves: the finest that is expected to
+// take no longer than asked for, from what the last ones took. Nothing but numbers in it.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,18 @@ struct PreviewSize {
 
 class ResolutionControl {
 public:
-    /// `pixels` samples of paths of at most `depth` scattering events took `seconds`. `preview`: they were one of the
-    /// pictures that choose() decides about; others tell only as long as there is nothing better.
+    /// `pixels` samples of paths of at most `depth` scattering events took `seconds`. `preview`:
+    /// they were one of the pictures that choose() decides about; others tell only as long as there
+    /// is nothing better.
     void observe(double pixels, uint32_t depth, double seconds, bool preview);
 
     /// Expected seconds of one sample at each of `pixels`; 0 when nothing has been observed.
     double predict(double pixels, uint32_t depth) const;
 
-    /// The finest that should take at most `targetSeconds`. Sides shrink in steps of the root of two down to an eighth;
-    /// below a quarter depth goes first, from `depth` down to 1. Finer than the last choice only when that leaves
-    /// room, so that the size does not flicker. Before the first observation: a quarter.
+    /// The finest that should take at most `targetSeconds`. Sides shrink in steps of the root of
+    /// two down to an eighth; below a quarter depth goes first, from `depth` down to 1. Finer than
+    /// the last choice only when that leaves room, so that the size does not flicker. Before the
+    /// first observation: a quarter.
     PreviewSize choose(glm::uvec2 full, uint32_t depth, double targetSeconds);
 
     /// Another scene or device: what was observed holds no longer.

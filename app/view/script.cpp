@@ -2,7 +2,7 @@
 //   {"do": ACTION, ...its arguments}        see actions.h
 //   {"wait": WHAT, "value": N, "timeout": S} loaded | job (the core thread) | samples N | seconds N
 //   | frames N | still |
-//                                           finished | reference N (samples) | equal-time | saved
+//                                           finished | reference N (samples) | equal-time | notice TEXT
 //   {"key": "Ctrl+S", "seconds": S}         pressed for so long (0: one frame)
 //   {"drag": [[x, y], [x, y]], "button": 0, "frames": N}   in [0,1]^2 of the window; 0 left, 1
 //   right, 2 middle
@@ -160,12 +160,13 @@ bool Script::failed() const
     return !state_->failures.empty();
 }
 
-void Script::step(Session& session, AppRequests& app, Window& window, double seconds)
+bool Script::step(Session& session, AppRequests& app, Window& window, double seconds)
 {
     State& s = *state_;
     s.now = seconds;
     if (s.firstStep < 0) s.firstStep = seconds;
     s.observe(session);
+    bool acted = false;
     while (!finished()) {
         const Json& step = s.steps[s.next];
         if (s.began < 0) {
@@ -179,14 +180,17 @@ void Script::step(Session& session, AppRequests& app, Window& window, double sec
             s.fail(error.what());
         }
         ++s.stepFrames;
-        if (!done) return;
+        const bool waiting = step.contains("wait") && step["wait"] != "frames";
+        if (!done) return acted || !waiting;
+        acted = acted || !waiting;
         s.log.push_back(
             {{"step", step}, {"at", s.began - s.firstStep}, {"seconds", seconds - s.began}});
         s.began = -1;
         ++s.next;
         // Actions take effect in this frame; whatever looks at their effect comes in the next.
-        if (step.contains("do") || step.contains("drop")) return;
+        if (step.contains("do") || step.contains("drop")) return true;
     }
+    return acted;
 }
 
 /// True when the step is over.
@@ -241,7 +245,7 @@ bool Script::State::waited(const Json& step, const Session& session) const
     if (what == "reference")
         return session.reference() && static_cast<double>(session.reference()->samples) >= value;
     if (what == "equal-time") return !session.equalTime().running();
-    if (what == "saved") return contains(session.notices.list(), "saved");
+    if (what == "notice") return contains(session.notices.list(), step.value("text", ""));
     throw core::Error("\"" + what + "\" is nothing to wait for");
 }
 

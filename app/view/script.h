@@ -19,9 +19,10 @@ public:
     /// Reads and checks the whole file. Throws core::Error with the place in it.
     explicit Script(const std::filesystem::path& file);
 
-    /// Once per frame, before the session's update: runs steps until one has to wait. `seconds`
-    /// since the program began.
-    void step(Session& session, AppRequests& app, Window& window, double seconds);
+    /// Once per tick, before the session's update: runs steps until one has to wait. `seconds`
+    /// since the program began. True when a frame should be drawn: something was done, or waits for
+    /// frames.
+    bool step(Session& session, AppRequests& app, Window& window, double seconds);
     bool finished() const;
     bool failed() const;  // a wait ran out, or a step could not be done
 

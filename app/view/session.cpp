@@ -56,6 +56,8 @@ Session::Session(const SessionOptions& options)
 Session::~Session()
 {
     try {
+        saveNow();
+        saver_.wait();
         keepCameras();
         if (!options_.settings.empty()) writeSettings(options_.settings, settings);
     } catch (const std::exception& error) {
@@ -162,6 +164,7 @@ void Session::show(const Document& document)
     player.duration =
         world.scene->animations.empty() ? 0 : world.scene->animations.front().duration;
     sceneCamera_ = 0;
+    fixedSize_ = {};
     try {
         navigation.set(chooseCamera(world, options_.camera), static_cast<double>(world.radius));
     } catch (const core::Error& error) {
@@ -296,12 +299,18 @@ void Session::takePicture()
     if (pendingSave_ && picture_) {
         const bool complete =
             picture_->generation >= generation_ && picture_->variance && !picture_->preview;
-        if (!complete && now_ < pendingSave_->until) return;
-        saves_->add({pendingSave_->file, picture_, document_->world, document_->file,
-                     document_->time, settings.view});
-        saver_.start("save", saves_->job());
-        pendingSave_.reset();
+        if (complete || (now_ >= pendingSave_->until && !picture_->preview)) saveNow();
     }
+}
+
+/// Hands the save that waits to its thread, which finishes it even when the program ends.
+void Session::saveNow()
+{
+    if (!pendingSave_ || !picture_ || !document_) return;
+    saves_->add({pendingSave_->file, picture_, document_->world, document_->file, document_->time,
+                 settings.view});
+    saver_.start("save", saves_->job());
+    pendingSave_.reset();
 }
 
 void Session::save(const fs::path& file)

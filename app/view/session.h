@@ -50,7 +50,7 @@ struct AnimationPlayer {
 };
 
 struct SessionOptions {
-    SceneOptions scene;  // what to load first
+    SceneOptions scene;          // what to load first
     std::string camera;          // name, index or file; empty: the scene's first
     std::filesystem::path path;  // a camera path to begin with
     RenderParams render;
@@ -96,6 +96,7 @@ public:
     const Document* document() const { return document_.get(); }
 
     // --- camera
+    bool isMoving() const;  // or has moved a moment ago
     void
     moved();  // whenever the hand has moved the camera: pictures come small and quick for a moment
     void useSceneCamera(size_t index);
@@ -148,13 +149,13 @@ private:
     void loadFirstPath();
     void takeReference();
     void takePicture();
+    void saveNow();
     void tellEnds();
     void animate(double seconds);
     void followSceneCamera();
     void takeCamera(const core::Camera& camera);
     void keepCameras();
     void recallCameras();
-    bool isMoving() const;
     bool referenceFits(const RenderRequest& request) const;
     glm::uvec2 pictureSize(glm::uvec2 area);
     void order(glm::uvec2 pictureArea);

@@ -2,10 +2,10 @@
 // session.h.
 #include "app/camera_file.h"
 
-#include <nlohmann/json.hpp>
 #include "app/view/session.h"
 #include "core/check.h"
 #include "core/pick.h"
+#include <nlohmann/json.hpp>
 
 namespace app {
 

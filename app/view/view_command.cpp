@@ -15,8 +15,11 @@ namespace {
 /// Without a display: what needs one is refused, the rest becomes numbered pictures.
 int withoutWindow(const ViewOptions& o, const std::string& reason)
 {
-    for (const auto& [given, name] : {std::pair(!o.script.empty(), "--script"), std::pair(!o.replay.empty(), "--replay")})
-        if (given) throw core::Error(std::string(name) + " needs a window: " + reason, core::ExitCode::noDevice);
+    for (const auto& [given, name] :
+         {std::pair(!o.script.empty(), "--script"), std::pair(!o.replay.empty(), "--replay")})
+        if (given)
+            throw core::Error(std::string(name) + " needs a window: " + reason,
+                              core::ExitCode::noDevice);
     std::cerr << "no window (" << reason << "): rendering a short flight to files instead\n";
     return flyThrough({.scene = o.scene,
                        .device = o.device,

@@ -1,4 +1,5 @@
-// Settings of the window, described once: the panel, the settings file and scripts are visitors of these lists.
+// Settings of the window, described once: the panel, the settings file and scripts are visitors of
+// these lists.
 #pragma once
 
 #include <array>
@@ -11,27 +12,38 @@
 namespace app {
 
 /// What the picture area shows. The order is that of the keys 1 to 9, 0 and on.
-enum class Show : uint32_t { color, depth, normal, albedo, triangle, material, emitter, samples, deviation, difference, error };
+enum class Show : uint32_t {
+    color,
+    depth,
+    normal,
+    albedo,
+    triangle,
+    material,
+    emitter,
+    samples,
+    deviation,
+    difference,
+    error
+};
 
 enum class ColourMap : uint32_t { viridis, magma, grey };
 
-/// How an error becomes a number: |d|, |d| / (r + 0.01), d^2 / (r^2 + 0.01) with luminances d = image - reference, r.
+/// How an error becomes a number: |d|, |d| / (r + 0.01), d^2 / (r^2 + 0.01) with luminances d =
+/// image - reference, r.
 enum class ErrorKind : uint32_t { absolute, relative, squared };
 
 }  // namespace app
 
 namespace core {
-template <>
-struct EnumNames<app::Show> {
-    static constexpr std::array<std::string_view, 11> names{"color",   "depth",   "normal",    "albedo",     "triangle", "material",
-                                                            "emitter", "samples", "deviation", "difference", "error"};
+template <> struct EnumNames<app::Show> {
+    static constexpr std::array<std::string_view, 11> names{
+        "color",   "depth",   "normal",    "albedo",     "triangle", "material",
+        "emitter", "samples", "deviation", "difference", "error"};
 };
-template <>
-struct EnumNames<app::ColourMap> {
+template <> struct EnumNames<app::ColourMap> {
     static constexpr std::array<std::string_view, 3> names{"viridis", "magma", "grey"};
 };
-template <>
-struct EnumNames<app::ErrorKind> {
+template <> struct EnumNames<app::ErrorKind> {
     static constexpr std::array<std::string_view, 3> names{"absolute", "relative", "squared"};
 };
 }  // namespace core
@@ -52,22 +64,35 @@ struct ViewParams {
     float movingRate = 30;
     uint32_t movingDepth = 3;
 
-    template <class Self, class V>
-    static void visit(Self& p, V&& v)
+    template <class Self, class V> static void visit(Self& p, V&& v)
     {
         using core::Field;
-        v(Field{"show", "the picture, first hits, sample counts, standard deviation, or error against the reference"}, p.show);
+        v(Field{"show", "the picture, first hits, sample counts, standard deviation, or error "
+                        "against the reference"},
+          p.show);
         v(Field{"exposure", "brightness of the display in stops", {-20, 20}}, p.exposure);
         v(Field{"tone", "curve from radiance to the display; linear clips"}, p.tone);
-        v(Field{"map", "colours of maps; all but grey rise evenly in lightness and suit colour-blind eyes"}, p.map);
-        v(Field{"error-kind", "absolute, relative to the reference, or squared relative (as relMSE)"}, p.errorKind);
-        v(Field{"error-range", "error at the upper end of the colours", {1e-4, 100, true}}, p.errorRange);
-        v(Field{"compare-at", "place of the compare slider, from left to right", {0, 1}}, p.compareAt);
-        v(Field{"picture-scale", "pixels rendered per pixel of the window, along a side", {0.1, 2}}, p.pictureScale);
+        v(Field{"map", "colours of maps; all but grey rise evenly in lightness and suit "
+                       "colour-blind eyes"},
+          p.map);
+        v(Field{"error-kind",
+                "absolute, relative to the reference, or squared relative (as relMSE)"},
+          p.errorKind);
+        v(Field{"error-range", "error at the upper end of the colours", {1e-4, 100, true}},
+          p.errorRange);
+        v(Field{"compare-at", "place of the compare slider, from left to right", {0, 1}},
+          p.compareAt);
+        v(Field{"picture-scale", "pixels rendered per pixel of the window, along a side", {0.1, 2}},
+          p.pictureScale);
         v(Field{"frame-limit", "frames of the window per second, at most", {5, 240}}, p.frameLimit);
-        v(Field{"moving-rate", "pictures per second wanted while the camera moves; fewer pixels are the price", {1, 120}},
+        v(Field{"moving-rate",
+                "pictures per second wanted while the camera moves; fewer pixels are the price",
+                {1, 120}},
           p.movingRate);
-        v(Field{"moving-depth", "scattering events per path while the camera moves, at most", {0, 64}}, p.movingDepth);
+        v(Field{"moving-depth",
+                "scattering events per path while the camera moves, at most",
+                {0, 64}},
+          p.movingDepth);
     }
     friend bool operator==(const ViewParams&, const ViewParams&) = default;
 };
@@ -78,8 +103,7 @@ struct PanelParams {
     float uiScale = 0;
     float opacity = 0.92f;
 
-    template <class Self, class V>
-    static void visit(Self& p, V&& v)
+    template <class Self, class V> static void visit(Self& p, V&& v)
     {
         using core::Field;
         v(Field{"panel", "the panel and everything that belongs to it"}, p.panel);

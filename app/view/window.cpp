@@ -1,6 +1,7 @@
-// GLFW: one window without a client API of its own. Its errors become core::Error where somebody waits for the result.
-// Letters are scaled by the display's content scale over the ratio of pixels to screen coordinates: where the system
-// enlarges the window's pixels itself (Wayland, macOS) that is 1, on X11 it is the content scale.
+// GLFW: one window without a client API of its own. Its errors become core::Error where somebody
+// waits for the result. Letters are scaled by the display's content scale over the ratio of pixels
+// to screen coordinates: where the system enlarges the window's pixels itself (Wayland, macOS) that
+// is 1, on X11 it is the content scale.
 #include "app/view/window.h"
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 #include <utility>
 
 #define GLFW_INCLUDE_VULKAN
-#include <GLFW/glfw3.h>
 #include <dlfcn.h>
+#include <GLFW/glfw3.h>
 #include <imgui.h>
 
 #include "core/check.h"
@@ -38,14 +39,13 @@ bool startGlfw()
     return glfwInit() == GLFW_TRUE;
 }
 
-template <class F>
-F symbol(const char* name)
+template <class F> F symbol(const char* name)
 {
     return reinterpret_cast<F>(dlsym(RTLD_DEFAULT, name));
 }
 
-/// Xlib ends the process when its connection breaks, unless it is given something else to do. GLFW for Wayland has no
-/// X11 in it, so the functions are looked up.
+/// Xlib ends the process when its connection breaks, unless it is given something else to do. GLFW
+/// for Wayland has no X11 in it, so the functions are looked up.
 void surviveLostConnection()
 {
     connectionLost = false;
@@ -53,30 +53,48 @@ void surviveLostConnection()
     using ExitHandler = void (*)(void* display, void* data);
     const auto display = symbol<void* (*)()>("glfwGetX11Display");
     const auto setError = symbol<ErrorHandler (*)(ErrorHandler)>("XSetIOErrorHandler");
-    const auto setExit = symbol<void (*)(void*, ExitHandler, void*)>("XSetIOErrorExitHandler");  // libX11 1.7
-    if (display == nullptr || setError == nullptr || setExit == nullptr || display() == nullptr) return;
+    const auto setExit =
+        symbol<void (*)(void*, ExitHandler, void*)>("XSetIOErrorExitHandler");  // libX11 1.7
+    if (display == nullptr || setError == nullptr || setExit == nullptr || display() == nullptr)
+        return;
     setError([](void*) {  // the default prints and exits
         connectionLost = true;
         return 0;
     });
-    setExit(display(), [](void*, void*) {}, nullptr);
+    setExit(
+        display(), [](void*, void*) {}, nullptr);
 }
 
 const std::map<std::string, int>& namedKeys()
 {
     static const std::map<std::string, int> keys = [] {
         std::map<std::string, int> k{
-            {"Space", GLFW_KEY_SPACE},    {"Enter", GLFW_KEY_ENTER},         {"Tab", GLFW_KEY_TAB},
-            {"Esc", GLFW_KEY_ESCAPE},     {"Escape", GLFW_KEY_ESCAPE},       {"Backspace", GLFW_KEY_BACKSPACE},
-            {"Delete", GLFW_KEY_DELETE},  {"Insert", GLFW_KEY_INSERT},       {"Home", GLFW_KEY_HOME},
-            {"End", GLFW_KEY_END},        {"PageUp", GLFW_KEY_PAGE_UP},      {"PageDown", GLFW_KEY_PAGE_DOWN},
-            {"Left", GLFW_KEY_LEFT},      {"Right", GLFW_KEY_RIGHT},         {"Up", GLFW_KEY_UP},
-            {"Down", GLFW_KEY_DOWN},      {"Shift", GLFW_KEY_LEFT_SHIFT},    {"Ctrl", GLFW_KEY_LEFT_CONTROL},
-            {"Alt", GLFW_KEY_LEFT_ALT},   {"Super", GLFW_KEY_LEFT_SUPER},
+            {"Space", GLFW_KEY_SPACE},
+            {"Enter", GLFW_KEY_ENTER},
+            {"Tab", GLFW_KEY_TAB},
+            {"Esc", GLFW_KEY_ESCAPE},
+            {"Escape", GLFW_KEY_ESCAPE},
+            {"Backspace", GLFW_KEY_BACKSPACE},
+            {"Delete", GLFW_KEY_DELETE},
+            {"Insert", GLFW_KEY_INSERT},
+            {"Home", GLFW_KEY_HOME},
+            {"End", GLFW_KEY_END},
+            {"PageUp", GLFW_KEY_PAGE_UP},
+            {"PageDown", GLFW_KEY_PAGE_DOWN},
+            {"Left", GLFW_KEY_LEFT},
+            {"Right", GLFW_KEY_RIGHT},
+            {"Up", GLFW_KEY_UP},
+            {"Down", GLFW_KEY_DOWN},
+            {"Shift", GLFW_KEY_LEFT_SHIFT},
+            {"Ctrl", GLFW_KEY_LEFT_CONTROL},
+            {"Alt", GLFW_KEY_LEFT_ALT},
+            {"Super", GLFW_KEY_LEFT_SUPER},
         };
-        for (int i = 1; i <= 12; ++i) k[std::string("F").append(std::to_string(i))] = GLFW_KEY_F1 + i - 1;
+        for (int i = 1; i <= 12; ++i)
+            k[std::string("F").append(std::to_string(i))] = GLFW_KEY_F1 + i - 1;
         // GLFW's numbers of the printable keys are their ASCII codes.
-        for (const char c : std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-=[]\\;',./`")) k[std::string(1, c)] = c;
+        for (const char c : std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-=[]\\;',./`"))
+            k[std::string(1, c)] = c;
         return k;
     }();
     return keys;
@@ -87,13 +105,14 @@ unsigned typedBy(int key, bool shift)
 {
     const std::string plain = " -=[]\\;',./`0123456789", shifted = " _+{}|:\"<>?~)!@#$%^&*(";
     if (key >= 'A' && key <= 'Z') return static_cast<unsigned>(shift ? key : key - 'A' + 'a');
-    const size_t place = key > 0 && key < 128 ? plain.find(static_cast<char>(key)) : std::string::npos;
-    return place == std::string::npos ? 0u : static_cast<unsigned>((shift ? shifted : plain)[place]);
+    const size_t place =
+        key > 0 && key < 128 ? plain.find(static_cast<char>(key)) : std::string::npos;
+    return place == std::string::npos ? 0u
+                                      : static_cast<unsigned>((shift ? shifted : plain)[place]);
 }
 
 /// The callback that is installed, so that injected events take the way of real ones.
-template <class F>
-F installed(F (*set)(GLFWwindow*, F), GLFWwindow* window)
+template <class F> F installed(F (*set)(GLFWwindow*, F), GLFWwindow* window)
 {
     const F callback = set(window, nullptr);
     set(window, callback);
@@ -105,13 +124,15 @@ F installed(F (*set)(GLFWwindow*, F), GLFWwindow* window)
 Window::Window(const std::string& title, glm::uvec2 size)
 {
     if (!startGlfw()) {
-        throw core::Error("no window: " + lastError + " — `rekindle render SCENE -o FILE` needs none",
+        throw core::Error("no window: " + lastError +
+                              " — `rekindle render SCENE -o FILE` needs none",
                           core::ExitCode::noDevice);
     }
     surviveLostConnection();
     try {
         if (glfwVulkanSupported() == GLFW_FALSE) {
-            throw core::Error("no window: there is no Vulkan loader or it cannot draw in windows — install libvulkan1 and "
+            throw core::Error("no window: there is no Vulkan loader or it cannot draw in windows — "
+                              "install libvulkan1 and "
                               "mesa-vulkan-drivers",
                               core::ExitCode::noDevice);
         }
@@ -120,7 +141,8 @@ Window::Window(const std::string& title, glm::uvec2 size)
         glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "rekindle");
         const glm::ivec2 s(glm::clamp(size, 1u, 16384u));
         window_ = glfwCreateWindow(s.x, s.y, title.c_str(), nullptr, nullptr);
-        if (window_ == nullptr) throw core::Error("no window: " + lastError, core::ExitCode::noDevice);
+        if (window_ == nullptr)
+            throw core::Error("no window: " + lastError, core::ExitCode::noDevice);
     } catch (...) {
         glfwTerminate();
         throw;
@@ -137,7 +159,8 @@ Window::Window(const std::string& title, glm::uvec2 size)
 
 Window::~Window()
 {
-    // Also when the connection is gone: Xlib then sends nothing, and another window can be opened afterwards.
+    // Also when the connection is gone: Xlib then sends nothing, and another window can be opened
+    // afterwards.
     glfwDestroyWindow(window_);
     glfwTerminate();
 }
@@ -201,7 +224,9 @@ float Window::contentScale() const
     int window = 0, framebuffer = 0;
     glfwGetWindowSize(window_, &window, nullptr);
     glfwGetFramebufferSize(window_, &framebuffer, nullptr);
-    const float ratio = window > 0 && framebuffer > 0 ? static_cast<float>(framebuffer) / static_cast<float>(window) : 1.0f;
+    const float ratio = window > 0 && framebuffer > 0
+                            ? static_cast<float>(framebuffer) / static_cast<float>(window)
+                            : 1.0f;
     return std::isfinite(scale) ? std::clamp(scale / ratio, 1.0f, 8.0f) : 1.0f;
 }
 
@@ -249,7 +274,8 @@ VkSurfaceKHR Window::makeSurface(VkInstance instance) const
 {
     VkSurfaceKHR surface = VK_NULL_HANDLE;
     lastError.clear();
-    const VkResult result = lost() ? VK_ERROR_SURFACE_LOST_KHR : glfwCreateWindowSurface(instance, window_, nullptr, &surface);
+    const VkResult result = lost() ? VK_ERROR_SURFACE_LOST_KHR
+                                   : glfwCreateWindowSurface(instance, window_, nullptr, &surface);
     if (result != VK_SUCCESS) {
         throw core::Error("no frames in the window: the display gave no surface" +
                               (lastError.empty() ? std::string() : " (" + lastError + ")"),
@@ -258,7 +284,8 @@ VkSurfaceKHR Window::makeSurface(VkInstance instance) const
     return surface;
 }
 
-// --- what scripts inject ----------------------------------------------------------------------------------------
+// --- what scripts inject
+// ----------------------------------------------------------------------------------------
 
 std::optional<int> Window::keyCode(const std::string& name)
 {
@@ -284,17 +311,21 @@ void Window::injectKey(const std::string& key, bool down)
         take("Alt+", GLFW_KEY_LEFT_ALT, GLFW_MOD_ALT);
     }
     const std::optional<int> code = keyCode(rest);
-    if (!code) throw core::Error("there is no key \"" + key + "\" — try \"W\", \"Space\", \"Ctrl+S\" or \"F1\"");
+    if (!code)
+        throw core::Error("there is no key \"" + key +
+                          "\" — try \"W\", \"Space\", \"Ctrl+S\" or \"F1\"");
     codes.push_back(*code);
     if (!down) std::reverse(codes.begin(), codes.end());
 
     const GLFWkeyfun onKey = installed(&glfwSetKeyCallback, window_);
     for (const int c : codes) {
-        if (onKey != nullptr) onKey(window_, c, glfwGetKeyScancode(c), down ? GLFW_PRESS : GLFW_RELEASE, modifiers);
+        if (onKey != nullptr)
+            onKey(window_, c, glfwGetKeyScancode(c), down ? GLFW_PRESS : GLFW_RELEASE, modifiers);
     }
     const unsigned typed = typedBy(*code, (modifiers & GLFW_MOD_SHIFT) != 0);
     const GLFWcharfun onChar = installed(&glfwSetCharCallback, window_);
-    if (down && typed != 0 && onChar != nullptr && (modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) == 0) {
+    if (down && typed != 0 && onChar != nullptr &&
+        (modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) == 0) {
         onChar(window_, typed);
     }
 }
@@ -309,7 +340,8 @@ void Window::injectCursor(glm::dvec2 pixels)
 void Window::injectButton(int button, bool down)
 {
     if (button < 0 || static_cast<size_t>(button) >= injectedButtons_.size()) {
-        throw core::Error("there is no mouse button " + std::to_string(button) + " — 0 left, 1 right, 2 middle");
+        throw core::Error("there is no mouse button " + std::to_string(button) +
+                          " — 0 left, 1 right, 2 middle");
     }
     const GLFWmousebuttonfun onButton = installed(&glfwSetMouseButtonCallback, window_);
     if (onButton != nullptr) onButton(window_, button, down ? GLFW_PRESS : GLFW_RELEASE, 0);
@@ -340,8 +372,11 @@ void Window::onCursor(glm::dvec2 position)
 void Window::applyInjected()
 {
     ImGuiIO& io = ImGui::GetIO();
-    if (injectedCursor_) io.MousePos = {static_cast<float>(injectedCursor_->x), static_cast<float>(injectedCursor_->y)};
-    for (size_t i = 0; i < injectedButtons_.size(); ++i) io.MouseDown[i] = io.MouseDown[i] || injectedButtons_[i];
+    if (injectedCursor_)
+        io.MousePos = {static_cast<float>(injectedCursor_->x),
+                       static_cast<float>(injectedCursor_->y)};
+    for (size_t i = 0; i < injectedButtons_.size(); ++i)
+        io.MouseDown[i] = io.MouseDown[i] || injectedButtons_[i];
 }
 
 }  // namespace app

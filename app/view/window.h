@@ -1,4 +1,5 @@
-// The window of the operating system: GLFW, and nothing else of the program sees it. No rendering here.
+// The window of the operating system: GLFW, and nothing else of the program sees it. No rendering
+// here.
 #pragma once
 
 #include <array>
@@ -16,7 +17,8 @@ namespace app {
 
 class Window {
 public:
-    /// Throws core::Error (noDevice) when there is no display or no Vulkan loader. One at a time, on the main thread.
+    /// Throws core::Error (noDevice) when there is no display or no Vulkan loader. One at a time,
+    /// on the main thread.
     Window(const std::string& title, glm::uvec2 size);
     ~Window();
     Window(const Window&) = delete;
@@ -31,11 +33,13 @@ public:
     static void wake();
     bool closeRequested() const;
     void requestClose(bool close);
-    bool lost() const;  // the connection to the display is gone: the window is 0x0 and nothing more comes from it
+    bool lost() const;  // the connection to the display is gone: the window is 0x0 and nothing more
+                        // comes from it
 
     glm::uvec2 framebufferSize() const;  // pixels; 0x0 when minimised
-    float contentScale() const;          // of letters: see the rule for displays of high density in window.cpp
-    void resize(glm::uvec2 size);        // screen coordinates; at least 1x1
+    float
+    contentScale() const;  // of letters: see the rule for displays of high density in window.cpp
+    void resize(glm::uvec2 size);  // screen coordinates; at least 1x1
     void setTitle(const std::string& title);
 
     std::vector<std::filesystem::path> takeDrops();  // files dropped since the last call
@@ -46,17 +50,20 @@ public:
     VkSurfaceKHR makeSurface(VkInstance instance) const;
     GLFWwindow* get() const { return window_; }
 
-    /// GLFW's number of the key "W", "Space", "F1", "-", "Left", ...; none when there is no such key.
+    /// GLFW's number of the key "W", "Space", "F1", "-", "Left", ...; none when there is no such
+    /// key.
     static std::optional<int> keyCode(const std::string& name);
 
-    // --- for scripts: the same way in as the hand's. Throws core::Error for names of keys that do not exist.
-    void injectKey(const std::string& key, bool down);  // "W", "Space", "Ctrl+S" (presses the modifiers, too)
+    // --- for scripts: the same way in as the hand's. Throws core::Error for names of keys that do
+    // not exist.
+    void injectKey(const std::string& key,
+                   bool down);             // "W", "Space", "Ctrl+S" (presses the modifiers, too)
     void injectCursor(glm::dvec2 pixels);  // stays there until the hand moves the real one
     void injectButton(int button, bool down);  // 0 left, 1 right, 2 middle
     void injectWheel(double steps);
     void injectDrop(const std::filesystem::path& file);
-    /// Hands ImGui the injected cursor and buttons, which its GLFW back end would ask the display for. Called by Gui between
-    /// the two NewFrames.
+    /// Hands ImGui the injected cursor and buttons, which its GLFW back end would ask the display
+    /// for. Called by Gui between the two NewFrames.
     void applyInjected();
 
 private:
