@@ -154,8 +154,9 @@ void Swapchain::settle() noexcept
         wait();
     } catch (const core::Error&) {
         // What is left of a lost device's work ends soon; of a device that hangs nothing is destroyed.
-        if (!isAbandoned(device_.get())) vk.DeviceWaitIdle(device_.get());
     }
+    // Fences tell of drawing; presenting, which waits for semaphores of ours, ends with the queue.
+    if (!isAbandoned(device_.get())) vk.DeviceWaitIdle(device_.get());
 }
 
 /// Puts the present swapchain away; what it has shown may still be on its way to the display.

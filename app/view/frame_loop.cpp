@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <thread>
 
@@ -76,10 +77,7 @@ double FrameLoop::secondsNow() const
 int FrameLoop::run()
 {
     while (!quit_) tick();
-    if (window_.lost()) {
-        std::cerr << "rekindle: error: the connection to the display is lost\n";
-        exitCode_ = static_cast<int>(core::ExitCode::failure);
-    }
+    if (window_.lost()) endWithoutDisplay();
     if (script_) {
         std::cout << jsonLines(script_->report());
         if (script_->failed() && exitCode_ == 0)
@@ -88,6 +86,16 @@ int FrameLoop::run()
     session_->settings.windowSize = glm::max(window_.framebufferSize(), glm::uvec2(320, 200));
     session_.reset();
     return exitCode_;
+}
+
+/// Whatever is left of the window and its device hangs on a connection that is gone: taking it down in order may crash
+/// inside the display's library. What must not be lost is kept first.
+void FrameLoop::endWithoutDisplay()
+{
+    session_.reset();
+    std::cerr << "rekindle: error: the connection to the display is lost\n";
+    std::cout.flush();
+    std::_Exit(static_cast<int>(core::ExitCode::failure));
 }
 
 void FrameLoop::tick()

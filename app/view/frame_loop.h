@@ -37,6 +37,7 @@ private:
     void takeDrops();
     void obey();
     void writeScreenshot();
+    [[noreturn]] void endWithoutDisplay();
     double secondsNow() const;
 
     ViewOptions options_;

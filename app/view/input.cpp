@@ -5,27 +5,16 @@
 #include <array>
 #include <cmath>
 #include <string_view>
-#include <utility>
 
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 
+#include "app/view/window.h"
 #include "core/check.h"
 
 namespace app {
 
 namespace {
-
-constexpr std::array<std::pair<std::string_view, int>, 22> kNamedKeys{{
-    {"Space", GLFW_KEY_SPACE},    {"Esc", GLFW_KEY_ESCAPE},      {"Enter", GLFW_KEY_ENTER},
-    {"Tab", GLFW_KEY_TAB},        {"=", GLFW_KEY_EQUAL},         {"-", GLFW_KEY_MINUS},
-    {"[", GLFW_KEY_LEFT_BRACKET}, {"]", GLFW_KEY_RIGHT_BRACKET}, {"\\", GLFW_KEY_BACKSLASH},
-    {"`", GLFW_KEY_GRAVE_ACCENT}, {"F1", GLFW_KEY_F1},           {"F2", GLFW_KEY_F2},
-    {"F3", GLFW_KEY_F3},          {"F4", GLFW_KEY_F4},           {"F5", GLFW_KEY_F5},
-    {"F6", GLFW_KEY_F6},          {"F7", GLFW_KEY_F7},           {"F8", GLFW_KEY_F8},
-    {"F9", GLFW_KEY_F9},          {"F10", GLFW_KEY_F10},         {"F11", GLFW_KEY_F11},
-    {"F12", GLFW_KEY_F12},
-}};
 
 constexpr std::array kFlyKeys{GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S,
                               GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E};
@@ -142,13 +131,7 @@ KeyChord parseKey(const std::string& text)
             break;
         rest.remove_prefix(rest.find('+') + 1);
     }
-    for (const auto& [name, code] : kNamedKeys) {
-        if (rest == name) chord.code = code;
-    }
-    // GLFW's codes of letters and digits are those of ASCII.
-    if (rest.size() == 1 &&
-        ((rest[0] >= 'A' && rest[0] <= 'Z') || (rest[0] >= '0' && rest[0] <= '9')))
-        chord.code = rest[0];
+    chord.code = Window::keyCode(std::string(rest)).value_or(-1);
     return chord;
 }
 

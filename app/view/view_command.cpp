@@ -20,13 +20,14 @@ int withoutWindow(const ViewOptions& o, const std::string& reason)
         if (given)
             throw core::Error(std::string(name) + " needs a window: " + reason,
                               core::ExitCode::noDevice);
-    std::cerr << "no window (" << reason << "): rendering a short flight to files instead\n";
-    return flyThrough({.scene = o.scene,
-                       .device = o.device,
-                       .deviceIndex = o.deviceIndex,
-                       .validation = o.validation,
-                       .params = o.params,
-                       .camera = o.camera});
+    const int code = flyThrough({.scene = o.scene,
+                                 .device = o.device,
+                                 .deviceIndex = o.deviceIndex,
+                                 .validation = o.validation,
+                                 .params = o.params,
+                                 .camera = o.camera});
+    std::cerr << "there is no window (" << reason << "), so this was a flight in pictures\n";
+    return code;
 }
 
 }  // namespace
