@@ -13,6 +13,7 @@
 #include <embree3/rtcore.h>
 
 #include "core/check.h"
+#include "core/handoff.h"
 #include "core/scene_view.h"
 
 namespace core {
@@ -56,11 +57,13 @@ struct BuildMonitor {
     std::stop_token stop;
     std::exception_ptr thrown{};  // by `progress`; Embree's frames are not to be unwound
     std::mutex mutex{};
+    Handoff handoff{};
 };
 
 bool buildGoesOn(void* pointer, double fraction)
 {
     auto* monitor = static_cast<BuildMonitor*>(pointer);
+    monitor->handoff.happensAfter();
     const std::lock_guard lock(monitor->mutex);
     if (monitor->thrown || monitor->stop.stop_requested()) return false;
     try {
@@ -81,6 +84,7 @@ struct Accel::Impl {
     uint32_t opaque = 0;  // triangles before the first whose alpha is tested
     bool filtered = false;
     std::atomic<ssize_t> bytes = 0, peakBytes = 0;
+    Handoff handoff;
     double buildSeconds = 0;
 
     explicit Impl(std::shared_ptr<const World> w) : world(std::move(w)), view(sceneView(*world)) {}
@@ -130,6 +134,7 @@ struct Accel::Impl {
     static bool countMemory(void* pointer, ssize_t change, bool)
     {
         auto* impl = static_cast<Impl*>(pointer);
+        impl->handoff.happensAfter();
         const ssize_t now = impl->bytes += change;
         ssize_t peak = impl->peakBytes;
         while (now > peak && !impl->peakBytes.compare_exchange_weak(peak, now)) {
@@ -164,6 +169,8 @@ Accel::Accel(std::shared_ptr<const World> world,
                                      (compact ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE));
     BuildMonitor monitor{progress, std::move(stop)};
     rtcSetSceneProgressMonitorFunction(impl.scene, buildGoesOn, &monitor);
+    impl.handoff.happensBefore();
+    monitor.handoff.happensBefore();
     rtcCommitScene(impl.scene);
     rtcSetSceneProgressMonitorFunction(impl.scene, nullptr, nullptr);
     const RTCError error = rtcGetDeviceError(impl.device);

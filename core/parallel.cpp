@@ -12,31 +12,11 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#ifdef REKINDLE_TSAN
-extern "C" void __tsan_acquire(void* address);
-extern "C" void __tsan_release(void* address);
-#endif
+#include "core/handoff.h"
 
 namespace core {
 
 namespace {
-
-/// All that happened before any happensBefore() of an event is seen after happensAfter() of it.
-struct Event {
-#ifdef REKINDLE_TSAN
-    void happensBefore()
-    {
-        __tsan_release(this);
-    }
-    void happensAfter()
-    {
-        __tsan_acquire(this);
-    }
-#else
-    void happensBefore() {}
-    void happensAfter() {}
-#endif
-};
 
 }  // namespace
 
@@ -46,7 +26,7 @@ bool parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
     const size_t step = std::max<size_t>(grain, 1);
     const size_t blocks = count / step + (count % step != 0 ? 1 : 0);
     std::atomic<bool> complete{true};
-    Event begun, ended;
+    Handoff begun, ended;
     begun.happensBefore();
     tbb::parallel_for(
         tbb::blocked_range<size_t>(0, blocks, 1),

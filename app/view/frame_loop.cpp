@@ -172,7 +172,7 @@ void FrameLoop::draw(double seconds)
     const bool hand = handleInput(*session_, requests_, area_, seconds);
     session_->update(seconds, area_);
     if (hand && session_->generation() != before && !input_)
-        input_ = Input{secondsNow(), frames_, session_->generation()};
+        input_ = Input{secondsNow(), frames_ + 1, session_->generation()};
     const DisplayInputs inputs = pictureView_.inputs(*session_);
     UiFrame frame;
     frame.area = area_;

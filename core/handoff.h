@@ -1,0 +1,22 @@
+// Tells ThreadSanitizer of what it cannot see: that work handed to TBB's threads, by us or by Embree, begins after the
+// handing over. In other builds it is nothing.
+#pragma once
+
+#if defined(__SANITIZE_THREAD__) || defined(REKINDLE_TSAN)
+extern "C" void __tsan_acquire(void* address);
+extern "C" void __tsan_release(void* address);
+#define REKINDLE_SEEN(call) call
+#else
+#define REKINDLE_SEEN(call) ((void)0)
+#endif
+
+namespace core {
+
+/// All that happened before any happensBefore() of a handoff is seen after happensAfter() of it.
+struct Handoff {
+    void happensBefore() { REKINDLE_SEEN(__tsan_release(this)); }
+    void happensAfter() { REKINDLE_SEEN(__tsan_acquire(this)); }
+};
+
+}  // namespace core
+#undef REKINDLE_SEEN
