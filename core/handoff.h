@@ -1,5 +1,5 @@
-// Tells ThreadSanitizer of what it cannot see: that work handed to TBB's threads, by us or by Embree, begins after the
-// handing over. In other builds it is nothing.
+// Tells ThreadSanitizer of what it cannot see: that work handed to TBB's threads, by us or by
+// Embree, begins after the handing over. In other builds it is nothing.
 #pragma once
 
 #if defined(__SANITIZE_THREAD__) || defined(REKINDLE_TSAN)

@@ -64,7 +64,10 @@ std::vector<uint8_t> onDevice(gpu::Device& device, gpu::Display& display, const 
 
 class DisplayTest : public testing::Test {
 protected:
-    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), 0u); }
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
 };
 
 TEST_F(DisplayTest, KernelEqualsTheText)

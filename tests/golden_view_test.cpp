@@ -1,6 +1,7 @@
-// Frames of the window against frames that somebody has looked at (tests/golden). At most one per cent of the pixels may
-// differ by more than 0.016 of white; the status line, which tells times, is left out. After a change that is meant, the
-// frames that this test writes beside its message are looked at and take their place.
+// Frames of the window against frames that somebody has looked at (tests/golden). At most one per
+// cent of the pixels may differ by more than 0.016 of white; the status line, which tells times, is
+// left out. After a change that is meant, the frames that this test writes beside its message are
+// looked at and take their place.
 #include <cmath>
 
 #include <OpenImageIO/imageio.h>
@@ -30,7 +31,8 @@ Frame readPng(const fs::path& file)
     frame.channels = spec.nchannels;
     frame.pixels.resize(static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height) *
                         static_cast<size_t>(spec.nchannels));
-    if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, frame.pixels.data())) return {};
+    if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, frame.pixels.data()))
+        return {};
     return frame;
 }
 
@@ -40,7 +42,8 @@ double different(const Frame& a, const Frame& b)
     size_t count = 0, all = 0;
     for (int y = 0; y < a.height - kStatusLine; ++y) {
         for (int x = 0; x < a.width; ++x, ++all) {
-            const size_t pixel = static_cast<size_t>(y) * static_cast<size_t>(a.width) + static_cast<size_t>(x);
+            const size_t pixel =
+                static_cast<size_t>(y) * static_cast<size_t>(a.width) + static_cast<size_t>(x);
             bool off = false;
             for (size_t c = 0; c < 3; ++c)
                 off = off || std::abs(int(a.pixels[pixel * size_t(a.channels) + c]) -
@@ -66,8 +69,8 @@ TEST_F(GoldenView, FramesAreThoseThatWereLookedAt)
         {"do":"reference","spp":16}, {"wait":"reference","value":16}, {"wait":"job"}, {"do":"panel"}, {"do":"show-error"},
         {"wait":"seconds","value":0.5}, {"wait":"frames","value":4},
         {"do":"screenshot","file":"error.png"}]})");
-    const Result result = finish(start({"view", kScene, "--script", "script.json", "--no-settings", "--size", "640x360",
-                                        "--device", "cpu"}),
+    const Result result = finish(start({"view", kScene, "--script", "script.json", "--no-settings",
+                                        "--size", "640x360", "--device", "cpu"}),
                                  120);
     ASSERT_EQ(result.code, 0) << result.err << result.out;
     for (const char* name : {"panel.png", "error.png"}) {

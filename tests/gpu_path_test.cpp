@@ -50,7 +50,10 @@ struct Case {
 
 class GpuPath : public testing::TestWithParam<Case> {
 protected:
-    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), 0u); }
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
 };
 
 void expectAgreement(const char* name, uint32_t samples, double detectable)
@@ -129,7 +132,10 @@ INSTANTIATE_TEST_SUITE_P(Assets, GpuPath,
 
 class GpuPathAlone : public testing::Test {
 protected:
-    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), 0u); }
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
 };
 
 TEST_F(GpuPathAlone, SameSeedGivesTheSameBitsHoweverItIsCutUp)

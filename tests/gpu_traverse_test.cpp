@@ -72,7 +72,10 @@ std::vector<DeviceRay> raysThrough(const core::World& world, size_t count, uint3
 
 class GpuTraverse : public testing::Test {
 protected:
-    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), 0u); }
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
 };
 
 /// Distances must agree with the CPU traversal of the same tree but for rounding (compilers

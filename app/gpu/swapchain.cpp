@@ -181,6 +181,7 @@ void Swapchain::renewSurface()
                           core::ExitCode::failure);
     }
     wait();
+    device_.check(vk.DeviceWaitIdle(device_.get()), "vkDeviceWaitIdle");  // presenting, too: see settle()
     retired_.clear();  // a window has one surface at a time, and a surface outlives its swapchains
     chain_ = {};
     stale_ = true;

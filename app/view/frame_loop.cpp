@@ -88,8 +88,8 @@ int FrameLoop::run()
     return exitCode_;
 }
 
-/// Whatever is left of the window and its device hangs on a connection that is gone: taking it down in order may crash
-/// inside the display's library. What must not be lost is kept first.
+/// Whatever is left of the window and its device hangs on a connection that is gone: taking it down
+/// in order may crash inside the display's library. What must not be lost is kept first.
 void FrameLoop::endWithoutDisplay()
 {
     session_.reset();

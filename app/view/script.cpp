@@ -2,7 +2,8 @@
 //   {"do": ACTION, ...its arguments}        see actions.h
 //   {"wait": WHAT, "value": N, "timeout": S} loaded | job (the core thread) | samples N | seconds N
 //   | frames N | still |
-//                                           finished | reference N (samples) | equal-time | notice TEXT
+//                                           finished | reference N (samples) | equal-time | notice
+//                                           TEXT
 //   {"key": "Ctrl+S", "seconds": S}         pressed for so long (0: one frame)
 //   {"drag": [[x, y], [x, y]], "button": 0, "frames": N}   in [0,1]^2 of the window; 0 left, 1
 //   right, 2 middle
@@ -121,7 +122,8 @@ struct Script::State {
     std::vector<std::string> failures;
     std::vector<double> idle, busy, inputSeconds, inputFrames, stops;
     double lastStop = 0;
-    std::optional<double> loadStarted, firstPicture;
+    std::optional<double> loadStarted;
+    std::vector<double> firstPictures;  // seconds from the end of a load
     std::optional<RandomWalk> walk;
     Json counters = Json::object();
     std::vector<std::string> errors;  // notices of that severity
@@ -164,7 +166,10 @@ bool Script::step(Session& session, AppRequests& app, Window& window, double sec
 {
     State& s = *state_;
     s.now = seconds;
-    if (s.firstStep < 0) s.firstStep = seconds;
+    if (s.firstStep < 0) {
+        s.firstStep = seconds;
+        s.loadStarted = 0;  // the program's own first scene
+    }
     s.observe(session);
     bool acted = false;
     while (!finished()) {
@@ -347,8 +352,7 @@ void Script::State::observe(const Session& session)
     const std::shared_ptr<const Picture> picture = session.picture();
     if (loadStarted && picture && session.document() && !session.loading().active() &&
         picture->generation >= session.generation() && session.generation() > 0) {
-        firstPicture = std::max(firstPicture.value_or(0),
-                                now - *loadStarted - session.document()->loadSeconds);
+        firstPictures.push_back(now - *loadStarted - session.document()->loadSeconds);
         loadStarted.reset();
     }
     if (picture) {
@@ -387,10 +391,10 @@ Json Script::report() const
               {"input_seconds", distribution(s.inputSeconds)},
               {"input_frames", distribution(s.inputFrames)},
               {"stop_seconds", distribution(s.stops)},
+              {"first_picture_seconds", distribution(s.firstPictures)},
               {"counters", s.counters},
               {"errors", s.errors},
               {"steps", s.log}};
-    if (s.firstPicture) json["first_picture_seconds"] = *s.firstPicture;
     return json;
 }
 
