@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/nearest.h"
+#include "app/view/action_arguments.h"
 #include "app/view/set_param.h"
 #include "core/check.h"
 
@@ -19,53 +20,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 namespace {
-
-// --- arguments
-
-[[noreturn]] void refuse(const char* name, const char* expected)
-{
-    throw core::Error(std::string(name) + ": expected " + expected, core::ExitCode::commandLine);
-}
-
-double number(const ActionContext& c, const char* name, std::optional<double> otherwise = {})
-{
-    const auto found = c.arguments.find(name);
-    if (found == c.arguments.end()) {
-        if (otherwise) return *otherwise;
-        refuse(name, "a number");
-    }
-    if (!found->is_number()) refuse(name, "a number");
-    return found->get<double>();
-}
-
-/// A whole number from 0 to 2^31.
-uint32_t count(const ActionContext& c, const char* name, std::optional<double> otherwise = {})
-{
-    const double value = number(c, name, otherwise);
-    if (!(value >= 0 && value <= 2147483648.0 && value == std::floor(value)))
-        refuse(name, "a whole number from 0");
-    return static_cast<uint32_t>(value);
-}
-
-bool truth(const ActionContext& c, const char* name, bool otherwise)
-{
-    const auto found = c.arguments.find(name);
-    if (found == c.arguments.end()) return otherwise;
-    if (!found->is_boolean()) refuse(name, "true or false");
-    return found->get<bool>();
-}
-
-std::string text(const ActionContext& c, const char* name,
-                 std::optional<std::string> otherwise = {})
-{
-    const auto found = c.arguments.find(name);
-    if (found == c.arguments.end()) {
-        if (otherwise) return *otherwise;
-        refuse(name, "a text");
-    }
-    if (!found->is_string()) refuse(name, "a text");
-    return found->get<std::string>();
-}
 
 /// "rekindle-2026-11-21-173005.png" in the current folder.
 fs::path stamped(const char* extension)
