@@ -2,7 +2,6 @@
 #include "app/view/frame_loop.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <iostream>
 #include <thread>
@@ -10,10 +9,8 @@
 #include <imgui.h>
 #include <nlohmann/json.hpp>
 
-#include "app/camera_file.h"
 #include "app/stats.h"
 #include "app/view/input.h"
-#include "app/view/save_picture.h"
 #include "core/check.h"
 
 namespace app {

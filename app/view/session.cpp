@@ -58,6 +58,7 @@ Session::~Session()
     try {
         saveNow();
         saver_.wait();
+        tellEnds();  // a picture that could not be saved is told even now
         keepCameras();
         if (!options_.settings.empty()) writeSettings(options_.settings, settings);
     } catch (const std::exception& error) {
@@ -259,6 +260,8 @@ void Session::animate(double seconds)
         player.time = std::max(player.time, 0.0);
     }
     if (player.time == document_->time || loader_.status().active()) return;
+    // A scene that has come since takeLoaded() is not to be passed over for a pose of the old one.
+    if (loadGeneration_ != takenLoad_ && loadedBox_->get(loadGeneration_)) return;
     loadGeneration_ = loader_.start("pose", poseJob(*document_, player.time, loadedBox_));
 }
 
