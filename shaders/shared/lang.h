@@ -16,6 +16,11 @@
 #define OUT(T) T&
 #define INOUT(T) T&
 #define PRECISE
+// A function over Real is float in GLSL, and both float and double in C++, where references run in double.
+#define REAL_FN template <class Real> SHARED_FN
+#define REAL_STRUCT template <class Real>
+#define OF_REAL(T) T<Real>
+#define REAL_ARRAY(name, size) const Real* name
 
 // A source file may define REKINDLE_FEATURES (kFeature bits) before it includes anything: the functions are then its
 // own and hold code for these bits only, as a specialised pipeline does.
@@ -58,6 +63,11 @@ inline uint floatAsUint(float x)
 #define OUT(T) out T
 #define INOUT(T) inout T
 #define PRECISE precise
+#define Real float
+#define REAL_FN
+#define REAL_STRUCT
+#define OF_REAL(T) T
+#define REAL_ARRAY(name, size) float name[size]
 #define uintAsFloat uintBitsToFloat
 #define floatAsUint floatBitsToUint
 
