@@ -1,0 +1,25 @@
+// Runs every experiment of the laboratory.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+
+#include "app/lab/results.h"
+
+namespace app::lab {
+
+struct LabSettings {
+    uint64_t trials = 400000;  // per cell of the table; the other experiments scale with it
+    uint64_t seed = 1;
+    bool quick = false;  // a twentieth of the trials and coarser sweeps: for a look
+};
+
+/// `progress(stage, fraction)` is called from any thread, one call at a time. Nothing when `stop` was
+/// requested before the end. The same settings give the same numbers on any number of threads.
+std::optional<LabResults>
+runLab(const LabSettings& settings,
+       const std::function<void(const char* stage, double fraction)>& progress,
+       std::stop_token stop = {});
+
+}  // namespace app::lab
