@@ -15,8 +15,8 @@ struct LabSettings {
     bool quick = false;  // a twentieth of the trials and coarser sweeps: for a look
 };
 
-/// `progress(stage, fraction)` is called from any thread, one call at a time. Nothing when `stop` was
-/// requested before the end. The same settings give the same numbers on any number of threads.
+/// `progress(stage, fraction)` is called from any thread, one call at a time. Nothing when `stop`
+/// was requested before the end. The same settings give the same numbers on any number of threads.
 std::optional<LabResults>
 runLab(const LabSettings& settings,
        const std::function<void(const char* stage, double fraction)>& progress,

@@ -148,8 +148,11 @@ REAL_FN Real reuseSolveC(Real N, Real n, REAL_ARRAY(ratios, kReuseMaxCandidates)
 /// for all items; `sum` starts at 0.
 REAL_FN bool reuseKeep(INOUT(Real) sum, Real score, Real kappa, Real xi)
 {
+    if (score >= kappa) {
+        return true;  // a whole step leaves the phase as it is
+    }
     Real before = sum;
-    sum += min(Real(1.0f), score / kappa);
+    sum += score / kappa;
     return floor(sum - xi) != floor(before - xi);
 }
 
