@@ -58,7 +58,12 @@ template <class Real, class Value> struct Estimate {
 
     /// Takes out the noise of the weights themselves: value - beta (sum v - 1). Unbiased when
     /// `beta`, the expected value, comes from samples independent of these.
-    Value corrected(const Value& beta) const { return value + beta * (1 - weightSum); }
+    Value corrected(const Value& beta) const
+    {
+        Value result = value;
+        result += beta * (1 - weightSum);
+        return result;
+    }
 
     /// The same with its own mean as beta: value / sum v. Biased by O(1 / ESS); zero without
     /// samples.
