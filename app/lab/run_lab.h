@@ -12,7 +12,7 @@ namespace app::lab {
 struct LabSettings {
     uint64_t trials = 400000;  // per cell of the table; the other experiments scale with it
     uint64_t seed = 1;
-    bool quick = false;  // a twentieth of the trials and coarser sweeps: for a look
+    bool quick = false;  // a twentieth of the trials: for a look
 };
 
 /// `progress(stage, fraction)` is called from any thread, one call at a time. Nothing when `stop`

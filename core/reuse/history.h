@@ -13,11 +13,17 @@
 
 namespace core::reuse {
 
+/// How a history is cut down to K samples. Threshold resampling keeps heavy samples once and as
+/// they are; systematic resampling draws with replacement, which costs variance when weights differ
+/// much (13 % in the fast swing of the laboratory's moving lobe) and needs no threshold.
+enum class Resampling : uint8_t { threshold, systematic };
+
 struct HistorySettings {
     uint32_t n = 4;   // new rays a frame
     uint32_t k = 8;   // candidates for each
     uint32_t K = 16;  // samples kept from one frame to the next
     double cap = 16;  // of the nominal count N; K, or more when the score protects bright samples
+    Resampling resampling = Resampling::threshold;
 };
 
 template <class Point, class Real> class History {
@@ -32,6 +38,7 @@ public:
         CHECK(settings.n >= 1 && settings.k >= 1 && settings.K >= 1 && settings.cap >= 1);
         samples_.reserve(settings.K + settings.n);
         scores_.reserve(settings.K + settings.n);
+        drawn_.reserve(settings.K);
     }
 
     /// The nominal count N that the next c is to be solved with: a number that does not depend on
@@ -73,9 +80,7 @@ public:
             scores_.push_back(score(draw.y, draw.u, draw.p, f));
             samples_.push_back({draw.y, draw.u});
         }
-        samples_.resize(thresholdResample(std::span<Sample>(samples_),
-                                          std::span<const Real>(scores_), settings_.K,
-                                          uniform<Real>(resampling)));
+        cutDown(uniform<Real>(resampling));
         nominal_ = std::min(nextNominal, static_cast<Real>(settings_.cap));
         return estimate;
     }
@@ -111,9 +116,24 @@ private:
         samples_.resize(kept);
     }
 
+    void cutDown(Real xi)
+    {
+        const std::span<const Real> scores(scores_);
+        if (samples_.size() <= settings_.K) return;
+        if (settings_.resampling == Resampling::threshold) {
+            samples_.resize(
+                thresholdResample(std::span<Sample>(samples_), scores, settings_.K, xi));
+            return;
+        }
+        drawn_.resize(settings_.K);
+        drawn_.resize(systematicResample(std::span<const Sample>(samples_), scores,
+                                         std::span<Sample>(drawn_), xi));
+        samples_.swap(drawn_);
+    }
+
     HistorySettings settings_;
     Real nominal_ = 0;
-    std::vector<Sample> samples_;
+    std::vector<Sample> samples_, drawn_;
     std::vector<Real> scores_;
 };
 

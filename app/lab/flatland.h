@@ -1,0 +1,43 @@
+// Flatland: a two-dimensional scene in which stored samples are projected into another camera
+// exactly. The ground is y = 0; a sample is a point x of the ground, seen through a position u on
+// the image line, and a direction t = sin(angle) drawn from a lobe about the mirror direction. The
+// domain is (pixel) x (direction).
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <vector>
+
+#include "app/lab/results.h"
+
+namespace app::lab {
+
+/// What the projection of old samples takes into account.
+struct Projection {
+    bool jacobian = true;    // the density of old samples on the new image: du_old / du_new
+    bool visibility = true;  // where the old camera saw nothing of the ground there are none
+};
+
+struct FlatlandSettings {
+    uint32_t N = 8, n = 4, k = 6;  // old samples per old pixel, new ones, candidates for each
+    double c = 0.6;                // 0: Discard
+    Projection projection;
+    Beta beta = Beta::none;
+    double betaValue = 1.3;                   // for Beta::ideal: what a neighbour would say
+    double pixelLow = 0.1, pixelWidth = 0.1;  // the new pixel on its image line
+    uint64_t trials = 400000, seed = 1;
+};
+
+/// The pixel's value, by quadrature.
+double flatlandTruth(const FlatlandSettings& settings);
+
+/// Mean, variance (of the estimate, not times N) and mean sum of weights over many trials.
+FlatlandResult flatland(const FlatlandSettings& settings, std::stop_token stop = {});
+
+/// The right way, its corrections, the two wrong ways, and Discard: what the report shows. Empty
+/// when stopped.
+std::vector<FlatlandResult> flatlandVariants(uint64_t trials, uint64_t seed,
+                                             const std::function<void(double)>& step,
+                                             std::stop_token stop);
+
+}  // namespace app::lab
