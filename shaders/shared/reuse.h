@@ -24,11 +24,13 @@ SHARED_BEGIN
 SHARED_CONST float kReuseLeastC = 1e-6f;      // below it history is not worth its loop: discard
 SHARED_CONST uint kReuseMaxCandidates = 16u;  // of the batch that c is solved on
 
+SHARED_CONST float kReuseLeastDensity = 1.1754943508e-38f;  // the reciprocal is still a number
+
 /// Whether a density can be worked with: positive, finite, a number. Deltas are none and never
-/// reused.
+/// reused; denormal numbers are none either, since devices may take them for 0.
 REAL_FN bool usableDensity(Real density)
 {
-    return density > Real(0.0f) && density < Real(kInfinity);
+    return density >= Real(kReuseLeastDensity) && density < Real(kInfinity);
 }
 
 /// Whether a density is a mistake of whoever computed it: negative, infinite or not a number. To be
@@ -58,10 +60,11 @@ REAL_FN Real reuseAlphaOverQ(Real c, Real q, Real p)
     return Real(1.0f) / max(q, p / c);
 }
 
-/// q / p of a candidate z ~ p, for solveC; 0 (nothing to reuse there) where either is unusable.
+/// q / p of a candidate z ~ p, for solveC; 0 (nothing to reuse there) where either is unusable. At
+/// most kInfinity.
 REAL_FN Real reuseRatio(Real q, Real p)
 {
-    return usableDensity(q) && usableDensity(p) ? q / p : Real(0.0f);
+    return usableDensity(q) && usableDensity(p) ? min(q / p, Real(kInfinity)) : Real(0.0f);
 }
 
 /// Resampled importance sampling of one among k candidates, which come one by one.
@@ -107,8 +110,8 @@ REAL_FN Real risWeight(OF_REAL(Ris) r, Real k, Real n)
 }
 
 /// One step of Newton's method towards c n = N R(c), for R the mean of (1 - c r_t)+ over k ratios
-/// r_t = q / p at candidates of p: from the number and the sum of those with c r_t < 1. Starting at
-/// c = 0 no step overshoots, and since R is piecewise linear the last one is exact.
+/// r_t = q / p at candidates of p: from the number and the sum of those with c r_t < 1. No step
+/// overshoots, and since R is piecewise linear the last one is exact.
 REAL_FN Real reuseNextC(Real N, Real n, Real k, Real liveCount, Real liveSum)
 {
     return N * liveCount / (k * n + N * liveSum);
@@ -122,13 +125,13 @@ REAL_FN Real reuseSolveC(Real N, Real n, REAL_ARRAY(ratios, kReuseMaxCandidates)
     if (!usableDensity(N)) {
         return Real(0.0f);
     }
-    Real c = Real(0.0f);
+    Real c = Real(kReuseLeastC);  // not 0: there the sum over all ratios may overflow
     uint before = k + 1u;
     for (uint step = 0u; step <= k; ++step) {
         uint live = 0u;
         Real sum = Real(0.0f);
         for (uint t = 0u; t < k; ++t) {
-            if (ratios[t] < Real(kInfinity) && c * ratios[t] < Real(1.0f)) {
+            if (c * ratios[t] < Real(1.0f)) {
                 ++live;
                 sum += ratios[t];
             }
@@ -137,17 +140,20 @@ REAL_FN Real reuseSolveC(Real N, Real n, REAL_ARRAY(ratios, kReuseMaxCandidates)
             break;  // the set did not shrink: c solves it exactly
         }
         before = live;
-        c = reuseNextC(N, n, Real(k), Real(live), sum);
+        c = max(c, reuseNextC(N, n, Real(k), Real(live), sum));  // less only by rounding
     }
-    return clamp(c, Real(kReuseLeastC), N / n);
+    return min(c, N / n);
 }
 
 /// Threshold resampling in one pass (Fearnhead & Clifford, 2003): items of score a are kept with
 /// probability min(1, a / kappa) by systematic sampling, where kappa makes these sum to K: then
 /// exactly K are kept. Kept items multiply their u by reuseKeepScale. `xi` uniform in [0, 1), one
-/// for all items; `sum` starts at 0.
+/// for all items; `sum` starts at 0. What has no usable score is never kept.
 REAL_FN bool reuseKeep(INOUT(Real) sum, Real score, Real kappa, Real xi)
 {
+    if (!usableDensity(score)) {
+        return false;
+    }
     if (score >= kappa) {
         return true;  // a whole step leaves the phase as it is
     }
@@ -158,7 +164,7 @@ REAL_FN bool reuseKeep(INOUT(Real) sum, Real score, Real kappa, Real xi)
 
 REAL_FN Real reuseKeepScale(Real score, Real kappa)
 {
-    return score < kappa ? kappa / score : Real(1.0f);
+    return usableDensity(score) && score < kappa ? min(kappa / score, Real(kInfinity)) : Real(1.0f);
 }
 
 SHARED_END
