@@ -103,13 +103,11 @@ bool measureLobes(const LabSettings& settings, LabResults& results, const Report
 }  // namespace
 
 std::optional<LabResults>
-runLab(const LabSettings& given,
+runLab(const LabSettings& settings,
        const std::function<void(const char* stage, double fraction)>& progress,
        std::stop_token stop)
 {
     const auto start = std::chrono::steady_clock::now();
-    LabSettings settings = given;
-    if (settings.quick) settings.trials = std::max<uint64_t>(settings.trials / 20, 2);
     LabResults results;
     results.trials = settings.trials;
     results.seed = settings.seed;

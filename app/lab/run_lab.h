@@ -9,10 +9,12 @@
 
 namespace app::lab {
 
+inline constexpr uint64_t kQuickTrials = 20000;
+
 struct LabSettings {
     uint64_t trials = 400000;  // per cell of the table; the other experiments scale with it
     uint64_t seed = 1;
-    bool quick = false;  // a twentieth of the trials: for a look
+    bool quick = false;  // for a look: said in the report, changes nothing else
 };
 
 /// `progress(stage, fraction)` is called from any thread, one call at a time. Nothing when `stop`
