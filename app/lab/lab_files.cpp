@@ -1,0 +1,272 @@
+// JSON and CSV of the laboratory. See lab_files.h.
+#include "app/lab/lab_files.h"
+
+#include <charconv>
+#include <cmath>
+#include <initializer_list>
+
+#include <nlohmann/json.hpp>
+
+#include "app/files.h"
+#include "app/lab/methods.h"
+#include "app/lab/report.h"
+
+namespace app::lab {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON has no infinities and no NaN.
+Json number(double value)
+{
+    if (std::isnan(value)) return nullptr;
+    if (std::isinf(value)) return value > 0 ? "infinite" : "-infinite";
+    return value;
+}
+
+Json cellJson(const Cell& c)
+{
+    return {{"pair", c.pair},
+            {"f", c.function},
+            {"method", c.method},
+            {"beta", betaName(c.beta)},
+            {"k", c.candidates},
+            {"n", c.newSamples},
+            {"N", c.oldSamples},
+            {"c", number(c.c)},
+            {"trials", c.trials},
+            {"truth", number(c.truth)},
+            {"mean", number(c.mean)},
+            {"se", number(c.standardError)},
+            {"z", number(c.z())},
+            {"n_var", number(c.variance)},
+            {"n_var_se", number(c.varianceError)},
+            {"expected_mean", number(c.expectedMean)},
+            {"expected_n_var", number(c.expectedVariance)},
+            {"rays", number(c.rays)},
+            {"densities", number(c.densities)},
+            {"ess", number(c.ess)}};
+}
+
+Json sweepJson(const SweepPoint& p)
+{
+    return {{"pair", p.pair},
+            {"f", p.function},
+            {"c_factor", number(p.cFactor)},
+            {"k", p.candidates},
+            {"n_var", number(p.variance)},
+            {"n_var_se", number(p.varianceError)},
+            {"expected_n_var", number(p.expectedVariance)},
+            {"z", number(p.z)}};
+}
+
+Json majorisationJson(const MajorisationPoint& p)
+{
+    return {{"position", number(p.position)},
+            {"rejection", number(p.rejection)},
+            {"augmentation", number(p.augmentation)},
+            {"c", number(p.c)},
+            {"growth", number(p.growth)},
+            {"total_variation", number(p.totalVariation)},
+            {"reweighting_ess", number(p.reweightingEss)}};
+}
+
+Json lobeJson(const LobeSequence& s)
+{
+    Json frames = Json::array();
+    for (const LobeFrame& frame : s.frames)
+        frames.push_back({{"bias", number(frame.bias)},
+                          {"z", number(frame.z)},
+                          {"variance_ratio", number(frame.varianceRatio)}});
+    return {{"step", number(s.step)},
+            {"method", s.method},
+            {"k", s.candidates},
+            {"unbiased", s.unbiased},
+            {"late_variance_ratio", number(s.lateVarianceRatio)},
+            {"expected_ratio", number(s.expectedRatio)},
+            {"largest_bias", number(s.largestBias)},
+            {"frames", frames}};
+}
+
+Json flatlandJson(const FlatlandResult& f)
+{
+    return {{"variant", f.variant},
+            {"meaning", f.meaning},
+            {"unbiased", f.unbiased},
+            {"truth", number(f.truth)},
+            {"mean", number(f.mean)},
+            {"bias", number(f.bias)},
+            {"expected_bias", number(f.expectedBias)},
+            {"z", number(f.z)},
+            {"variance", number(f.variance)},
+            {"variance_se", number(f.varianceError)},
+            {"expected_variance", number(f.expectedVariance)},
+            {"mean_weight", number(f.meanWeight)},
+            {"trials", f.trials}};
+}
+
+Json trapJson(const Trap& t)
+{
+    return {{"name", t.name},
+            {"wrong", t.wrong},
+            {"right", t.right},
+            {"wrong_bias", number(t.wrongBias)},
+            {"wrong_z", number(t.wrongZ)},
+            {"expected_bias", number(t.expectedBias)},
+            {"right_bias", number(t.rightBias)},
+            {"right_z", number(t.rightZ)},
+            {"trials", t.trials}};
+}
+
+Json methodJson(const Method& m)
+{
+    return {{"id", m.id},           {"name", m.name},   {"formula", m.formula},
+            {"meaning", m.meaning}, {"needs", m.needs}, {"unbiased", m.unbiased}};
+}
+
+std::string quoted(const std::string& text)
+{
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string field = "\"";
+    for (const char c : text) {
+        if (c == '"') field += c;
+        field += c;
+    }
+    return field + '"';
+}
+
+/// A value of a flat JSON object as a field of a table.
+std::string field(const Json& value)
+{
+    if (value.is_null()) return {};
+    return value.is_string() ? quoted(value.get<std::string>()) : value.dump();
+}
+
+/// Rows of a table from JSON objects with the same keys: files that say the same in the same words.
+class Table {
+public:
+    /// The names come from `sample`, so that a table without rows has them, too.
+    explicit Table(const Json& sample)
+    {
+        for (const auto& [name, value] : sample.items())
+            text_ += (text_.empty() ? "" : ",") + quoted(name);
+        text_ += '\n';
+    }
+    void row(const Json& object)
+    {
+        bool first = true;
+        for (const auto& [name, value] : object.items()) {
+            text_ += (first ? "" : ",") + field(value);
+            first = false;
+        }
+        text_ += '\n';
+    }
+    const std::string& text() const { return text_; }
+
+private:
+    std::string text_;
+};
+
+Json withSweep(const char* over, const SweepPoint& point)
+{
+    Json row{{"sweep", over}};
+    row.update(sweepJson(point));
+    return row;
+}
+
+Json frameRow(const LobeSequence& sequence, size_t frame, const LobeFrame& values)
+{
+    return {{"step", number(sequence.step)},
+            {"method", sequence.method},
+            {"k", sequence.candidates},
+            {"unbiased", sequence.unbiased},
+            {"frame", frame},
+            {"bias", number(values.bias)},
+            {"z", number(values.z)},
+            {"variance_ratio", number(values.varianceRatio)}};
+}
+
+/// `"name": [` and one line for each object.
+std::string listText(const char* name, const std::vector<Json>& objects)
+{
+    std::string text = std::string(",\n \"") + name + "\": [";
+    for (size_t i = 0; i < objects.size(); ++i)
+        text += (i ? ",\n  " : "\n  ") +
+                objects[i].dump(-1, ' ', false, Json::error_handler_t::replace);
+    return text + "]";
+}
+
+template <class T, class ToJson> std::vector<Json> each(const T& items, ToJson toJson)
+{
+    std::vector<Json> objects;
+    for (const auto& item : items) objects.push_back(toJson(item));
+    return objects;
+}
+
+}  // namespace
+
+const char* betaName(Beta beta)
+{
+    switch (beta) {
+    case Beta::none:
+        return "none";
+    case Beta::ideal:
+        return "ideal";
+    case Beta::own:
+        return "own";
+    }
+    return "";
+}
+
+std::string labJson(const LabResults& r)
+{
+    const Json head{{"schema", 1},          {"command", "lab"},
+                    {"version", r.version}, {"commit", r.commit},
+                    {"trials", r.trials},   {"seed", r.seed},
+                    {"quick", r.quick},     {"seconds", number(r.seconds)}};
+    std::string text = "{";
+    for (const auto& [name, value] : head.items())
+        text += (text.size() > 1 ? ",\n " : "\n ") + Json(name).dump() + ": " +
+                value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    text += listText("methods", each(methods(), methodJson));
+    text += listText("cells", each(r.cells, cellJson));
+    text += listText("sweep_c", each(r.overC, sweepJson));
+    text += listText("sweep_k", each(r.overK, sweepJson));
+    text += listText("majorisation", each(r.majorisation, majorisationJson));
+    text += listText("lobes", each(r.lobes, lobeJson));
+    text += listText("flatland", each(r.flatland, flatlandJson));
+    text += listText("traps", each(r.traps, trapJson));
+    return text + "\n}\n";
+}
+
+std::vector<std::pair<std::string, std::string>> labTables(const LabResults& r)
+{
+    Table cells(cellJson({})), sweeps(withSweep("", {})), majorisation(majorisationJson({})),
+        lobes(frameRow({}, 0, {})), flatland(flatlandJson({})), traps(trapJson({}));
+    for (const Cell& cell : r.cells) cells.row(cellJson(cell));
+    for (const SweepPoint& point : r.overC) sweeps.row(withSweep("c", point));
+    for (const SweepPoint& point : r.overK) sweeps.row(withSweep("k", point));
+    for (const MajorisationPoint& point : r.majorisation) majorisation.row(majorisationJson(point));
+    for (const LobeSequence& sequence : r.lobes)
+        for (size_t i = 0; i < sequence.frames.size(); ++i)
+            lobes.row(frameRow(sequence, i, sequence.frames[i]));
+    for (const FlatlandResult& variant : r.flatland) flatland.row(flatlandJson(variant));
+    for (const Trap& trap : r.traps) traps.row(trapJson(trap));
+    return {{"cells.csv", cells.text()},
+            {"sweeps.csv", sweeps.text()},
+            {"majorisation.csv", majorisation.text()},
+            {"lobes.csv", lobes.text()},
+            {"flatland.csv", flatland.text()},
+            {"traps.csv", traps.text()}};
+}
+
+void writeLabFiles(const std::filesystem::path& folder, const LabResults& results)
+{
+    auto files = labTables(results);
+    files.emplace_back("lab.json", labJson(results));
+    files.emplace_back("index.html", reportHtml(results));
+    for (const auto& [name, text] : files) writeText(folder / name, text);
+}
+
+}  // namespace app::lab
