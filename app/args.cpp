@@ -271,8 +271,11 @@ static std::vector<Subcommand> addCommands(CLI::App& root)
                 "         rekindle view room.glb --device cpu --max-depth 3 --camera door\n"
                 "         rekindle view --replay room.exr");
     std::vector<Subcommand> commands{viewCommandLine(view, "rekindle view [SCENE] [options]"),
-                                     renderCommandLine(root), compareCommandLine(root),
-                                     infoCommandLine(root), devicesCommandLine(root)};
+                                     renderCommandLine(root),
+                                     compareCommandLine(root),
+                                     infoCommandLine(root),
+                                     devicesCommandLine(root),
+                                     labCommandLine(root)};
     CLI::App& bench = *root.add_subcommand("bench", "measurements: bench throughput SCENE");
     bench.footer("Example: rekindle bench throughput room.glb");
     bench.require_subcommand(0, 1);

@@ -89,6 +89,14 @@ struct ThroughputOptions {
     double seconds = 2;  // per measured figure
 };
 
+/// The laboratory of sample reuse.
+struct LabOptions {
+    std::filesystem::path output;  // a folder
+    uint64_t trials = 0;           // per cell of the table
+    uint64_t seed = 1;
+    bool quick = false, quiet = false;
+};
+
 /// The window, with or without its subcommand. Without a display it becomes FlyThroughOptions.
 struct ViewOptions {
     SceneOptions scene;  // empty file: that of `replay`, or else the default scene
@@ -122,7 +130,7 @@ struct Printed {
 };
 
 using Command = std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions,
-                             ThroughputOptions, ViewOptions, Printed>;
+                             ThroughputOptions, LabOptions, ViewOptions, Printed>;
 
 /// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
 Command parseArguments(int argc, const char* const* argv);

@@ -126,6 +126,8 @@ struct Subcommand {
 /// The window's options on `app`: the subcommand `view`, or the program without a command.
 Subcommand viewCommandLine(CLI::App& app, const std::string& usage);
 
+Subcommand labCommandLine(CLI::App& root);
+
 /// Help of a command in at most 100 columns: usage, what it does, options by group, and the
 /// example.
 std::string helpText(const CLI::App& app, const std::string& usage);

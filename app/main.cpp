@@ -9,6 +9,7 @@
 #include "app/compare.h"
 #include "app/devices_command.h"
 #include "app/info_command.h"
+#include "app/lab_command.h"
 #include "app/render_command.h"
 #include "app/view/view_command.h"
 #include "core/check.h"
@@ -27,6 +28,7 @@ struct Run {
     {
         return app::benchThroughput(o, std::cout);
     }
+    int operator()(const app::LabOptions& o) const { return app::labCommand(o, std::cout); }
     int operator()(const app::ViewOptions& o) const { return app::viewCommand(o); }
     int operator()(const app::Printed& o) const
     {
