@@ -158,6 +158,9 @@ TEST(LabDensity, CrossingsAreExact)
         }
     }
     EXPECT_GT(roots, 40);
+    // Where only one of the two is defined there is nothing to cross: 2x = .2 at .1 is none.
+    const std::vector<double> none{0, .5, 1};
+    EXPECT_EQ(app::lab::crossings(Density::uniform(.5, 1), Density::linearUp(), .1), none);
 }
 
 TEST(LabDensity, SupremaBoundTheRatioAndAreAttained)
@@ -184,6 +187,7 @@ TEST(LabDensity, SupremaBoundTheRatioAndAreAttained)
     EXPECT_EQ(app::lab::supremumOfRatio(up, up), 1);  // both vanish at 0
     EXPECT_EQ(app::lab::supremumOfRatio(down, down), 1);
     EXPECT_EQ(app::lab::supremumOfRatio(Density::uniform(.2, .4), up), 5 / .4);
+    EXPECT_EQ(app::lab::supremumOfRatio(up, Density::uniform(.2, 1)), kInfinite);
 }
 
 }  // namespace

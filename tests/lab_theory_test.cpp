@@ -1,9 +1,6 @@
-// What the formulas of the laboratory give, against closed forms, against the expected table, and,
-// for what the table does not hold, against the estimators themselves.
+// What the formulas of the laboratory give, against closed forms and against the expected table.
 #include "app/lab/theory.h"
-#include "app/lab/trials.h"
 #include "core/pcg32.h"
-#include "core/reuse/estimators.h"
 #include "lab_table.h"
 
 #include <algorithm>
@@ -11,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <numbers>
 #include <set>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,13 +23,9 @@ using app::lab::functions;
 using app::lab::integrate;
 using app::lab::kExactResidual;
 using app::lab::kFunctions;
-using app::lab::LabChange;
 using app::lab::Pair;
 using app::lab::pairs;
-using app::lab::Run;
-using app::lab::Streams;
 using app::lab::Values;
-using Old = std::span<const app::lab::LabPoint>;
 
 const Pair& pairOf(const std::string& id)
 {
@@ -369,134 +361,6 @@ TEST(LabTheory, KeepingByWeightIsNeverWorseThanKeepingByChance)
     EXPECT_NEAR(app::lab::expectation(cellOf("D2", "F1", "rejection-augmentation")).variance -
                     app::lab::expectation(cellOf("D2", "F1", "ra", kExactResidual)).variance,
                 .0250, 5e-5);
-}
-
-// --- what the table does not hold, against the estimators
-// -------------------------------------------
-
-/// N = 8, n = 5, so that n is neither N nor a part of it; raw and corrected by the truth.
-Run runOf(const char* method, double c, decltype(Run::estimate) estimate, uint32_t k = 0)
-{
-    Run run;
-    run.cell.method = method;
-    run.cell.oldSamples = 8;
-    run.cell.newSamples = 5;
-    run.cell.candidates = k;
-    run.cell.c = c;
-    run.betas = {Beta::none, Beta::ideal};
-    run.estimate = std::move(estimate);
-    return run;
-}
-
-/// Mean within 4.5 and N Var within 5 standard errors of the formulas, for every function. Cells of
-/// infinite variance are left out. Variances are known to 1 or 2 % for most.
-void expectAgreement(const Pair& pair, const Run& run, uint64_t trials = 30000)
-{
-    const std::vector<Cell> cells =
-        app::lab::runTrials(pair, {run}, {trials, 11, 8}, [](double) {}, {});
-    ASSERT_EQ(cells.size(), 2 * kFunctions);
-    for (const Cell& cell : cells) {
-        const std::string what = cell.pair + " " + cell.function + " " + cell.method +
-                                 (cell.beta == Beta::none ? "" : " corrected");
-        ASSERT_FALSE(std::isnan(cell.expectedVariance)) << what;
-        if (std::isinf(cell.expectedVariance)) continue;
-        EXPECT_NEAR(cell.mean, cell.expectedMean, 4.5 * cell.standardError + 1e-12) << what;
-        EXPECT_NEAR(cell.variance, cell.expectedVariance, 5 * cell.varianceError + 1e-12) << what;
-    }
-}
-
-TEST(LabTheory, RejectionDoesWhatItsFormulaSays)
-{
-    for (const char* id : {"D2", "D4", "D6"}) {
-        const double b = pairOf(id).rejectionConstant();
-        expectAgreement(pairOf(id), runOf("rejection", app::lab::kUnknown,
-                                          [b](const LabChange& change, Old old, Streams& s) {
-                                              return core::reuse::rejection(change, old, b,
-                                                                            s.selection);
-                                          }));
-    }
-}
-
-TEST(LabTheory, ResamplingTheOldSetDoesWhatItsFormulaSays)
-{
-    for (const char* id : {"D2", "D5", "D6", "D9"}) {
-        expectAgreement(
-            pairOf(id),
-            runOf("ris", app::lab::kUnknown, [](const LabChange& change, Old old, Streams& s) {
-                return core::reuse::resampledOldSet(change, old, 5, s.selection);
-            }));
-    }
-}
-
-TEST(LabTheory, AugmentationDoesWhatItsFormulaSays)
-{
-    for (const char* id : {"D1", "D2", "D4"}) {
-        const double a = pairOf(id).augmentationConstant();
-        expectAgreement(pairOf(id), runOf("augmentation", app::lab::kUnknown,
-                                          [a](const LabChange& change, Old old, Streams& s) {
-                                              return core::reuse::augmentation(
-                                                  change, old, a, s.candidates, s.selection);
-                                          }));
-    }
-}
-
-TEST(LabTheory, RejectionAugmentationDoesWhatItsFormulaSaysAtAnyC)
-{
-    // c well away from the best, so that the number added is no whole number.
-    for (const char* id : {"D2", "D5", "D7", "D9"}) {
-        const Pair& pair = pairOf(id);
-        for (double factor : {.6, 1.7}) {
-            const double c = factor * pair.bestC(8, 5), R = pair.residual(c);
-            expectAgreement(pair, runOf("rejection-augmentation", c,
-                                        [c, R](const LabChange& change, Old old, Streams& s) {
-                                            return core::reuse::rejectionAugmentation(
-                                                change, old, c, R, s.candidates, s.selection);
-                                        }));
-        }
-    }
-}
-
-TEST(LabTheory, ReweightingAugmentationDoesWhatItsFormulaSaysAtAnyC)
-{
-    for (const char* id : {"D2", "D5", "D7", "D9"}) {
-        const Pair& pair = pairOf(id);
-        for (double factor : {.3, 2.5}) {
-            const double c = factor * pair.bestC(8, 5);
-            expectAgreement(pair, runOf(
-                                      "ra", c,
-                                      [c](const LabChange& change, Old old, Streams& s) {
-                                          return core::reuse::reweightingAugmentation(
-                                              change, old, 8, 5, 3,
-                                              core::reuse::MinimumFraction<double>{c}, s.candidates,
-                                              s.selection);
-                                      },
-                                      3));
-        }
-    }
-}
-
-TEST(LabTheory, ThinningDoesWhatItsFormulaSays)
-{
-    for (const char* id : {"D2", "D3", "D7", "D9"}) {
-        const double c = pairOf(id).bestC(8, 5);
-        const auto M = static_cast<uint32_t>(std::lround(8 / c));
-        expectAgreement(pairOf(id),
-                        runOf("ra-thinned", c, [M](const LabChange& change, Old old, Streams& s) {
-                            return core::reuse::thinnedReweightingAugmentation(
-                                change, old, 8, M, s.candidates, s.selection);
-                        }));
-    }
-}
-
-TEST(LabTheory, MultipleImportanceSamplingDoesWhatItsFormulaSays)
-{
-    for (const char* id : {"D2", "D7", "D9"}) {
-        expectAgreement(
-            pairOf(id),
-            runOf("mis", app::lab::kUnknown, [](const LabChange& change, Old old, Streams& s) {
-                return core::reuse::balanceHeuristic(change, old, 8, 5, s.candidates);
-            }));
-    }
 }
 
 TEST(LabTheory, FullSampleIsDiscardWithMoreRays)

@@ -37,37 +37,41 @@ concept Change = std::floating_point<typename C::Real> &&
 
 /// What an estimator found: the sum of u_i f(x_i), and what is known of its weights and its cost.
 template <class Real, class Value> struct Estimate {
-    Value value{};           // of the integral of f
-    Real weightSum = 0;      // sum of v_i: its mean is one where all of p is accounted for
-    Real weightSquares = 0;  // sum of v_i^2
-    uint32_t rays = 0;       // new evaluations of f
-    uint32_t densities = 0;  // pairs (q, p) evaluated
-    uint32_t faults = 0;     // densities that were negative, infinite or no numbers: must stay 0
+    Value value{};             // of the integral of f
+    double weightSum = 0;      // sum of v_i: its mean is one where all of p is accounted for
+    double weightSquares = 0;  // sum of v_i^2, which may leave the range of float
+    uint32_t rays = 0;         // new evaluations of f
+    uint32_t densities = 0;    // pairs (q, p) evaluated
+    uint32_t faults = 0;       // densities that were negative, infinite or no numbers: must stay 0
 
     /// Adds a sample of absolute weight u.
     void add(Real u, Real p, const Value& f)
     {
         value += f * u;
-        const Real v = u * p;
+        if (!shared::usableDensity(p)) return;  // reweighting has no need of p
+        const double v = static_cast<double>(u * p);
         weightSum += v;
         weightSquares += v * v;
     }
 
     /// Effective sample size of the weights (Kong 1992); 0 without samples.
-    Real ess() const { return weightSum > 0 ? weightSum * weightSum / weightSquares : 0; }
+    double ess() const { return weightSum > 0 ? weightSum * weightSum / weightSquares : 0; }
 
     /// Takes out the noise of the weights themselves: value - beta (sum v - 1). Unbiased when
     /// `beta`, the expected value, comes from samples independent of these.
     Value corrected(const Value& beta) const
     {
         Value result = value;
-        result += beta * (1 - weightSum);
+        result += beta * static_cast<Real>(1 - weightSum);
         return result;
     }
 
     /// The same with its own mean as beta: value / sum v. Biased by O(1 / ESS); zero without
     /// samples.
-    Value selfNormalised() const { return weightSum > 0 ? value * (1 / weightSum) : Value{}; }
+    Value selfNormalised() const
+    {
+        return weightSum > 0 ? value * static_cast<Real>(1 / weightSum) : Value{};
+    }
 };
 
 template <Change C> using EstimateOf = Estimate<typename C::Real, typename C::Value>;
