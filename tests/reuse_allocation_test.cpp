@@ -44,7 +44,7 @@ template <class C> void expectNoAllocation()
     const std::span<const Point> old(points);
     Pcg32 a(1), b(2), c(3);
     const reuse::MinimumFraction<Real> fraction{Real(0.6)};
-    Real sum = 0;
+    double sum = 0;
     const auto count = [&](const char* name, auto&& estimate) {
         EXPECT_EQ(allocationsOf([&] { sum += estimate().weightSum; }), 0u) << name;
     };
@@ -66,7 +66,8 @@ template <class C> void expectNoAllocation()
     });
     count("thinnedReweightingAugmentation",
           [&] { return reuse::thinnedReweightingAugmentation(change, old, Real(32), 40, a, b); });
-    EXPECT_EQ(allocationsOf([&] { sum += reuse::solveCFromCandidates(change, Real(32), 4, 8, a); }),
+    EXPECT_EQ(allocationsOf(
+                  [&] { sum += double(reuse::solveCFromCandidates(change, Real(32), 4, 8, a)); }),
               0u);
     reuse::History<Point, Real> history({.n = 4, .k = 8, .K = 16, .cap = 16});
     for (int frame = 0; frame < 12; ++frame) {
