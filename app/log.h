@@ -1,4 +1,5 @@
-// What the program tells a person while it works: lines on stderr, progress at most once a second.
+// What the program tells a person while it works: lines on stderr. Progress is a bar that stays in
+// its place on a terminal, and a line at most once a second elsewhere.
 #pragma once
 
 #include <chrono>
@@ -12,8 +13,14 @@ namespace app {
 /// Lines on stderr; stdout belongs to results. Safe to call from several threads.
 class Log {
 public:
-    /// `quiet` leaves out everything but warnings.
-    explicit Log(bool quiet) : quiet_(quiet) {}
+    /// `quiet` leaves out everything but warnings. `terminal`: stderr can go back in its line.
+    explicit Log(bool quiet, bool terminal = onTerminal()) : quiet_(quiet), terminal_(terminal) {}
+    ~Log();
+    Log(const Log&) = delete;
+    Log& operator=(const Log&) = delete;
+
+    /// Whether stderr is a terminal that understands the usual escapes.
+    static bool onTerminal();
 
     /// A line of news.
     void line(const std::string& text);
@@ -21,11 +28,11 @@ public:
     /// Something that the person should know even when quiet.
     void warning(const std::string& text);
 
-    /// How far `stage` is, in [0,1]. Says nothing in a stage's first half second, nor twice within
-    /// a second.
+    /// How far `stage` is, in [0,1]. Says nothing in a stage's first half second, and not more
+    /// often than a person can read.
     void progress(const char* stage, double fraction);
 
-    /// Progress in words of its own, at most once a second.
+    /// Progress in words of its own.
     void progressText(const std::string& text);
 
     /// `progress` as renderers and loaders take it.
@@ -34,9 +41,13 @@ public:
 private:
     using Clock = std::chrono::steady_clock;
 
-    bool mayPrint(Clock::time_point now) const;
+    bool mayShow(Clock::time_point now) const;
+    void print(const std::string& text);
+    void show(const std::string& progress);
+    void clearBar();
 
-    const bool quiet_;
+    const bool quiet_, terminal_;
+    bool barShown_ = false;
     std::mutex mutex_;
     std::string stage_;
     Clock::time_point stageStart_{}, lastProgress_{};

@@ -190,6 +190,27 @@ TEST(Reuse, WithoutHistoryItIsDiscardToTheBit)
     }
 }
 
+/// The nominal count depends on c alone, and never on what happened to be kept.
+TEST(Reuse, NominalCountOfAHistoryIsThatOfTheUnion)
+{
+    const LabChange change(pairs()[1]);
+    Pcg32 a(1), b(2), d(3);
+    History<LabPoint, double> history({4, 8, 6, 20});
+    EXPECT_EQ(history.nominal(), 0);
+    history.advance(change, 0.0, a, b, d);
+    EXPECT_EQ(history.nominal(), 4);
+    history.advance(change, 0.5, a, b, d);
+    EXPECT_EQ(history.nominal(), 8);
+    EXPECT_LE(history.samples().size(), 6u);
+    history.advance(change, 0.8, a, b, d);
+    EXPECT_EQ(history.nominal(), 10);
+    history.advance(change, 0.25, a, b, d);
+    EXPECT_EQ(history.nominal(), 20) << "the cap";
+    history.advance(change, 0.0, a, b, d);
+    EXPECT_EQ(history.nominal(), 4) << "history dropped";
+    EXPECT_EQ(history.samples().size(), 4u);
+}
+
 template <class R> void expectFinite(const Estimate<R, R>& e, uint32_t faults, const char* what)
 {
     EXPECT_TRUE(std::isfinite(e.value)) << what;
