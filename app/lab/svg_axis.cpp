@@ -43,15 +43,17 @@ std::string roundNumber(double value)
 /// A finite, non-empty range from whatever was given.
 void putRight(double& low, double& high)
 {
-    if (!std::isfinite(low) || !std::isfinite(high)) {
-        low = std::isfinite(low) ? low : std::isfinite(high) ? high : 0;
-        high = low;
-    }
+    constexpr double kLargest = 1e280, kSmallest = 1e-280;  // steps inside of double
+    if (!std::isfinite(low)) low = std::isfinite(high) ? high : 0;
+    if (!std::isfinite(high)) high = low;
     if (low > high) std::swap(low, high);
+    low = std::clamp(low, -kLargest, kLargest);
+    high = std::clamp(high, -kLargest, kLargest);
     // Less than this cannot be told apart in a plot, nor be labelled.
-    const double least = 1e-6 * std::max(std::abs(low), std::abs(high));
-    if (high - low > least && high - low > 1e-290) return;
-    const double middle = (low + high) / 2, half = middle == 0 ? 0.5 : std::abs(middle) / 2;
+    const double least = std::max(1e-6 * std::max(std::abs(low), std::abs(high)), kSmallest);
+    if (high - low > least) return;
+    const double middle = (low + high) / 2;
+    const double half = std::abs(middle) < kSmallest ? 0.5 : std::abs(middle) / 2;
     low = middle - half;
     high = middle + half;
 }
@@ -82,11 +84,19 @@ std::vector<Tick> linearTicks(double low, double high, int wanted)
     const double slack = 1e-9;
     double first = std::floor(low / step + slack), last = std::ceil(high / step - slack);
     if (last - first < 2) last = first + 2;
-    const int decimals = std::clamp(-static_cast<int>(std::floor(std::log10(step) + 1e-9)), 0, 300);
-    const bool plain = step > 9e-5 && std::max(std::abs(low), std::abs(high)) < 1e6;
+    const int stepExponent = static_cast<int>(std::floor(std::log10(step) + 1e-9));
+    const double largest = std::max(std::abs(first), std::abs(last)) * step;
+    const int exponent = static_cast<int>(std::floor(std::log10(largest) + 1e-9));
+    const bool plain = stepExponent >= -4 && exponent < 6;
     std::vector<Tick> ticks;
-    for (double i = first; i <= last; ++i)
-        ticks.push_back({i * step, plain ? fixed(i * step, decimals) : shortNumber(i * step, 3)});
+    for (double i = first; i <= last; ++i) {
+        const double value = i * step;
+        // Enough digits to tell neighbours apart.
+        const int own =
+            i == 0 ? 0 : static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-9));
+        ticks.push_back({value, plain ? fixed(value, std::max(0, -stepExponent))
+                                      : shortNumber(value, 1 + std::max(0, own - stepExponent))});
+    }
     return ticks;
 }
 
@@ -95,8 +105,8 @@ std::vector<Tick> logTicks(double low, double high)
     if (!(high > 0) || !std::isfinite(high)) high = std::isfinite(low) && low > 0 ? low : 1;
     if (!(low > 0) || !std::isfinite(low)) low = high / 10;
     if (low > high) std::swap(low, high);
-    low = std::max(low, 1e-290);
-    high = std::clamp(high, low, 1e290);
+    low = std::clamp(low, 1e-280, 1e280);
+    high = std::clamp(high, low, 1e280);
     if (high / low < 3) return linearTicks(low, std::max(high, 1.2 * low), 6);
     std::vector<Tick> ticks;
     const double slack = 1e-9;
