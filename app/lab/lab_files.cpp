@@ -149,15 +149,18 @@ public:
     /// The names come from `sample`, so that a table without rows has them, too.
     explicit Table(const Json& sample)
     {
-        for (const auto& [name, value] : sample.items())
-            text_ += (text_.empty() ? "" : ",") + quoted(name);
+        for (const auto& [name, value] : sample.items()) {
+            if (!text_.empty()) text_ += ',';
+            text_ += quoted(name);
+        }
         text_ += '\n';
     }
     void row(const Json& object)
     {
         bool first = true;
         for (const auto& [name, value] : object.items()) {
-            text_ += (first ? "" : ",") + field(value);
+            if (!first) text_ += ',';
+            text_ += field(value);
             first = false;
         }
         text_ += '\n';

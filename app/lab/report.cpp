@@ -26,6 +26,15 @@ std::string percent(double fraction, int digits)
     return std::isnan(fraction) ? text : text + " %";
 }
 
+std::string measured(double value, double error)
+{
+    if (!std::isfinite(value) || !(error > 0) || !std::isfinite(error) || value == 0)
+        return shortNumber(value);
+    const auto exponent = [](double x) { return std::floor(std::log10(std::abs(x))); };
+    const double digits = std::clamp(1 + exponent(value) - exponent(error), 1.0, 8.0);
+    return shortNumber(value, static_cast<int>(digits)) + " ± " + shortNumber(error, 1);
+}
+
 std::string counted(size_t count, const std::string& noun)
 {
     return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");

@@ -206,8 +206,10 @@ std::string checksSection(const LabResults& results)
         "measurement "
         "by chance alone: deviations of ±1 are ordinary, ±3 rare, and beyond the dashed "
         "lines there "
-        "should be nothing. Each dot has, in these units, an error bar of ±1. All cells of a "
-        "pair share their old samples, so they do not deviate one by one.");
+        "should be nothing. Each dot has, in these units, an error bar of ±1. All cells are "
+        "given the same random numbers, which sharpens their comparison: they deviate together, "
+        "and the "
+        "histogram may lie beside the curve as a whole.");
     html += "<div class=\"pairoffigures\">\n<figure>" + deviationPlot(results) +
             "</figure>\n<figure>" + scorePlot(results) + "</figure>\n</div>\n";
     return section("checks", "Is it right?", html);

@@ -337,7 +337,8 @@ std::string lobesSection(const LabResults& results)
         "frame. The obvious shortcut, to take the stored set for exact samples of the last "
         "density, "
         "does not: samples resampled among k candidates do not have the density that they seem to "
-        "have, and the error feeds on itself.");
+        "have, and the error feeds on itself. And \"accumulation\", the average of old pixel "
+        "values that a simple viewer shows, paints the glint where it was.");
     html += "<div class=\"pairoffigures\">\n";
     for (const auto& [step, group] : byStep) html += lobePlots(step, group);
     html += "</div>\n" + lobeTable(results.lobes);

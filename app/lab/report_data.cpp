@@ -76,7 +76,7 @@ std::string Column::label() const
 {
     const Look* look = lookOf(method);
     std::string text = look ? look->label : method;
-    if (method == "ra" && candidates) text += " " + std::to_string(candidates);
+    if (method == "ra" && candidates) text.append(" ").append(std::to_string(candidates));
     if (beta == Beta::ideal) text += ", β ideal";
     if (beta == Beta::own && method != "reweighting-normalised") text += ", β own";
     return text;
@@ -186,7 +186,9 @@ std::vector<Column> winners(const CellTable& table, const Row& row, const std::v
     for (const Column& column : table.columns()) {
         const Cell* cell = table.find(row, column);
         if (!cell || isBiased(*cell) || isInfinite(*cell) || table.tooDear(*cell)) continue;
-        if (std::find(betas.begin(), betas.end(), column.beta) == betas.end()) continue;
+        if (column.method != "discard" &&
+            std::find(betas.begin(), betas.end(), column.beta) == betas.end())
+            continue;
         fit.emplace_back(column, cell);
     }
     std::vector<Column> best;

@@ -77,7 +77,7 @@ bool isInfinite(const Cell& cell);
 int compareVariance(const Cell& a, const Cell& b);
 
 /// The unbiased columns with no more than n rays that no other such column beats; only columns with
-/// a correction in `betas` take part.
+/// a correction in `betas` take part, and Discard, which has nothing to correct.
 std::vector<Column> winners(const CellTable& table, const Row& row, const std::vector<Beta>& betas);
 
 /// One column against another, row by row.

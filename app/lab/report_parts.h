@@ -33,6 +33,9 @@ std::string paragraph(const std::string& html);
 /// "−6.6 %", of a fraction.
 std::string percent(double fraction, int digits = 2);
 
+/// "0.0988 ± 0.0007": as many digits as the error leaves.
+std::string measured(double value, double error);
+
 /// "1 cell", "3 cells".
 std::string counted(size_t count, const std::string& noun);
 

@@ -52,11 +52,13 @@ std::string flatlandPicture()
     drawing.line(at(-0.7, 0), at(0.35, 0), "axis");
     drawing.rectangle({at(kHiddenLow, 0).x, at(0, 0).y - 4}, (kHiddenHigh - kHiddenLow) * 440, 8,
                       "dot c-red");
-    drawing.text({at(kHiddenHigh, 0).x + 8, at(0, 0).y - 9}, "hidden from the old camera", "note");
+    const Point hidden = at((kHiddenLow + kHiddenHigh) / 2, 0);
+    drawing.line({hidden.x, hidden.y + 5}, {hidden.x, hidden.y + 25}, "curve thin c-red");
+    drawing.text({hidden.x, hidden.y + 37}, "hidden from the old camera", "note", Anchor::middle);
     for (const double x : {-0.5, -0.25, 0.0, 0.25})
         drawing.text({at(x, 0).x, at(x, 0).y + 17}, shortNumber(x, 2), "tick", Anchor::middle);
     drawing.text({at(-0.7, 0).x, at(0, 0).y - 7}, "ground", "note");
-    return drawing.element(560, 320,
+    return drawing.element(560, 335,
                            "Flatland: the ground, two cameras, their pixels, and what the "
                            "old camera does not see");
 }
@@ -72,7 +74,7 @@ std::string flatlandSection(const LabResults& results)
                 escapeMarkup(f.meaning) + "</span></td><td>" +
                 (f.unbiased ? "unbiased" : "biased") + "</td>" +
                 numberCell(shortNumber(f.mean, 6)) + biasCells(f.bias, f.expectedBias, f.z) +
-                numberCell(shortNumber(f.variance) + " ± " + shortNumber(f.varianceError, 1)) +
+                numberCell(measured(f.variance, f.varianceError)) +
                 numberCell(shortNumber(f.expectedVariance)) +
                 numberCell(shortNumber(f.meanWeight, 4)) + "</tr>\n";
     }

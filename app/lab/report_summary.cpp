@@ -82,6 +82,31 @@ std::string outcome(const Duel& d, const std::string& rival)
     return text + (d.ties.empty() ? " and" : ",") + " higher in " + std::to_string(d.losses.size());
 }
 
+/// N Var of Discard over the square of the integral: how much f/p varies.
+std::vector<double> relativeVariances(const CellTable& table, const std::vector<Row>& rows)
+{
+    std::vector<double> values;
+    for (const Row& row : rows) {
+        const Cell& cell = *table.find(row, {"discard"});
+        values.push_back(decidingVariance(cell) / (cell.truth * cell.truth));
+    }
+    std::sort(values.begin(), values.end());
+    return values;
+}
+
+/// Why Discard wins where it does, if the cells bear it out.
+std::string lossReason(const CellTable& table, const Duel& d)
+{
+    const std::vector<double> lost = relativeVariances(table, d.losses),
+                              won = relativeVariances(table, d.wins);
+    if (lost.empty() || won.empty()) return {};
+    const double median = won[won.size() / 2];
+    if (!(lost.back() < 0.5 * median)) return {};
+    return ": there f/p varies little, so that fresh samples are good as they are (N·Var at most " +
+           shortNumber(lost.back(), 2) + " I², where the median of the other rows is " +
+           shortNumber(median, 2) + " I²), and R-A pays for the noise of its weights";
+}
+
 /// Plain R-A against everyone, and where it loses.
 std::string plainRa(const CellTable& table)
 {
@@ -96,9 +121,8 @@ std::string plainRa(const CellTable& table)
                        " candidates and as many new samples as old ones, its variance is " +
                        outcome(discard, "Discard") + ". ";
     if (!discard.losses.empty())
-        text += "It loses to Discard in " + rowList(discard.losses) +
-                ": there f/p is nearly constant, so that fresh samples have next to no variance, "
-                "and R-A pays for the noise of its weights. ";
+        text +=
+            "It loses to Discard in " + rowList(discard.losses) + lossReason(table, discard) + ". ";
     if (kept.rows()) text += "It is " + outcome(kept, "Rejection-Augmentation") + ". ";
     if (reweighting.rows())
         text +=

@@ -9,7 +9,7 @@ namespace app::lab {
 
 namespace {
 
-constexpr double kBoxWidth = 54, kBoxHeight = 21;
+constexpr double kBoxWidth = 57, kBoxHeight = 21;
 
 /// The rows and columns of a map, in the order in which the cells came.
 struct Grid {

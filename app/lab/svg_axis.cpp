@@ -69,7 +69,10 @@ std::string shortNumber(double value, int digits)
     // 9.996 with three digits is 10.0.
     if (std::abs(value) / std::pow(10.0, exponent) >= 10 - 0.5 * std::pow(10.0, 1 - digits))
         ++exponent;
-    if (exponent >= -3 && exponent < 5) return fixed(value, std::max(0, digits - 1 - exponent));
+    // Few digits far behind the point are still easy to read.
+    const int smallest = digits > 2 ? -3 : -5;
+    if (exponent >= smallest && exponent < 5)
+        return fixed(value, std::max(0, digits - 1 - exponent));
     return fixed(value / std::pow(10.0, exponent), digits - 1) + "·10" + superscript(exponent);
 }
 
