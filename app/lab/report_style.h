@@ -94,6 +94,8 @@ footer{margin-top:50px;padding-bottom:40px}
 @media (max-width:560px){body{font-size:15px}h1{font-size:25px}main,header,footer{padding-left:14px;
 padding-right:14px}}
 @media print{body{font-size:11pt}main,header,footer{max-width:none}nav{display:none}
+.pairoffigures{grid-template-columns:1fr 1fr}.three{grid-template-columns:1fr 1fr 1fr}
+.cards{grid-template-columns:1fr 1fr 1fr}
 .scroll{overflow:visible}table.big{font-size:7pt}table.big td,table.big th{padding:1px 2px}
 h2{break-after:avoid}.win,.bar3 span,.heat,.band,.block,.dot{print-color-adjust:exact;
 -webkit-print-color-adjust:exact}}
