@@ -91,6 +91,7 @@ TEST(Args, HelpFitsInAHundredColumns)
                                   {"compare", "-h"},
                                   {"info", "--help"},
                                   {"devices", "--help"},
+                                  {"lab", "--help"},
                                   {"bench", "--help"},
                                   {"bench", "throughput", "--help"}}) {
         const std::string text = std::get<app::Printed>(parse(arguments)).text;

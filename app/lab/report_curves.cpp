@@ -5,6 +5,8 @@
 
 #include "app/lab/pairs.h"
 #include "app/lab/report_parts.h"
+#include "app/lab/table.h"
+#include "app/lab/theory.h"
 #include "app/read_value.h"
 
 namespace app::lab {
@@ -40,6 +42,8 @@ std::string titleOf(const std::string& pair)
 struct SweepCurve {
     std::vector<Point> expected, measured;
     std::vector<double> errors;
+    double unit = 0;
+    uint32_t candidates = 0;  // of the first point
 };
 
 /// Values relative to the expected one at `reference`: functions of different size in one plot.
@@ -54,8 +58,10 @@ SweepCurve sweepCurve(const std::vector<SweepPoint>& points, const std::string& 
     SweepCurve curve;
     // Relative to nothing, everything is infinite.
     if (!(unit > 1e-9) || !std::isfinite(unit)) return curve;
+    curve.unit = unit;
     for (const SweepPoint& p : points) {
         if (p.pair != pair || p.function != function) continue;
+        if (curve.expected.empty()) curve.candidates = p.candidates;
         curve.expected.push_back({position(p), p.expectedVariance / unit});
         curve.measured.push_back({position(p), p.variance / unit});
         curve.errors.push_back(p.varianceError / unit);
@@ -63,11 +69,38 @@ SweepCurve sweepCurve(const std::vector<SweepPoint>& points, const std::string& 
     return curve;
 }
 
+/// The prediction between the multiples of c* that were measured: where the curve bends between
+/// them, a polygon would lie.
+std::vector<Point> predictedOverC(const std::vector<Point>& measured, const std::string& id,
+                                  const std::string& function, uint32_t candidates, double unit)
+{
+    constexpr int kPerDoubling = 4;
+    const auto pair = std::find_if(pairs().begin(), pairs().end(),
+                                   [&](const Pair& known) { return id == known.id; });
+    if (pair == pairs().end() || measured.empty()) return {};
+    Cell cell;
+    cell.pair = id;
+    cell.function = function;
+    cell.method = "ra";
+    cell.oldSamples = cell.newSamples = kOldSamples;
+    cell.candidates = candidates;
+    const double best = pair->bestC(1, 1), low = measured.front().x, high = measured.back().x;
+    const int steps =
+        std::max(1, static_cast<int>(std::lround(kPerDoubling * std::log2(high / low))));
+    std::vector<Point> points;
+    for (int i = 0; i <= steps; ++i) {
+        const double factor = low * std::pow(high / low, static_cast<double>(i) / steps);
+        cell.c = factor * best;
+        points.push_back({factor, expectation(cell).variance / unit});
+    }
+    return points;
+}
+
 struct SweepLook {
     std::string label, yLabel;
     std::vector<Tick> ticks;
     double reference = 1;
-    bool mark = false;
+    bool overC = false;
 };
 
 template <class Position>
@@ -89,11 +122,15 @@ std::string sweepPlots(const std::vector<SweepPoint>& points, const SweepLook& l
         }
         Plot plot(titleOf(pair), logAxisAt(look.label, look.ticks), logAxis(look.yLabel, low, high),
                   320, 220);
-        if (look.mark) plot.vertical(look.reference, "c*", "soft dashed");
+        if (look.overC) plot.vertical(look.reference, "c*", "soft dashed");
         for (size_t i = 0; i < curves.size(); ++i) {
             const Series& series = kShown[i];
             if (curves[i].expected.empty()) continue;
-            plot.curve(curves[i].expected, series.style);
+            const std::vector<Point> smooth =
+                look.overC ? predictedOverC(curves[i].expected, pair, series.function,
+                                            curves[i].candidates, curves[i].unit)
+                           : curves[i].expected;
+            plot.curve(smooth, series.style);
             plot.errorBars(curves[i].measured, curves[i].errors, series.style);
             plot.markers(curves[i].measured, series.shape, series.style);
             plot.legend({series.function, series.style, true, true, false, series.shape});

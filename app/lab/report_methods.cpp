@@ -45,6 +45,7 @@ std::string pairPicture(const Pair& pair)
     plot.band(kept, fresh, "c-orange");
     plot.curve(old, "c-grey dashed");
     plot.curve(fresh, "ink");
+    plot.describe(std::string("Old and new density of ") + pair.id);
     return plot.element();
 }
 
@@ -74,6 +75,7 @@ std::string functionCard(size_t index)
     const TestFunction& f = functions()[index];
     Plot plot("", linearAxis("", 0, 1, 2), linearAxis("", 0, highest, 3), 215, 110);
     plot.curve(curve, "ink");
+    plot.describe(std::string("Graph of ") + f.id);
     return "<article class=\"card\"><h3>" + escapeMarkup(f.id) + "</h3><span class=\"small\">" +
            escapeMarkup(f.formula) + "<br>∫ = " + shortNumber(integrateFunctions(0, 1)[index], 4) +
            "</span>" + plot.element() + "</article>\n";

@@ -75,7 +75,7 @@ std::string flatlandSection(const LabResults& results)
                 (f.unbiased ? "unbiased" : "biased") + "</td>" +
                 numberCell(shortNumber(f.mean, 6)) + biasCells(f.bias, f.expectedBias, f.z) +
                 numberCell(measured(f.variance, f.varianceError)) +
-                numberCell(shortNumber(f.expectedVariance)) +
+                numberCell(shortNumber(f.expectedVariance, 4)) +
                 numberCell(shortNumber(f.meanWeight, 4)) + "</tr>\n";
     }
     std::string html = paragraph(

@@ -22,6 +22,7 @@ h1{font-size:30px;line-height:1.2;margin:0 0 6px;letter-spacing:-.01em}
 h2{font-size:21px;margin:46px 0 8px;padding-top:10px;border-top:1px solid var(--line)}
 h3{font-size:16px;margin:24px 0 6px}
 p{margin:8px 0;max-width:46em}
+ul{margin:6px 0;padding-left:1.3em;max-width:46em}
 a{color:var(--blue)}
 .lead{font-size:18px;color:var(--soft);margin:0 0 12px}
 .facts,.small,figcaption,footer{font-size:13.5px;color:var(--soft)}

@@ -73,13 +73,17 @@ std::string correctness(const Verdict& v)
     return paragraph(text);
 }
 
-/// "lower than that of X in 62 of 72 rows, equal in 2, higher in 8".
-std::string outcome(const Duel& d, const std::string& rival)
+/// "lower in 62 of 72 rows, equal in 2, higher in 8".
+std::string outcome(const Duel& d)
 {
-    std::string text =
-        "lower than that of " + rival + " in " + outOf(d.wins.size(), d.rows()) + " rows";
+    std::string text = "lower in " + outOf(d.wins.size(), d.rows()) + " rows";
     if (!d.ties.empty()) text += ", equal in " + std::to_string(d.ties.size());
-    return text + (d.ties.empty() ? " and" : ",") + " higher in " + std::to_string(d.losses.size());
+    return text + ", higher in " + std::to_string(d.losses.size());
+}
+
+std::string listItem(const std::string& rival, const std::string& html)
+{
+    return "<li>against " + rival + ": " + html + "</li>\n";
 }
 
 /// N Var of Discard over the square of the integral: how much f/p varies.
@@ -115,28 +119,26 @@ std::string plainRa(const CellTable& table)
                reweighting = duel(table, ra, {"reweighting"}),
                kept = duel(table, ra, {"rejection-augmentation"});
     if (discard.rows() == 0) return {};
-    std::string text = "<b>Where does Reweighting-Augmentation (R-A) win, where does it lose?</b> "
-                       "Plain, with " +
-                       std::to_string(kUsualCandidates) +
-                       " candidates and as many new samples as old ones, its variance is " +
-                       outcome(discard, "Discard") + ". ";
+    std::string list = outcome(discard);
     if (!discard.losses.empty())
-        text +=
-            "It loses to Discard in " + rowList(discard.losses) + lossReason(table, discard) + ". ";
-    if (kept.rows()) text += "It is " + outcome(kept, "Rejection-Augmentation") + ". ";
+        list += " (" + rowList(discard.losses) + ")" + lossReason(table, discard);
+    list = listItem("Discard", list + ";");
+    if (kept.rows()) list += listItem("Rejection-Augmentation", outcome(kept) + ";");
     if (reweighting.rows())
-        text +=
-            "It is " + outcome(reweighting, "Reweighting") +
-            ", which spends no new ray but is biased where the old density vanishes (those rows "
-            "are left out). ";
-    if (mis.rows()) {
-        text += "It is " + outcome(mis, "the plain balance heuristic (MIS)") + ": ";
-        text += mis.losses.size() > mis.wins.size()
-                    ? "<b>more often than not, MIS is the better choice when nothing is "
-                      "corrected.</b> "
-                    : "R-A is the better choice more often than not. ";
-    }
-    return paragraph(text);
+        list += listItem("Reweighting, which spends no new ray but is biased where the old density "
+                         "vanishes (those rows are left out)",
+                         outcome(reweighting) + ";");
+    if (mis.rows())
+        list += listItem("the plain balance heuristic (MIS)",
+                         outcome(mis) + (mis.losses.size() > mis.wins.size()
+                                             ? ": <b>more often than not, MIS is the better choice "
+                                               "when nothing is corrected.</b>"
+                                             : ": more often than not, R-A is the better choice."));
+    return paragraph("<b>Where does Reweighting-Augmentation (R-A) win, where does it lose?</b> "
+                     "Plain, with " +
+                     std::to_string(kUsualCandidates) +
+                     " candidates and as many new samples as old ones, its variance is") +
+           "<ul>\n" + list + "</ul>\n";
 }
 
 /// What subtracting beta (sum of weights - 1) changes.
@@ -166,8 +168,11 @@ std::string correctedRa(const CellTable& table)
                 "its place (self-normalisation, at the price of a small bias) R-A loses to Discard "
                 "in " +
                 outOf(realised.losses.size(), realised.rows()) + " rows";
-        text += realised.losses.empty() ? "." : ": " + rowList(realised.losses) + ".";
+        text += realised.losses.empty() ? ". " : ": " + rowList(realised.losses) + ". ";
     }
+    if (discard.losses.empty() && !plain.losses.empty())
+        text += "<b>R-A should not go without the correction; with the best β it is never worse "
+                "here than starting anew.</b>";
     return paragraph(text);
 }
 
@@ -181,8 +186,10 @@ std::string fewerRays(const LabResults& results)
         const Duel discard = duel(table, usualRa(Beta::none), {"discard"}),
                    mis = duel(table, usualRa(Beta::none), {"mis"});
         if (discard.rows() == 0) continue;
-        text += "With n = " + numberText(ratio) + " N new samples the variance of plain R-A is " +
-                outcome(discard, "Discard") + ", and " + outcome(mis, "MIS") + ". ";
+        text += "With n = " + numberText(ratio) +
+                " N new samples the variance of plain R-A is, "
+                "against Discard, " +
+                outcome(discard) + "; against MIS, " + outcome(mis) + ". ";
     }
     return text.empty() ? text : paragraph("<b>And with fewer new rays?</b> " + text);
 }
@@ -203,7 +210,7 @@ std::string tiles(const CellTable& table, const Verdict& v)
         html += tile(outOf(mis.losses.size(), mis.rows()), "rows in which plain R-A loses to MIS");
     if (corrected.rows())
         html += tile(outOf(corrected.losses.size(), corrected.rows()),
-                     "rows in which corrected R-A is worse than Discard");
+                     "rows in which R-A with the ideal correction is worse than Discard");
     return "<div class=\"tiles\">\n" + html + "</div>\n";
 }
 
@@ -225,6 +232,7 @@ std::string ideaPicture()
     plot.band(kept, fresh, "c-orange");
     plot.curve(old, "c-grey dashed");
     plot.curve(fresh, "ink");
+    plot.describe("A lobe that has moved: what old samples cover of it, and what is missing");
     plot.legend({"c·q, the old density", "c-grey dashed"});
     plot.legend({"p, the new one", "ink"});
     plot.legend({"covered by old samples", "c-blue", false, false, true});

@@ -326,7 +326,7 @@ std::string Plot::element() const
               ' ' + coordinate(width) + ' ' + coordinate(height) + "\">" + inside_.content() +
               "</svg>" + above_.content());
     whole.add("<g transform=\"translate(0 " + coordinate(head) + ")\">" + frame.content() + "</g>");
-    return whole.element(width_, height_ + head, title_);
+    return whole.element(width_, height_ + head, description_.empty() ? title_ : description_);
 }
 
 }  // namespace app::lab

@@ -103,6 +103,8 @@ public:
     void horizontal(double y, const std::string& label, const std::string& style);
     /// A few words at a place of the plot.
     void note(Point at, const std::string& text, Anchor anchor = Anchor::start);
+    /// What the picture shows, for who cannot see it; the title when not given.
+    void describe(std::string text) { description_ = std::move(text); }
     void legend(LegendEntry entry) { legend_.push_back(std::move(entry)); }
 
     std::string element() const;
@@ -113,7 +115,7 @@ private:
     void drawAxes(Drawing& drawing) const;
     double drawHead(Drawing& drawing) const;
 
-    std::string title_;
+    std::string title_, description_;
     Axis x_, y_;
     double width_, height_, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;  // of the frame
     Drawing inside_;
