@@ -55,7 +55,7 @@ table.big thead th{vertical-align:bottom;padding:3px 4px;font-weight:600}
 table.big thead span{writing-mode:vertical-rl;transform:rotate(180deg);white-space:nowrap}
 table.big tbody th{font-weight:600;white-space:nowrap;position:sticky;left:0;background:var(--bg)}
 table.big tr.pair th{background:var(--panel);padding-top:8px}
-table.big td.win{background:var(--c);color:var(--onfill);font-weight:700}
+table.big td.win{background:var(--c);color:var(--onc,var(--onfill));font-weight:700}
 table.big td.near{box-shadow:inset 0 -3px var(--c)}
 table.big td.biased{color:var(--soft);font-style:italic}
 table.big td.none{color:var(--soft)}
@@ -81,7 +81,7 @@ text{fill:var(--ink);font-size:11px}
 .heat{stroke:var(--bg);stroke-width:1.5}
 .heat.fill{fill:var(--c)}
 .heat.none{fill:var(--grid)}
-.heattext{font-size:10px}.heattext.on{fill:var(--onfill);font-weight:600}
+.heattext{font-size:10px}.heattext.on{fill:var(--onc,var(--onfill));font-weight:600}
 .b1{fill:rgba(var(--better),.16)}.b2{fill:rgba(var(--better),.34)}.b3{fill:rgba(var(--better),.55)}
 .w1{fill:rgba(var(--worse),.18)}.w2{fill:rgba(var(--worse),.4)}.w3{fill:rgba(var(--worse),.66)}
 .ink{--c:var(--ink)}.soft{--c:var(--soft)}
@@ -89,6 +89,7 @@ text{fill:var(--ink);font-size:11px}
 .m-reweighting,.c-orange{--c:var(--orange)}.m-rejection,.m-ris,.c-pink{--c:var(--pink)}
 .m-augmentation,.c-yellow{--c:var(--yellow)}.m-rejaug,.c-red{--c:var(--red)}
 .m-ra,.c-blue{--c:var(--blue)}.m-thinned,.c-sky{--c:var(--sky)}.m-mis,.c-green{--c:var(--green)}
+.m-reweighting,.m-thinned,.m-augmentation{--onc:#101215}
 .swatch{display:inline-block;width:11px;height:11px;border-radius:3px;background:var(--c);
 margin-right:6px;vertical-align:-1px}
 footer{margin-top:50px;padding-bottom:40px}

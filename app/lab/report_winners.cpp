@@ -93,7 +93,7 @@ std::string winnerMap(const std::string& title, const CellTable& table,
             box.text = best.size() == 1 ? boxLabel(best.front())
                                         : boxLabel({best.front().method, Beta::none, 0});
             box.style = "fill " + best.front().style();
-            box.textStyle = "on";
+            box.textStyle = "on " + best.front().style();
         } else {
             box.text = "tie";
         }
@@ -193,7 +193,8 @@ std::string winnersSection(const LabResults& results)
         "How much does it matter? The maps below show the variance of R-A (k = 4) divided by that "
         "of "
         "its rival: 0.5 means that R-A needs half the rays (blue), 2 that it needs twice as many "
-        "(orange), = that both are the same.");
+        "(orange), = that both are the same, 0 that the rival has infinite variance and ∞ that it "
+        "has none.");
     html += "<div class=\"pairoffigures\">\n";
     for (const Beta beta : {Beta::none, Beta::ideal}) {
         if (!table.has(usualRa(beta))) continue;
