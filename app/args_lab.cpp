@@ -14,9 +14,9 @@ Subcommand labCommandLine(CLI::App& root)
     const auto o = std::make_shared<LabOptions>();
     const auto trials = std::make_shared<std::optional<uint64_t>>();
     CLI::App& app = *root.add_subcommand(
-        "lab", "the laboratory of sample reuse: every way to go on with samples of an old "
-               "density under a new one, measured on functions with known integrals; writes a "
-               "page to read, CSV and JSON");
+        "lab",
+        "the laboratory of sample reuse: every way to go on with samples of an old density under a "
+        "new one, measured on functions with known integrals; writes a page to read, CSV and JSON");
     const std::string output = "Output", size = "Measurement";
     addValue(app, output, "-o,--output", o->output,
              "folder for index.html, lab.json and the tables; made when it does not exist")
@@ -31,8 +31,7 @@ Subcommand labCommandLine(CLI::App& root)
                      " trials unless --trials says otherwise")
         ->group(size);
     addValue(app, size, "--seed", o->seed, "of all random numbers; equal seeds, equal numbers");
-    app.footer("Example: rekindle lab -o lab\n"
-               "         rekindle lab -o look --quick");
+    app.footer("Example: rekindle lab -o lab\n         rekindle lab -o look --quick");
     return {&app, "rekindle lab -o DIR [options]", [o, trials]() -> Command {
                 if (o->output.empty())
                     badCommandLine("lab: -o DIR is missing — see rekindle lab --help");

@@ -24,8 +24,7 @@ constexpr std::array kMethods{
            "q > 0 wherever f is not zero, or energy is lost silently", true, false},
     Method{"reweighting-normalised", "Reweighting, self-normalised", "Σ (f/p)(p/q) / Σ (p/q)",
            "Reweighting divided by the mean of its weights: exact where f is proportional to p, "
-           "with a "
-           "bias of order 1/N.",
+           "with a bias of order 1/N.",
            "q > 0 wherever p is", false, false},
     Method{"rejection", "Rejection", "(b/N) Σ f(x)/p(x) over the accepted,  b = sup p/q",
            "Accepts an old sample with probability p/(b q); the accepted are exact samples of p.",

@@ -112,15 +112,14 @@ std::string reportHtml(const LabResults& r)
         summarySection(r) + ideaSection() + winnersSection(r) + lossesSection(r) +
         methodsSection() + pairsSection() + tableSection(r) + checksSection(r) + sweepsSection(r) +
         majorisationSection(r) + lobesSection(r) + flatlandSection(r) + trapsSection(r);
-    std::string page = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-                       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-                       "<meta name=\"color-scheme\" content=\"light dark\">\n"
-                       "<title>Sample reuse: the laboratory</title>\n<style>";
+    std::string page = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta "
+                       "charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, "
+                       "initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light "
+                       "dark\">\n<title>Sample reuse: the laboratory</title>\n<style>";
     page += kReportStyle;
-    page += "</style>\n</head>\n<body>\n<header>\n"
-            "<h1>Sample reuse: the laboratory</h1>\n"
-            "<p class=\"lead\">What are random samples still worth when the density that they "
-            "should have been drawn from has changed?</p>\n" +
+    page += "</style>\n</head>\n<body>\n<header>\n<h1>Sample reuse: the laboratory</h1>\n<p "
+            "class=\"lead\">What are random samples still worth when the density that they should "
+            "have been drawn from has changed?</p>\n" +
             facts(r);
     if (r.quick)
         page += "<p class=\"warn\">A quick run: few trials, wide error bars. The counts below can "

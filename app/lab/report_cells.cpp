@@ -186,13 +186,12 @@ std::string tableSection(const LabResults& results)
     if (html.empty()) return {};
     return section(
         "table", "All numbers",
-        paragraph(
-            "Measured N·Var; smaller is better. <b>Filled</b>: the best unbiased method of the "
-            "row with at most n new rays, by the predicted variance. <b>Underlined</b>: within a "
-            "tenth of it. <b>∞</b>: the variance is provably infinite, so that a measured one "
-            "would mean nothing. <b><i>Italic</i></b>: biased; <b>†</b> where the bias shows. "
-            "<b>·</b>: not defined, or not run. Rest the pointer on a number for its error, "
-            "prediction, mean, z, rays and ESS.") +
+        paragraph("Measured N·Var; smaller is better. <b>Filled</b>: the best unbiased method of "
+                  "the row with at most n new rays, by the predicted variance. <b>Underlined</b>: "
+                  "within a tenth of it. <b>∞</b>: the variance is provably infinite, so that a "
+                  "measured one would mean nothing. <b><i>Italic</i></b>: biased; <b>†</b> where "
+                  "the bias shows. <b>·</b>: not defined, or not run. Rest the pointer on a number "
+                  "for its error, prediction, mean, z, rays and ESS.") +
             html);
 }
 
@@ -200,16 +199,12 @@ std::string checksSection(const LabResults& results)
 {
     if (results.cells.empty()) return {};
     std::string html = paragraph(
-        "Each cell was predicted before it was measured: the mean from the integral, the "
-        "variance by "
-        "quadrature of its formula. In a laboratory that is right, both differ from the "
-        "measurement "
-        "by chance alone: deviations of ±1 are ordinary, ±3 rare, and beyond the dashed "
-        "lines there "
-        "should be nothing. Each dot has, in these units, an error bar of ±1. All cells are "
-        "given the same random numbers, which sharpens their comparison: they deviate together, "
-        "and the "
-        "histogram may lie beside the curve as a whole.");
+        "Each cell was predicted before it was measured: the mean from the integral, the variance "
+        "by quadrature of its formula. In a laboratory that is right, both differ from the "
+        "measurement by chance alone: deviations of ±1 are ordinary, ±3 rare, and beyond the "
+        "dashed lines there should be nothing. Each dot has, in these units, an error bar of ±1. "
+        "All cells are given the same random numbers, which sharpens their comparison: they "
+        "deviate together, and the histogram may lie beside the curve as a whole.");
     html += "<div class=\"pairoffigures\">\n<figure>" + deviationPlot(results) +
             "</figure>\n<figure>" + scorePlot(results) + "</figure>\n</div>\n";
     return section("checks", "Is it right?", html);

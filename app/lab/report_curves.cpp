@@ -253,10 +253,9 @@ std::string lobePlots(double step, const std::vector<const LobeSequence*>& group
 std::string lobeTable(const std::vector<LobeSequence>& sequences)
 {
     std::string html =
-        "<div class=\"scroll\"><table><thead><tr><th class=\"n\">δ</th><th>method</th>"
-        "<th></th><th class=\"n\">largest bias</th><th class=\"n\">largest |z|</th>"
-        "<th class=\"n\">late variance / Discard</th><th class=\"n\">expected</th>"
-        "</tr></thead><tbody>\n";
+        "<div class=\"scroll\"><table><thead><tr><th class=\"n\">δ</th><th>method</th><th></th><th "
+        "class=\"n\">largest bias</th><th class=\"n\">largest |z|</th><th class=\"n\">late "
+        "variance / Discard</th><th class=\"n\">expected</th></tr></thead><tbody>\n";
     for (const LobeSequence& s : sequences) {
         double largest = 0;
         for (const LobeFrame& frame : s.frames)
@@ -278,12 +277,12 @@ std::string sweepsSection(const LabResults& results)
     std::string html;
     if (!results.overC.empty()) {
         html += "<h3>The scale c</h3>\n" +
-                paragraph("c says how far the old samples are trusted: more is fewer new samples "
-                          "where the old ones are. The best value for a flat f with noise, c*, "
-                          "solves c·n = N·R(c). Points: measured, with bars of one standard error; "
-                          "lines: predicted; both relative to the prediction at c*; R-A with k = 4 "
-                          "and n = N. " +
-                          agreement(results.overC));
+                paragraph(
+                    "c says how far the old samples are trusted: more is fewer new samples where "
+                    "the old ones are. The best value for a flat f with noise, c*, solves c·n = "
+                    "N·R(c). Points: measured, with bars of one standard error; lines: predicted; "
+                    "both relative to the prediction at c*; R-A with k = 4 and n = N. " +
+                    agreement(results.overC));
         SweepLook look{"c / c*",
                        "N·Var / that at c*",
                        {{0.25, "¼"}, {0.5, "½"}, {1, "1"}, {2, "2"}, {4, "4"}},
@@ -353,8 +352,7 @@ std::string majorisationSection(const LabResults& results)
     std::string html = paragraph(
         "Rejection keeps one old sample in b; Augmentation adds a − 1 new ones per old one. Both "
         "constants are the worst ratio of the two densities anywhere, and they grow quickly: here "
-        "to b "
-        "= " +
+        "to b = " +
         shortNumber(last.rejection) + " and a = " + shortNumber(last.augmentation) +
         ". R-A needs neither: its set of M* samples stays between n and N + n, here at M*/N = " +
         shortNumber(last.growth) + ".");
@@ -369,13 +367,11 @@ std::string lobesSection(const LabResults& results)
     for (const LobeSequence& sequence : results.lobes) byStep[sequence.step].push_back(&sequence);
     std::string html = paragraph(
         "A lobe that moves on in every frame, as a glint does under a moving camera: each frame "
-        "reuses "
-        "the set that the last one left. With absolute weights the mean stays right, frame after "
-        "frame. The obvious shortcut, to take the stored set for exact samples of the last "
-        "density, "
-        "does not: samples resampled among k candidates do not have the density that they seem to "
-        "have, and the error feeds on itself. And \"accumulation\", the average of old pixel "
-        "values that a simple viewer shows, paints the glint where it was.");
+        "reuses the set that the last one left. With absolute weights the mean stays right, frame "
+        "after frame. The obvious shortcut, to take the stored set for exact samples of the last "
+        "density, does not: samples resampled among k candidates do not have the density that they "
+        "seem to have, and the error feeds on itself. And \"accumulation\", the average of old "
+        "pixel values that a simple viewer shows, paints the glint where it was.");
     html += "<div class=\"pairoffigures\">\n";
     for (const auto& [step, group] : byStep) html += lobePlots(step, group);
     html += "</div>\n" + lobeTable(results.lobes);

@@ -96,32 +96,28 @@ std::string methodsSection()
         if (*m.needs) cards += "<p class=\"small\">Needs: " + escapeMarkup(m.needs) + ".</p>";
         cards += "</article>\n";
     }
-    std::string html = paragraph(
-        "Old samples x of density q, N of them; new samples y of density p, n of them; candidates "
-        "z. "
-        "W is the mean weight of the k candidates among which one was resampled, c the scale on q, "
-        "R(c) the mass of p that c·q does not cover.");
+    std::string html =
+        paragraph("Old samples x of density q, N of them; new samples y of density p, n of them; "
+                  "candidates z. W is the mean weight of the k candidates among which one was "
+                  "resampled, c the scale on q, R(c) the mass of p that c·q does not cover.");
     html += "<div class=\"cards\">\n" + cards + "</div>\n";
-    html += paragraph(
-        "<b>The correction β.</b> Most of these can be written as a sum of weights v times f/p, "
-        "where "
-        "the weights sum to one on average. Subtracting β (Σv − 1) changes nothing on average and "
-        "removes the noise of that sum. <em>β ideal</em> uses the integral itself, the best that "
-        "can "
-        "be done; <em>β own</em> uses the estimate, which is self-normalisation and biased by an "
-        "amount of order 1/N.");
+    html +=
+        paragraph("<b>The correction β.</b> Most of these can be written as a sum of weights v "
+                  "times f/p, where the weights sum to one on average. Subtracting β (Σv − 1) "
+                  "changes nothing on average and removes the noise of that sum. <em>β ideal</em> "
+                  "uses the integral itself, the best that can be done; <em>β own</em> uses the "
+                  "estimate, which is self-normalisation and biased by an amount of order 1/N.");
     return section("methods", "The methods", html);
 }
 
 std::string pairsSection()
 {
-    std::string html = paragraph(
-        "The nine changes of density. Dashed: the old density q; line: the new one p. Blue: what "
-        "c·q "
-        "covers of p at the best c for n = N; orange: the residual, what new samples must supply. "
-        "b "
-        "= sup p/q and a = sup q/p are the majorisation constants that Rejection and Augmentation "
-        "need; TV is the share of p outside of q; C is a Cauchy lobe (centre, width), U uniform.");
+    std::string html =
+        paragraph("The nine changes of density. Dashed: the old density q; line: the new one p. "
+                  "Blue: what c·q covers of p at the best c for n = N; orange: the residual, what "
+                  "new samples must supply. b = sup p/q and a = sup q/p are the majorisation "
+                  "constants that Rejection and Augmentation need; TV is the share of p outside of "
+                  "q; C is a Cauchy lobe (centre, width), U uniform.");
     html += "<div class=\"cards\">\n";
     for (const Pair& pair : pairs()) html += pairCard(pair);
     html += "</div>\n<h3>The functions</h3>\n<div class=\"cards narrow\">\n";

@@ -58,9 +58,9 @@ std::string flatlandPicture()
     for (const double x : {-0.5, -0.25, 0.0, 0.25})
         drawing.text({at(x, 0).x, at(x, 0).y + 17}, shortNumber(x, 2), "tick", Anchor::middle);
     drawing.text({at(-0.7, 0).x, at(0, 0).y - 7}, "ground", "note");
-    return drawing.element(560, 335,
-                           "Flatland: the ground, two cameras, their pixels, and what the "
-                           "old camera does not see");
+    return drawing.element(
+        560, 335,
+        "Flatland: the ground, two cameras, their pixels, and what the old camera does not see");
 }
 
 }  // namespace
@@ -80,23 +80,19 @@ std::string flatlandSection(const LabResults& results)
     }
     std::string html = paragraph(
         "A world with one dimension less: a glossy ground, seen by a camera that moved. Samples of "
-        "two "
-        "old pixels are projected back to the ground and into the pixel of the new camera, where "
-        "the "
-        "same light is seen at another angle. Being right takes two things that are easily "
-        "forgotten: "
-        "the Jacobian, because a pixel covers another stretch of ground from the new place, and "
-        "visibility, because a part of the ground was hidden. The true value is " +
+        "two old pixels are projected back to the ground and into the pixel of the new camera, "
+        "where the same light is seen at another angle. Being right takes two things that are "
+        "easily forgotten: the Jacobian, because a pixel covers another stretch of ground from the "
+        "new place, and visibility, because a part of the ground was hidden. The true value is " +
         shortNumber(results.flatland.front().truth, 6) + ".");
-    html +=
-        "<figure>" + flatlandPicture() +
-        "<figcaption>The pixel of the new camera sees [.08, .16] of the ground; from the old one, "
-        "[.10, .13] of it was hidden.</figcaption></figure>\n";
-    html += std::string("<div class=\"scroll\"><table><thead><tr><th>variant</th><th></th>"
-                        "<th class=\"n\">mean</th>") +
+    html += "<figure>" + flatlandPicture() +
+            "<figcaption>The pixel of the new camera sees [.08, .16] of the ground; from the old "
+            "one, [.10, .13] of it was hidden.</figcaption></figure>\n";
+    html += std::string("<div class=\"scroll\"><table><thead><tr><th>variant</th><th></th><th "
+                        "class=\"n\">mean</th>") +
             kBiasHead +
-            "<th class=\"n\">variance</th><th class=\"n\">expected</th><th class=\"n\">mean Σv</th>"
-            "</tr></thead><tbody>\n" +
+            "<th class=\"n\">variance</th><th class=\"n\">expected</th><th class=\"n\">mean "
+            "Σv</th></tr></thead><tbody>\n" +
             rows + "</tbody></table></div>\n";
     return section("flatland", "Flatland: samples from another camera", html);
 }
@@ -111,9 +107,9 @@ std::string trapsSection(const LabResults& results)
                 biasCells(t.wrongBias, t.expectedBias, t.wrongZ) +
                 "</tr>\n<tr><td>Right: " + escapeMarkup(t.right) + "</td>" +
                 biasCells(t.rightBias, 0, t.rightZ) + "</tr>\n";
-    std::string html = paragraph(
-        "Things that look right and are not. Each was run the wrong way and the right way, often "
-        "enough for the difference to show beyond doubt.");
+    std::string html =
+        paragraph("Things that look right and are not. Each was run the wrong way and the right "
+                  "way, often enough for the difference to show beyond doubt.");
     html += std::string("<div class=\"scroll\"><table><thead><tr><th>trap</th><th>way</th>") +
             kBiasHead + "</tr></thead><tbody>\n" + rows + "</tbody></table></div>\n";
     return section("traps", "Traps", html);

@@ -67,8 +67,7 @@ std::string correctness(const Verdict& v)
                 "is not judged. ";
     if (v.biased)
         text += "Of " + counted(v.biased, "cell") +
-                " of methods known to be biased, the bias shows "
-                "in " +
+                " of methods known to be biased, the bias shows in " +
                 std::to_string(v.biasedSeen) + ".";
     return paragraph(text);
 }
@@ -148,13 +147,11 @@ std::string correctedRa(const CellTable& table)
     if (!table.has(ra)) return {};
     const Duel plain = duel(table, usualRa(Beta::none), {"discard"}),
                discard = duel(table, ra, {"discard"}), rival = duel(table, ra, mis);
-    std::string text =
-        "<b>What does the correction change?</b> The weights of R-A sum to one only on average; "
-        "subtracting β (Σv − 1) removes the noise of that sum. With the best β, R-A loses to "
-        "Discard "
-        "in " +
-        outOf(discard.losses.size(), discard.rows()) + " rows instead of " +
-        std::to_string(plain.losses.size());
+    std::string text = "<b>What does the correction change?</b> The weights of R-A sum to one only "
+                       "on average; subtracting β (Σv − 1) removes the noise of that sum. With the "
+                       "best β, R-A loses to Discard in " +
+                       outOf(discard.losses.size(), discard.rows()) + " rows instead of " +
+                       std::to_string(plain.losses.size());
     text += discard.losses.empty() ? ". " : " (" + rowList(discard.losses) + "). ";
     if (rival.rows()) {
         text += "Against MIS with the same correction it is not worse in " +
@@ -164,10 +161,10 @@ std::string correctedRa(const CellTable& table)
     const Column own = usualRa(Beta::own);
     if (table.has(own)) {
         const Duel realised = duel(table, own, {"discard"}, Judge::evenBiased);
-        text += "The best β is the integral itself, which one does not know. With the estimate in "
-                "its place (self-normalisation, at the price of a small bias) R-A loses to Discard "
-                "in " +
-                outOf(realised.losses.size(), realised.rows()) + " rows";
+        text +=
+            "The best β is the integral itself, which one does not know. With the estimate in its "
+            "place (self-normalisation, at the price of a small bias) R-A loses to Discard in " +
+            outOf(realised.losses.size(), realised.rows()) + " rows";
         text += realised.losses.empty() ? ". " : ": " + rowList(realised.losses) + ". ";
     }
     if (discard.losses.empty() && !plain.losses.empty())
@@ -187,8 +184,7 @@ std::string fewerRays(const LabResults& results)
                    mis = duel(table, usualRa(Beta::none), {"mis"});
         if (discard.rows() == 0) continue;
         text += "With n = " + numberText(ratio) +
-                " N new samples the variance of plain R-A is, "
-                "against Discard, " +
+                " N new samples the variance of plain R-A is, against Discard, " +
                 outcome(discard) + "; against MIS, " + outcome(mis) + ". ";
     }
     return text.empty() ? text : paragraph("<b>And with fewer new rays?</b> " + text);
@@ -199,8 +195,8 @@ std::string tiles(const CellTable& table, const Verdict& v)
     const Duel discard = duel(table, usualRa(Beta::none), {"discard"}),
                mis = duel(table, usualRa(Beta::none), {"mis"}),
                corrected = duel(table, usualRa(Beta::ideal), {"discard"});
-    std::string html = tile(std::to_string(v.cells), "cells: a method on a function under a change "
-                                                     "of density");
+    std::string html =
+        tile(std::to_string(v.cells), "cells: a method on a function under a change of density");
     html += tile(outOf(v.meansOff.size(), v.meansJudged),
                  "unbiased cells with a mean off by more than 4.5 standard errors");
     if (discard.rows())
@@ -264,15 +260,12 @@ std::string summarySection(const LabResults& results)
 std::string ideaSection()
 {
     std::string html = "<div class=\"pairoffigures\"><div>";
-    html += paragraph(
-        "Think of the glint on a varnished table. To paint it, a path tracer sends random rays, "
-        "most "
-        "of them where the glint is bright: that preference is the <em>density</em>. When the "
-        "camera "
-        "moves, the glint moves, and so must the density. The rays of the last frame are still "
-        "good "
-        "measurements of the light, but there are too many of them on one side and too few on the "
-        "other.");
+    html +=
+        paragraph("Think of the glint on a varnished table. To paint it, a path tracer sends "
+                  "random rays, most of them where the glint is bright: that preference is the "
+                  "<em>density</em>. When the camera moves, the glint moves, and so must the "
+                  "density. The rays of the last frame are still good measurements of the light, "
+                  "but there are too many of them on one side and too few on the other.");
     html += paragraph(
         "Throwing them away is safe and wasteful. Using them as if nothing had happened paints the "
         "glint where it was. In between are the methods of this page: weight the old rays by how "
@@ -280,16 +273,13 @@ std::string ideaSection()
         "(orange). A method is <em>unbiased</em> when it is right on average, with any number of "
         "rays; among those, the one with the least <em>variance</em>, the least grain, wins.");
     html += "</div><figure>" + ideaPicture() +
-            "<figcaption>A lobe that moved from .45 to .55. The "
-            "scale c decides how much the old samples count for.</figcaption></figure></div>\n";
-    html += paragraph(
-        "Throughout, q is the old density with N samples x, p the new one with n samples y, f the "
-        "function to integrate, c the scale on q. <b>N·Var</b> is the variance of the estimate "
-        "times "
-        "N: the number to compare, smaller is better; half of it means half the rays for the same "
-        "grain. The estimate of each cell is repeated from scratch with new random numbers in "
-        "every "
-        "trial.");
+            "<figcaption>A lobe that moved from .45 to .55. The scale c decides how much the old "
+            "samples count for.</figcaption></figure></div>\n";
+    html += paragraph("Throughout, q is the old density with N samples x, p the new one with n "
+                      "samples y, f the function to integrate, c the scale on q. <b>N·Var</b> is "
+                      "the variance of the estimate times N: the number to compare, smaller is "
+                      "better; half of it means half the rays for the same grain. The estimate of "
+                      "each cell is repeated from scratch with new random numbers in every trial.");
     return section("idea", "The idea", html);
 }
 

@@ -184,17 +184,15 @@ std::string winnersSection(const LabResults& results)
                 winnerMap("Lowest variance, corrections allowed (ideal β)", table,
                           {Beta::none, Beta::ideal}, seen) +
                 "</figure>\n";
-    std::string html = paragraph(
-        "Rows are changes of density, columns are functions. Only unbiased methods take part, and "
-        "only where they spend at most as many new rays as there are old samples (n = N). The "
-        "predicted variance decides.");
+    std::string html =
+        paragraph("Rows are changes of density, columns are functions. Only unbiased methods take "
+                  "part, and only where they spend at most as many new rays as there are old "
+                  "samples (n = N). The predicted variance decides.");
     html += maps + "</div>\n" + legendOf(seen);
-    html += paragraph(
-        "How much does it matter? The maps below show the variance of R-A (k = 4) divided by that "
-        "of "
-        "its rival: 0.5 means that R-A needs half the rays (blue), 2 that it needs twice as many "
-        "(orange), = that both are the same, 0 that the rival has infinite variance and ∞ that it "
-        "has none.");
+    html += paragraph("How much does it matter? The maps below show the variance of R-A (k = 4) "
+                      "divided by that of its rival: 0.5 means that R-A needs half the rays "
+                      "(blue), 2 that it needs twice as many (orange), = that both are the same, 0 "
+                      "that the rival has infinite variance and ∞ that it has none.");
     html += "<div class=\"pairoffigures\">\n";
     for (const Beta beta : {Beta::none, Beta::ideal}) {
         if (!table.has(usualRa(beta))) continue;
@@ -225,13 +223,12 @@ std::string lossesSection(const LabResults& results)
     rows += duelRow(table, own, {"discard"});
     rows += duelRow(table, own, {"mis", Beta::own});
     if (rows.empty()) return {};
-    std::string html = paragraph(
-        "R-A with k = 4 against each rival, row by row of the table at n = N, wherever both exist "
-        "and "
-        "both are unbiased (with β of its own, R-A is slightly biased and compared all the same). "
-        "Blue: rows that R-A wins; grey: ties; orange: rows that it loses, listed at the right. "
-        "Augmentation may spend many more rays than R-A; Reweighting, Rejection and RIS spend "
-        "none.");
+    std::string html =
+        paragraph("R-A with k = 4 against each rival, row by row of the table at n = N, wherever "
+                  "both exist and both are unbiased (with β of its own, R-A is slightly biased and "
+                  "compared all the same). Blue: rows that R-A wins; grey: ties; orange: rows that "
+                  "it loses, listed at the right. Augmentation may spend many more rays than R-A; "
+                  "Reweighting, Rejection and RIS spend none.");
     html += "<div class=\"scroll\"><table><thead><tr><th>R-A</th><th>against</th><th>won, tied, "
             "lost</th><th>lost in</th></tr></thead><tbody>\n" +
             rows + "</tbody></table></div>\n";
