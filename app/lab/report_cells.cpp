@@ -203,8 +203,9 @@ std::string checksSection(const LabResults& results)
         "by quadrature of its formula. In a laboratory that is right, both differ from the "
         "measurement by chance alone: deviations of ±1 are ordinary, ±3 rare, and beyond the "
         "dashed lines there should be nothing. Each dot has, in these units, an error bar of ±1. "
-        "All cells are given the same random numbers, which sharpens their comparison: they "
-        "deviate together, and the histogram may lie beside the curve as a whole.");
+        "All methods and functions of a change of density are given the same old samples, which "
+        "sharpens their comparison: their cells deviate together, and the histogram is less even "
+        "than that of so many independent ones would be.");
     html += "<div class=\"pairoffigures\">\n<figure>" + deviationPlot(results) +
             "</figure>\n<figure>" + scorePlot(results) + "</figure>\n</div>\n";
     return section("checks", "Is it right?", html);

@@ -115,6 +115,12 @@ void addFreshRuns(const Pair& pair, uint32_t n, std::vector<Run>& runs)
     runs.push_back(std::move(mis));
 }
 
+/// So that no two pairs share their luck.
+uint32_t experimentOf(const Pair& pair)
+{
+    return static_cast<uint32_t>(&pair - pairs().data());
+}
+
 SweepPoint sweepPoint(const Cell& cell, double cFactor)
 {
     return {cell.pair,          cell.function,         cFactor, cell.candidates, cell.variance,
@@ -136,7 +142,8 @@ std::vector<Cell> measurePair(const Pair& pair, const LabSettings& settings,
 {
     std::vector<Run> runs = methodRuns(pair, kOldSamples, true);
     for (Run& run : methodRuns(pair, kOldSamples / 4, false)) runs.push_back(std::move(run));
-    return runTrials(pair, runs, {settings.trials, settings.seed, kOldSamples}, step, stop);
+    const TrialSettings trials{settings.trials, settings.seed, kOldSamples, experimentOf(pair)};
+    return runTrials(pair, runs, trials, step, stop);
 }
 
 bool measureSweeps(const Pair& pair, const LabSettings& settings, LabResults& results,
@@ -150,8 +157,8 @@ bool measureSweeps(const Pair& pair, const LabSettings& settings, LabResults& re
         runs.push_back(reweightingAugmentationRun(kOldSamples, 4, best * factor, {Beta::none}));
     for (const uint32_t k : kCandidates)
         runs.push_back(reweightingAugmentationRun(kOldSamples, k, best, {Beta::none}));
-    const TrialSettings trials{std::max<uint64_t>(settings.trials / 8, 2), settings.seed + 1,
-                               kOldSamples};
+    const TrialSettings trials{std::max<uint64_t>(settings.trials / 8, 2), settings.seed,
+                               kOldSamples, static_cast<uint32_t>(kPairs) + experimentOf(pair)};
     const std::vector<Cell> cells = runTrials(pair, runs, trials, step, stop);
     for (size_t i = 0; i < cells.size(); ++i) {
         const size_t run = i / kFunctions;

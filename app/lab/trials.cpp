@@ -61,10 +61,11 @@ void gather(Gathered& g, const Run& run, const Run::Estimate& e, const Values& t
     g.ess += e.ess();
 }
 
-/// Every block, run and purpose has a stream of its own; 2^8 runs, 2^2 purposes.
-uint64_t streamOf(uint64_t block, size_t run, uint32_t purpose)
+/// Every experiment, block, run and purpose has a stream of its own: 2^30 blocks, 2^8 runs, 2^2
+/// purposes.
+uint64_t streamOf(uint32_t experiment, uint64_t block, size_t run, uint32_t purpose)
 {
-    return (block << 10) | (run << 2) | purpose;
+    return (static_cast<uint64_t>(experiment) << 40) | (block << 10) | (run << 2) | purpose;
 }
 
 std::vector<Gathered> runBlock(const LabChange& change, const std::vector<Run>& runs,
@@ -74,10 +75,10 @@ std::vector<Gathered> runBlock(const LabChange& change, const std::vector<Run>& 
     std::vector<Streams> streams;
     for (size_t r = 0; r < runs.size(); ++r) {
         gathered[r].sums.resize(runs[r].betas.size());
-        streams.push_back({core::Pcg32(settings.seed, streamOf(block, r, 1)),
-                           core::Pcg32(settings.seed, streamOf(block, r, 2))});
+        streams.push_back({core::Pcg32(settings.seed, streamOf(settings.experiment, block, r, 1)),
+                           core::Pcg32(settings.seed, streamOf(settings.experiment, block, r, 2))});
     }
-    core::Pcg32 random(settings.seed, streamOf(block, 0, 0));
+    core::Pcg32 random(settings.seed, streamOf(settings.experiment, block, 0, 0));
     OldSamples samples(change, settings.oldSamples);
     const uint64_t end = std::min(settings.trials, (block + 1) * kBlock);
     for (uint64_t t = block * kBlock; t < end; ++t) {

@@ -31,6 +31,7 @@ struct Run {
 struct TrialSettings {
     uint64_t trials = 0, seed = 1;
     size_t oldSamples = 8;
+    uint32_t experiment = 0;  // different ones have different random numbers
 };
 
 /// Makes the trials on all threads. Every run sees the same old samples and its own new ones.
