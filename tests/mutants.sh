@@ -21,7 +21,7 @@ last-sample-dropped@shaders/accumulate.comp@s < batch.sampleCount;@s + 1u < batc
 half-pixel-shift@shaders/shared/camera.h@2.0f * film.x / size.x - 1.0f@2.0f * (film.x + 0.5f) / size.x - 1.0f@Camera*:*Aov*:Path*
 back-face-normal@shaders/shared/surface.h@const float side = s.backFace != 0u ? -1.0f : 1.0f;@const float side = 1.0f;@Furnace*:Path*:Direct*
 eta-squared@shaders/shared/bsdf.h@? 1.0f / (b.eta * b.eta) : 1.0f;@? 1.0f : 1.0f;@Bsdf*
-reuse-alpha-unscaled@shaders/shared/reuse.h@Real cq = c * q;@Real cq = q;@Reuse*:Lab.Every*
+reuse-alpha-unscaled@shaders/shared/reuse.h@Real cq = c * q;@Real cq = q;@Reuse*
 reuse-ris-weight@shaders/shared/reuse.h@r.sum / (k * n * r.p)@r.omega / (n * r.p)@Lab.Every*
 reuse-keep-unpaid@shaders/shared/reuse.h@min(kappa / score, Real(kInfinity)) : Real(1.0f)@Real(1.0f) : Real(1.0f)@Resample*:Lab.History*
 reuse-count-for-nominal@core/reuse/reweighting_augmentation.h@fraction.alphaOverQ(q, p) / N;@fraction.alphaOverQ(q, p) / static_cast<typename C::Real>(old.size());@Lab.Flatland*
