@@ -14,8 +14,9 @@ namespace {
 
 using namespace tests;
 
-const std::set<std::string> kFiles{"cells.csv", "flatland.csv",     "index.html", "lab.json",
-                                   "lobes.csv", "majorisation.csv", "sweeps.csv", "traps.csv"};
+const std::set<std::string> kFiles{"cells.csv",  "flatland.csv", "index.html",
+                                   "lab.json",   "lobes.csv",    "majorisation.csv",
+                                   "stores.csv", "sweeps.csv",   "traps.csv"};
 
 std::set<std::string> inFolder(const std::string& folder)
 {
@@ -105,7 +106,8 @@ TEST_F(LabCommand, WritesAPageAndItsNumbers)
         EXPECT_TRUE(method == "ra" ? rays > 4 && rays <= 8 : rays == 8) << cell.dump();
     }
     EXPECT_EQ(seen.size(), app::lab::kPairs * app::lab::kFunctions * 3);
-    for (const char* list : {"sweep_c", "sweep_k", "majorisation", "lobes", "flatland", "traps"})
+    for (const char* list :
+         {"sweep_c", "sweep_k", "majorisation", "lobes", "stores", "flatland", "traps"})
         EXPECT_FALSE(lab.at(list).empty()) << list;
 
     const std::string page = readAll(work("new/lab/index.html"));

@@ -217,6 +217,28 @@ TEST(Lab, SlowHistoryOfAMovingLobeIsUnbiasedInEveryFrame)
     }
 }
 
+/// A history that stands for more samples than it keeps is worth it when bright ones are spared,
+/// and only while the lobe moves slowly; unbiased it is always.
+TEST(Lab, SparingBrightSamplesLetsFewStandForMany)
+{
+    const auto late = [](double step, double cap, double brightness) {
+        LobeSettings s;
+        s.step = step;
+        s.K = 16;
+        s.cap = cap;
+        s.brightness = brightness;
+        s.trials = 3000;
+        const LobeSequence sequence = movingLobe(s);
+        for (const LobeFrame& f : sequence.frames) EXPECT_LT(std::abs(f.z), kZ) << step << cap;
+        return sequence.lateVarianceRatio;
+    };
+    const double plain = late(0.01, 16, 0);
+    EXPECT_NEAR(plain, 4.0 / (16 + 4), 0.02);
+    EXPECT_LT(late(0.01, 64, 1), 0.55 * plain);
+    EXPECT_GT(late(0.01, 64, 0), 0.95 * plain) << "the weight alone does not tell what matters";
+    EXPECT_GT(late(0.04, 64, 0), 1.4 * late(0.04, 16, 0)) << "too much trust in a fast lobe's past";
+}
+
 TEST(Lab, AccumulatedPixelsLag)
 {
     EXPECT_GT(lobe(LobeMethod::accumulation, 0.01, 0, 2000).largestBias, 0.1);

@@ -89,6 +89,8 @@ LabResults someResults()
         for (int i = 0; i < 40; ++i) s.frames.push_back({0.001 * i, 0.1 * i, 1 / (1.0 + i)});
         r.lobes.push_back(s);
     }
+    for (const double step : {0.01, 0.04}) r.stores.push_back({step, 16, 64, 1, 0.08, 2});
+    r.stores.push_back({0.01, 16, 16, 0, 0.2, 1});
     r.flatland.push_back({"exact", "with all that it takes", true, 1.58516, 1.585, -1e-4, -0.4,
                           0.1005, 0.001, 0, 0.1, 1, 1000});
     r.traps.push_back({"a trap", "this way", "that way", -0.0052, -17, 1e-5, 0.2, -0.0052, 2000});
@@ -119,6 +121,8 @@ LabResults hostileResults()
         for (LobeFrame& f : s.frames)
             for (double* x : {&f.bias, &f.z, &f.varianceRatio}) *x = next();
     }
+    for (StoreResult& s : r.stores)
+        for (double* x : {&s.lateVarianceRatio, &s.largestZ}) *x = next();
     for (FlatlandResult& f : r.flatland)
         for (double* x : {&f.truth, &f.mean, &f.bias, &f.z, &f.variance, &f.varianceError,
                           &f.expectedBias, &f.expectedVariance, &f.meanWeight})
@@ -150,6 +154,20 @@ void expectReadable(const std::string& html)
     const std::regex number(R"([^a-z](nan|inf|infinity)[^a-z])", std::regex::icase);
     std::smatch match;
     EXPECT_FALSE(std::regex_search(html, match, number)) << match.str();
+}
+
+TEST(LabReport, StoresAreATableOfDesignsBySpeed)
+{
+    const std::string html = reportHtml(someResults());
+    const size_t start = html.find("<h3>What to keep</h3>");
+    ASSERT_NE(start, std::string::npos);
+    const std::string part = html.substr(start, html.find("</table>", start) - start);
+    EXPECT_TRUE(contains(part, "16 kept, N up to 64, bright ones spared (η = 1)</td><td "
+                               "class=\"n\">0.0800</td><td class=\"n\">0.0800</td>"))
+        << part;
+    EXPECT_TRUE(contains(part, "16 kept, N up to 16</td><td class=\"n\">0.200</td><td "
+                               "class=\"n\">·</td>"))
+        << part;
 }
 
 TEST(LabReport, PageIsWellFormedAndStandsAlone)
@@ -302,7 +320,7 @@ TEST(LabFiles, JsonHasTheNamesAndNoNaN)
     const Json json = Json::parse(labJson(r));
     for (const char* key :
          {"schema", "command", "version", "commit", "trials", "seed", "quick", "seconds", "methods",
-          "cells", "sweep_c", "sweep_k", "majorisation", "lobes", "flatland", "traps"})
+          "cells", "sweep_c", "sweep_k", "majorisation", "lobes", "stores", "flatland", "traps"})
         EXPECT_TRUE(json.contains(key)) << key;
     EXPECT_EQ(json["command"], "lab");
     EXPECT_EQ(json["cells"].size(), r.cells.size());

@@ -72,6 +72,16 @@ Json majorisationJson(const MajorisationPoint& p)
             {"reweighting_ess", number(p.reweightingEss)}};
 }
 
+Json storeJson(const StoreResult& s)
+{
+    return {{"step", number(s.step)},
+            {"kept", s.kept},
+            {"cap", number(s.cap)},
+            {"brightness", number(s.brightness)},
+            {"late_variance_ratio", number(s.lateVarianceRatio)},
+            {"largest_z", number(s.largestZ)}};
+}
+
 Json lobeJson(const LobeSequence& s)
 {
     Json frames = Json::array();
@@ -238,6 +248,7 @@ std::string labJson(const LabResults& r)
     text += listText("sweep_k", each(r.overK, sweepJson));
     text += listText("majorisation", each(r.majorisation, majorisationJson));
     text += listText("lobes", each(r.lobes, lobeJson));
+    text += listText("stores", each(r.stores, storeJson));
     text += listText("flatland", each(r.flatland, flatlandJson));
     text += listText("traps", each(r.traps, trapJson));
     return text + "\n}\n";
@@ -246,7 +257,8 @@ std::string labJson(const LabResults& r)
 std::vector<std::pair<std::string, std::string>> labTables(const LabResults& r)
 {
     Table cells(cellJson({})), sweeps(withSweep("", {})), majorisation(majorisationJson({})),
-        lobes(frameRow({}, 0, {})), flatland(flatlandJson({})), traps(trapJson({}));
+        lobes(frameRow({}, 0, {})), stores(storeJson({})), flatland(flatlandJson({})),
+        traps(trapJson({}));
     for (const Cell& cell : r.cells) cells.row(cellJson(cell));
     for (const SweepPoint& point : r.overC) sweeps.row(withSweep("c", point));
     for (const SweepPoint& point : r.overK) sweeps.row(withSweep("k", point));
@@ -254,12 +266,14 @@ std::vector<std::pair<std::string, std::string>> labTables(const LabResults& r)
     for (const LobeSequence& sequence : r.lobes)
         for (size_t i = 0; i < sequence.frames.size(); ++i)
             lobes.row(frameRow(sequence, i, sequence.frames[i]));
+    for (const StoreResult& store : r.stores) stores.row(storeJson(store));
     for (const FlatlandResult& variant : r.flatland) flatland.row(flatlandJson(variant));
     for (const Trap& trap : r.traps) traps.row(trapJson(trap));
     return {{"cells.csv", cells.text()},
             {"sweeps.csv", sweeps.text()},
             {"majorisation.csv", majorisation.text()},
             {"lobes.csv", lobes.text()},
+            {"stores.csv", stores.text()},
             {"flatland.csv", flatland.text()},
             {"traps.csv", traps.text()}};
 }

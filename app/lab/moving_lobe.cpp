@@ -44,6 +44,11 @@ struct LobeChange {
     }
 };
 
+double capOf(const LobeSettings& s)
+{
+    return s.cap > 0 ? s.cap : s.K;
+}
+
 std::vector<Frame> makeFrames(const LobeSettings& s)
 {
     const auto lobe = [&](double t) {
@@ -70,7 +75,7 @@ std::vector<Frame> makeFrames(const LobeSettings& s)
         } else {
             frame.nextNominal = s.n;
         }
-        frame.nextNominal = std::min<double>(frame.nextNominal, s.K);
+        frame.nextNominal = std::min(frame.nextNominal, capOf(s));
         nominal = frame.nextNominal;
         frames.push_back(frame);
     }
@@ -92,7 +97,7 @@ using Advance = std::function<double(const Frame&, LobeStreams&)>;
 core::reuse::HistorySettings historySettings(const LobeSettings& s)
 {
     const bool balance = s.method == LobeMethod::balanceHeuristic;
-    return {s.n, balance ? 1 : s.k, s.K, static_cast<double>(s.K), s.resampling};
+    return {s.n, balance ? 1 : s.k, s.K, capOf(s), s.resampling};
 }
 
 class WeightedSet {
@@ -101,16 +106,21 @@ public:
 
     double operator()(const Frame& frame, LobeStreams& r)
     {
+        using namespace core::reuse;
         const LobeChange change{&frame};
         if (frame.nominal == 0) history_.clear();
+        const auto score = [&](double, double u, double p, double f) {
+            return u * (p + settings_.brightness * f / frame.truth);
+        };
+        const auto advance = [&](const auto& fraction) {
+            return history_
+                .advance(change, fraction, frame.nextNominal, score, r.candidates, r.selection,
+                         r.resampling)
+                .value;
+        };
         if (settings_.method == LobeMethod::reweightingAugmentation)
-            return history_.advance(change, frame.c, r.candidates, r.selection, r.resampling).value;
-        const core::reuse::BalanceFraction<double> balance{frame.nominal,
-                                                           static_cast<double>(settings_.n)};
-        const auto v = [](double, double u, double p, double) { return u * p; };
-        return history_
-            .advance(change, balance, frame.nextNominal, v, r.candidates, r.selection, r.resampling)
-            .value;
+            return advance(MinimumFraction<double>{frame.c});
+        return advance(BalanceFraction<double>{frame.nominal, static_cast<double>(settings_.n)});
     }
 
 private:

@@ -23,6 +23,8 @@ struct LobeSettings {
     LobeMethod method = LobeMethod::reweightingAugmentation;
     double step = 0.01;  // the lobe's speed at the centre, per frame
     uint32_t n = 4, K = 32, k = 8;
+    double cap = 0;         // of the nominal count N; 0: K
+    double brightness = 0;  // eta: the score of a sample is u (p + eta f / I)
     uint32_t frames = 40;
     core::reuse::Resampling resampling = core::reuse::Resampling::threshold;
     uint64_t trials = 20000, seed = 1;

@@ -99,7 +99,8 @@ std::string footer()
 {
     return "<footer><p>The numbers behind this page: <code>lab.json</code> holds everything; "
            "<code>cells.csv</code>, <code>sweeps.csv</code>, <code>majorisation.csv</code>, "
-           "<code>lobes.csv</code>, <code>flatland.csv</code> and <code>traps.csv</code> hold the "
+           "<code>lobes.csv</code>, <code>stores.csv</code>, <code>flatland.csv</code> and "
+           "<code>traps.csv</code> hold the "
            "same as tables. The same seed gives the same numbers on any number of "
            "threads.</p></footer>\n";
 }

@@ -374,7 +374,7 @@ std::string lobesSection(const LabResults& results)
         "pixel values that a simple viewer shows, paints the glint where it was.");
     html += "<div class=\"pairoffigures\">\n";
     for (const auto& [step, group] : byStep) html += lobePlots(step, group);
-    html += "</div>\n" + lobeTable(results.lobes);
+    html += "</div>\n" + lobeTable(results.lobes) + storesPart(results);
     return section("lobes", "A lobe that moves from frame to frame", html);
 }
 

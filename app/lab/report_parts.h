@@ -22,6 +22,8 @@ std::string checksSection(const LabResults& results);
 std::string sweepsSection(const LabResults& results);
 std::string majorisationSection(const LabResults& results);
 std::string lobesSection(const LabResults& results);
+/// The part of it about what a history keeps; empty without results.
+std::string storesPart(const LabResults& results);
 std::string flatlandSection(const LabResults& results);
 std::string trapsSection(const LabResults& results);
 

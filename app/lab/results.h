@@ -87,6 +87,16 @@ struct LobeSequence {
     double largestBias = 0;  // relative, over all frames
 };
 
+/// What a history keeps from frame to frame, on the moving lobe.
+struct StoreResult {
+    double step = 0;               // of the lobe, per frame
+    uint32_t kept = 0;             // K, samples in memory
+    double cap = 0;                // of the nominal N that they stand for
+    double brightness = 0;         // eta of the score u (p + eta f / I)
+    double lateVarianceRatio = 0;  // to Discard, mean of the frames 30 to 39
+    double largestZ = 0;           // of the bias, over all frames
+};
+
 /// One variant of the backprojection in flatland.
 struct FlatlandResult {
     std::string variant, meaning;
@@ -116,6 +126,7 @@ struct LabResults {
     std::vector<SweepPoint> overC, overK;
     std::vector<MajorisationPoint> majorisation;
     std::vector<LobeSequence> lobes;
+    std::vector<StoreResult> stores;
     std::vector<FlatlandResult> flatland;
     std::vector<Trap> traps;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <mutex>
 
 #include "app/lab/flatland.h"
@@ -111,6 +112,39 @@ bool measureLobes(const LabSettings& settings, LabResults& results, const Report
     return true;
 }
 
+/// What a history of a given memory should keep.
+bool measureStores(const LabSettings& settings, LabResults& results, const Report& report,
+                   std::stop_token stop)
+{
+    struct Variant {
+        uint32_t kept;
+        double cap, brightness;
+    };
+    constexpr Variant kVariants[] = {
+        {16, 16, 0}, {16, 64, 0}, {16, 64, 1}, {16, 64, 4}, {32, 32, 0}};
+    constexpr double kSteps[] = {0.002, 0.01, 0.04};
+    Stage stage("stores", std::size(kVariants) * std::size(kSteps), report);
+    for (const Variant& v : kVariants) {
+        for (const double step : kSteps) {
+            LobeSettings lobe;
+            lobe.step = step;
+            lobe.K = v.kept;
+            lobe.cap = v.cap;
+            lobe.brightness = v.brightness;
+            lobe.trials = std::max<uint64_t>(settings.trials / 40, 100);
+            lobe.seed = settings.seed;
+            const LobeSequence sequence = movingLobe(lobe, stop);
+            if (sequence.frames.empty()) return false;
+            double largestZ = 0;
+            for (const LobeFrame& f : sequence.frames) largestZ = std::max(largestZ, std::abs(f.z));
+            results.stores.push_back(
+                {step, v.kept, v.cap, v.brightness, sequence.lateVarianceRatio, largestZ});
+            stage.part(results.stores.size() - 1)(1);
+        }
+    }
+    return true;
+}
+
 }  // namespace
 
 std::optional<LabResults>
@@ -126,6 +160,7 @@ runLab(const LabSettings& settings,
     if (!measureTable(settings, results, progress, stop)) return {};
     results.majorisation = majorisationSweep();
     if (!measureLobes(settings, results, progress, stop)) return {};
+    if (!measureStores(settings, results, progress, stop)) return {};
     Stage flat("flatland", 1, progress), traps("traps", 1, progress);
     results.flatland = flatlandVariants(settings.trials, settings.seed, flat.part(0), stop);
     results.traps = measureTraps(settings.trials, settings.seed, traps.part(0), stop);
