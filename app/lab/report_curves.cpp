@@ -244,8 +244,6 @@ std::string lobePlots(double step, const std::vector<const LobeSequence*>& group
         if (!sequence.unbiased) continue;  // the variance of a wrong answer is of no interest
         ratio.curve(values.ratio[i], line);
         ratio.legend({lobeLabel(sequence), line});
-        if (std::isfinite(sequence.expectedRatio))
-            ratio.horizontal(sequence.expectedRatio, "expected late", style + " dashed");
     }
     return "<figure>" + bias.element() + "</figure>\n<figure>" + ratio.element() + "</figure>\n";
 }
