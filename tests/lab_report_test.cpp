@@ -377,7 +377,7 @@ TEST(LabFiles, TablesHaveARowForEverything)
 {
     const LabResults r = hostileResults();
     const std::vector<size_t> expected{
-        r.cells.size(), r.overC.size() + r.overK.size(), r.majorisation.size(), 80, 1, 1};
+        r.cells.size(), r.overC.size() + r.overK.size(), r.majorisation.size(), 80, 3, 1, 1};
     const auto tables = labTables(r), none = labTables({});
     ASSERT_EQ(tables.size(), expected.size());
     for (size_t t = 0; t < tables.size(); ++t) {
