@@ -15,7 +15,7 @@ namespace core::reuse {
 
 /// How a history is cut down to K samples. Threshold resampling keeps heavy samples once and as
 /// they are; systematic resampling draws with replacement, which costs variance when weights differ
-/// much (13 % in the fast swing of the laboratory's moving lobe) and needs no threshold.
+/// much (15 % in the fast swing of the laboratory's moving lobe) and needs no threshold.
 enum class Resampling : uint8_t { threshold, systematic };
 
 struct HistorySettings {
