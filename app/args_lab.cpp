@@ -4,10 +4,9 @@
 #include <string>
 
 #include "app/args_options.h"
+#include "app/lab/run_lab.h"
 
 namespace app {
-
-constexpr uint64_t kTrials = 400000, kQuickTrials = 20000;
 
 Subcommand labCommandLine(CLI::App& root)
 {
@@ -23,11 +22,11 @@ Subcommand labCommandLine(CLI::App& root)
         ->type_name("DIR");
     app.add_flag("-q,--quiet", o->quiet, "no progress on stderr")->group(output);
     addValue(app, size, "--trials", *trials,
-             "independent trials of each cell of the table, default " + std::to_string(kTrials) +
-                 "; the other experiments scale with it",
+             "independent trials of each cell of the table, default " +
+                 std::to_string(lab::kUsualTrials) + "; the other experiments scale with it",
              {100, 1e9});
     app.add_flag("--quick", o->quick,
-                 "for a look: " + std::to_string(kQuickTrials) +
+                 "for a look: " + std::to_string(lab::kQuickTrials) +
                      " trials unless --trials says otherwise")
         ->group(size);
     addValue(app, size, "--seed", o->seed, "of all random numbers; equal seeds, equal numbers");
@@ -35,7 +34,7 @@ Subcommand labCommandLine(CLI::App& root)
     return {&app, "rekindle lab -o DIR [options]", [o, trials]() -> Command {
                 if (o->output.empty())
                     badCommandLine("lab: -o DIR is missing — see rekindle lab --help");
-                o->trials = trials->value_or(o->quick ? kQuickTrials : kTrials);
+                o->trials = trials->value_or(o->quick ? lab::kQuickTrials : lab::kUsualTrials);
                 return *o;
             }};
 }

@@ -10,6 +10,7 @@
 
 #include "core/pcg32.h"
 #include "core/reuse/ess.h"
+#include "core/reuse/estimators.h"
 #include "core/reuse/resample.h"
 #include "stats.h"
 
@@ -167,6 +168,34 @@ TEST(Resample, RouletteKeepsMoments)
         return s;
     });
     EXPECT_GT(removed, 900000u) << "nothing was pruned, so nothing was tried";
+}
+
+/// Random numbers that a float would round to one.
+struct NearlyOne {
+    double operator()() const { return 1 - 0x1p-32; }
+};
+
+TEST(Resample, RouletteSparesWhatWeighsEnoughInSinglePrecision)
+{
+    struct Light {
+        float u;
+    };
+    std::array<Light, 3> set{{{1}, {2}, {3}}};
+    const std::array<float, 3> v{1, 2, 3};
+    NearlyOne random;
+    EXPECT_EQ(pruneByRoulette(std::span<Light>(set), std::span<const float>(v), 0.1f, random), 3u);
+}
+
+TEST(Resample, RoundingAtRandomLeavesWholeNumbersAlone)
+{
+    NearlyOne random;
+    EXPECT_EQ(roundAtRandom(8.0f, random), 8u);
+    EXPECT_EQ(roundAtRandom(8.0, random), 8u);
+    EXPECT_EQ(roundAtRandom(8.25f, random), 9u);
+    Pcg32 coins(3);
+    tests::Moments rounded;
+    for (int i = 0; i < 100000; ++i) rounded.add(roundAtRandom(2.3f, coins));
+    EXPECT_LT(std::abs(tests::againstExact(rounded, double(2.3f)).z), tests::kScore);
 }
 
 TEST(Pcg, IsUniformAndItsStreamsDiffer)

@@ -5,28 +5,22 @@
 #include <array>
 #include <cmath>
 
+#include "app/lab/blocks.h"
 #include "app/lab/power_sums.h"
 #include "app/lab/theory.h"
-#include "core/parallel.h"
 #include "core/reuse/reweighting_augmentation.h"
 
 namespace app::lab {
 
 namespace {
 
-struct Camera {
-    double x, height;
-
-    /// Image coordinate of the ground point g, and back.
-    double project(double g) const { return (g - x) / height; }
-    double ground(double u) const { return x + u * height; }
-    /// sin of the mirror direction at g.
-    double mirror(double g) const { return (g - x) / std::hypot(g - x, height); }
-};
-
-constexpr Camera kOld{-0.5, 1.0}, kNew{0.0, 0.8};
-constexpr double kHiddenLow = 0.10, kHiddenHigh = 0.13;  // from the old camera, by something thin
 constexpr double kLobe = 0.15;
+
+/// sin of the mirror direction at g.
+double mirror(const FlatCamera& camera, double g)
+{
+    return (g - camera.x) / std::hypot(g - camera.x, camera.height);
+}
 
 /// Cauchy about the mirror direction, truncated to sines in [-1, 1].
 struct Lobe {
@@ -50,7 +44,7 @@ struct Lobe {
 
 bool visibleFromOld(double g)
 {
-    return !(g > kHiddenLow && g < kHiddenHigh);
+    return !(g > kHiddenFromOld.low && g < kHiddenFromOld.high);
 }
 
 /// Light from direction t towards ground point g.
@@ -72,16 +66,17 @@ struct FlatlandChange {
     double q(const Point& x) const
     {
         if (settings->projection.visibility && !visibleFromOld(x.g)) return 0;
-        const double jacobian = settings->projection.jacobian ? kNew.height / kOld.height : 1;
-        return jacobian * Lobe(kOld.mirror(x.g)).pdf(x.t);
+        const double jacobian =
+            settings->projection.jacobian ? kNewCamera.height / kOldCamera.height : 1;
+        return jacobian * Lobe(mirror(kOldCamera, x.g)).pdf(x.t);
     }
-    double p(const Point& x) const { return Lobe(kNew.mirror(x.g)).pdf(x.t); }
+    double p(const Point& x) const { return Lobe(mirror(kNewCamera, x.g)).pdf(x.t); }
     double f(const Point& x) const { return p(x) * incident(x.g, x.t); }
 
     template <class Random> Point sampleP(Random& random) const
     {
-        const double g = kNew.ground(settings->pixelLow + settings->pixelWidth * random());
-        return {g, Lobe(kNew.mirror(g)).sample(random())};
+        const double g = kNewCamera.ground(settings->pixelLow + settings->pixelWidth * random());
+        return {g, Lobe(mirror(kNewCamera, g)).sample(random())};
     }
 };
 
@@ -91,13 +86,14 @@ void drawOld(const FlatlandSettings& s, core::Pcg32& random,
              std::vector<FlatlandChange::Point>& landed)
 {
     landed.clear();
-    const double low = kNew.ground(s.pixelLow), high = kNew.ground(s.pixelLow + s.pixelWidth);
-    const double first = std::floor(kOld.project(low) / s.pixelWidth + 1e-9);
-    const double last = std::ceil(kOld.project(high) / s.pixelWidth - 1e-9);
+    const double low = kNewCamera.ground(s.pixelLow),
+                 high = kNewCamera.ground(s.pixelLow + s.pixelWidth);
+    const double first = std::floor(kOldCamera.project(low) / s.pixelWidth + 1e-9);
+    const double last = std::ceil(kOldCamera.project(high) / s.pixelWidth - 1e-9);
     for (double pixel = first; pixel < last; ++pixel) {
         for (uint32_t i = 0; i < s.N; ++i) {
-            const double g = kOld.ground((pixel + random()) * s.pixelWidth);
-            const double t = Lobe(kOld.mirror(g)).sample(random());
+            const double g = kOldCamera.ground((pixel + random()) * s.pixelWidth);
+            const double t = Lobe(mirror(kOldCamera, g)).sample(random());
             if (g >= low && g < high && visibleFromOld(g)) landed.push_back({g, t});
         }
     }
@@ -145,8 +141,8 @@ FlatlandSums runBlock(const FlatlandSettings& s, uint64_t block, uint64_t trials
 double flatlandTruth(const FlatlandSettings& settings)
 {
     return integrate({0, 1}, [&](double pixel) {
-        const double g = kNew.ground(settings.pixelLow + settings.pixelWidth * pixel);
-        const Lobe lobe(kNew.mirror(g));
+        const double g = kNewCamera.ground(settings.pixelLow + settings.pixelWidth * pixel);
+        const Lobe lobe(mirror(kNewCamera, g));
         return 2 * integrate({0, (lobe.centre + 1) / 2, 1}, [&](double s) {
                    const double t = 2 * s - 1;
                    return lobe.pdf(t) * incident(g, t);
@@ -157,30 +153,27 @@ double flatlandTruth(const FlatlandSettings& settings)
 FlatlandResult flatland(const FlatlandSettings& settings, std::stop_token stop)
 {
     constexpr uint64_t kBlock = 4096;
-    const uint64_t blocks = (settings.trials + kBlock - 1) / kBlock;
-    std::vector<FlatlandSums> parts(blocks);
     FlatlandResult result;
     result.truth = flatlandTruth(settings);
-    const bool finished = core::parallelFor(
-        blocks, 1,
-        [&](size_t block, size_t) {
-            const uint64_t left = settings.trials - block * kBlock;
-            parts[block] = runBlock(settings, block, std::min(left, kBlock), result.truth);
+    const auto found = runBlocks(
+        settings.trials, kBlock,
+        [&](uint64_t block, uint64_t trials) {
+            return runBlock(settings, block, trials, result.truth);
+        },
+        [](FlatlandSums& into, const FlatlandSums& from) {
+            into.value.merge(from.value);
+            into.weight.merge(from.weight);
         },
         stop);
-    if (!finished) return result;
-    for (size_t block = 1; block < blocks; ++block) {
-        parts[0].value.merge(parts[block].value);
-        parts[0].weight.merge(parts[block].weight);
-    }
-    const PowerSums& sums = parts[0].value;
+    if (!found) return result;
+    const PowerSums& sums = found->value;
     result.trials = sums.count();
     result.mean = result.truth + sums.mean();
     result.bias = sums.mean() / result.truth;
-    result.z = sums.mean() / sums.standardError();
+    result.z = sums.z();
     result.variance = sums.variance();
     result.varianceError = sums.varianceError();
-    result.meanWeight = 1 + parts[0].weight.mean();
+    result.meanWeight = 1 + found->weight.mean();
     return result;
 }
 

@@ -12,6 +12,21 @@
 
 namespace app::lab {
 
+struct FlatCamera {
+    double x, height;
+
+    /// Image coordinate of the ground point g, and back.
+    double project(double g) const { return (g - x) / height; }
+    double ground(double u) const { return x + u * height; }
+};
+inline constexpr FlatCamera kOldCamera{-0.5, 1.0}, kNewCamera{0.0, 0.8};
+
+/// The ground that something thin hides from the old camera.
+struct GroundInterval {
+    double low, high;
+};
+inline constexpr GroundInterval kHiddenFromOld{0.10, 0.13};
+
 /// What the projection of old samples takes into account.
 struct Projection {
     bool jacobian = true;    // the density of old samples on the new image: du_old / du_new

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/check.h"
+
 namespace app::lab {
 
 namespace {
@@ -71,6 +73,14 @@ const std::array<TestFunction, kFunctions>& functions()
         {"F8", "(3/4) x^(−1/4)"},
     }};
     return table;
+}
+
+size_t functionIndex(std::string_view id)
+{
+    const auto found = std::find_if(functions().begin(), functions().end(),
+                                    [&](const TestFunction& f) { return f.id == id; });
+    CHECK(found != functions().end());
+    return static_cast<size_t>(found - functions().begin());
 }
 
 Values evaluateFunctions(double x)

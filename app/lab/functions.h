@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string_view>
 
 namespace app::lab {
 
@@ -34,6 +35,9 @@ struct TestFunction {
 };
 
 const std::array<TestFunction, kFunctions>& functions();
+
+/// The place of the function of that id. CHECKs that there is one.
+size_t functionIndex(std::string_view id);
 
 /// f_i(x) for all i; x in [0, 1].
 Values evaluateFunctions(double x);

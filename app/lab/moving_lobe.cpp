@@ -6,11 +6,11 @@
 #include <array>
 #include <cmath>
 
+#include "app/lab/blocks.h"
 #include "app/lab/pairs.h"
 #include "app/lab/power_sums.h"
 #include "app/lab/theory.h"
 #include "core/check.h"
-#include "core/parallel.h"
 
 namespace app::lab {
 
@@ -245,8 +245,7 @@ const char* nameOf(const LobeSettings& settings)
 
 LobeFrame frameOf(const Frame& frame, const PowerSums& sums, uint32_t n)
 {
-    return {sums.mean() / frame.truth, sums.mean() / std::fmax(sums.standardError(), 1e-300),
-            sums.variance() / (frame.variance / n)};
+    return {sums.mean() / frame.truth, sums.z(), sums.variance() / (frame.variance / n)};
 }
 
 }  // namespace
@@ -255,8 +254,6 @@ LobeSequence movingLobe(const LobeSettings& settings, std::stop_token stop)
 {
     constexpr uint64_t kBlock = 500;
     const std::vector<Frame> frames = makeFrames(settings);
-    const uint64_t blocks = (settings.trials + kBlock - 1) / kBlock;
-    std::vector<std::vector<PowerSums>> parts(blocks, std::vector<PowerSums>(frames.size()));
     LobeSequence sequence;
     sequence.step = settings.step;
     sequence.method = nameOf(settings);
@@ -265,21 +262,24 @@ LobeSequence movingLobe(const LobeSettings& settings, std::stop_token stop)
     if (settings.method == LobeMethod::reweightingAugmentation ||
         settings.method == LobeMethod::equalWeights)
         sequence.candidates = settings.k;
-    const bool finished = core::parallelFor(
-        blocks, 1,
-        [&](size_t begin, size_t) {
-            LobeStreams random(settings.seed, begin);
+    const auto sums = runBlocks(
+        settings.trials, kBlock,
+        [&](uint64_t block, uint64_t trials) {
+            LobeStreams random(settings.seed, block);
             Advance advance = makeAdvance(settings);
-            const uint64_t end = std::min(settings.trials, (begin + 1) * kBlock);
-            for (uint64_t trial = begin * kBlock; trial < end; ++trial)
+            std::vector<PowerSums> part(frames.size());
+            for (uint64_t trial = 0; trial < trials; ++trial)
                 for (size_t t = 0; t < frames.size(); ++t)
-                    parts[begin][t].add(advance(frames[t], random) - frames[t].truth);
+                    part[t].add(advance(frames[t], random) - frames[t].truth);
+            return part;
+        },
+        [](std::vector<PowerSums>& into, const std::vector<PowerSums>& from) {
+            for (size_t t = 0; t < into.size(); ++t) into[t].merge(from[t]);
         },
         stop);
-    if (!finished) return sequence;
+    if (!sums) return sequence;
     for (size_t t = 0; t < frames.size(); ++t) {
-        for (size_t block = 1; block < blocks; ++block) parts[0][t].merge(parts[block][t]);
-        sequence.frames.push_back(frameOf(frames[t], parts[0][t], settings.n));
+        sequence.frames.push_back(frameOf(frames[t], (*sums)[t], settings.n));
         sequence.largestBias =
             std::max(sequence.largestBias, std::abs(sequence.frames.back().bias));
     }

@@ -1,6 +1,10 @@
 // The changes of density of the one-dimensional laboratory. See pairs.h.
 #include "app/lab/pairs.h"
 
+#include <algorithm>
+
+#include "core/check.h"
+
 namespace app::lab {
 
 core::reuse::Masses Pair::overSampled(double c) const
@@ -44,6 +48,20 @@ const std::array<Pair, kPairs>& pairs()
          D::uniform(.4, 1)},
     }};
     return table;
+}
+
+const Pair* findPair(std::string_view id)
+{
+    const auto found = std::find_if(pairs().begin(), pairs().end(),
+                                    [&](const Pair& pair) { return pair.id == id; });
+    return found == pairs().end() ? nullptr : &*found;
+}
+
+const Pair& pairOf(std::string_view id)
+{
+    const Pair* pair = findPair(id);
+    CHECK(pair);
+    return *pair;
 }
 
 }  // namespace app::lab

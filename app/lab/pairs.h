@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 #include "app/lab/density.h"
@@ -33,5 +34,9 @@ struct Pair {
 
 inline constexpr size_t kPairs = 9;
 const std::array<Pair, kPairs>& pairs();
+
+/// The pair of that id; null when there is none. pairOf CHECKs that there is.
+const Pair* findPair(std::string_view id);
+const Pair& pairOf(std::string_view id);
 
 }  // namespace app::lab

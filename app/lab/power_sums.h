@@ -33,6 +33,8 @@ public:
     double mean() const { return s1_ / n(); }  // less the centre
     double variance() const { return std::fmax(0, (s2_ - s1_ * mean()) / (n() - 1)); }
     double standardError() const { return std::sqrt(variance() / n()); }
+    /// Standard errors between mean and centre; finite whenever something varies.
+    double z() const { return mean() / std::fmax(standardError(), 1e-300); }
 
     /// Of variance(): its square times (kurtosis - 1) / n.
     double varianceError() const

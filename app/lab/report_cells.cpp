@@ -60,8 +60,8 @@ std::string cellHtml(const CellTable& table, const Row& row, const Column& colum
 std::string pairHead(const std::string& id, size_t columns)
 {
     std::string words = id;
-    for (const Pair& pair : pairs())
-        if (id == pair.id) words += ": " + std::string(pair.meaning) + ", " + pair.formula;
+    if (const Pair* pair = findPair(id))
+        words += ": " + std::string(pair->meaning) + ", " + pair->formula;
     return "<tr class=\"pair\"><th colspan=\"" + std::to_string(columns + 1) + "\">" +
            escapeMarkup(words) + "</th></tr>\n";
 }

@@ -135,10 +135,8 @@ std::vector<double> ratios(const LabResults& results)
 /// Old samples alone cannot know what lies where the old density vanishes.
 static bool missesSupport(const Cell& cell)
 {
-    const auto pair = std::find_if(pairs().begin(), pairs().end(),
-                                   [&](const Pair& known) { return cell.pair == known.id; });
-    return pair != pairs().end() &&
-           (pair->p.low() < pair->q.low() || pair->p.high() > pair->q.high());
+    const Pair* pair = findPair(cell.pair);
+    return pair && (pair->p.low() < pair->q.low() || pair->p.high() > pair->q.high());
 }
 
 bool isBiased(const Cell& cell)

@@ -1,6 +1,7 @@
 // Flatland with its picture, and the traps. See report_parts.h.
 #include <cmath>
 
+#include "app/lab/flatland.h"
 #include "app/lab/report_parts.h"
 
 namespace app::lab {
@@ -29,30 +30,32 @@ std::string flatlandPicture()
 {
     // Units of the scene to pixels: x from -.7 to .35, y from 0 to 1.1.
     const auto at = [](double x, double y) { return Point{40 + (x + 0.7) * 440, 290 - y * 240}; };
-    struct Camera {
-        double x, height, pixelLow, pixelHigh;
+    struct Eye {
+        FlatCamera camera;
+        double pixelLow, pixelHigh;
         const char* name;
         const char* style;
     };
-    const Camera cameras[] = {{-0.5, 1, 0.5, 0.7, "old camera (−.5, 1)", "c-grey"},
-                              {0, 0.8, 0.1, 0.2, "new camera (0, .8)", "c-blue"}};
-    constexpr double kHiddenLow = 0.1, kHiddenHigh = 0.13;
+    const FlatlandSettings usual;
+    const Eye eyes[] = {{kOldCamera, 0.5, 0.7, "old camera (−.5, 1)", "c-grey"},
+                        {kNewCamera, usual.pixelLow, usual.pixelLow + usual.pixelWidth,
+                         "new camera (0, .8)", "c-blue"}};
     Drawing drawing;
-    for (const Camera& camera : cameras) {
-        const Point eye = at(camera.x, camera.height);
-        const Point low = at(camera.x + camera.pixelLow * camera.height, 0);
-        const Point high = at(camera.x + camera.pixelHigh * camera.height, 0);
-        const std::string style = camera.style;
+    for (const Eye& e : eyes) {
+        const Point eye = at(e.camera.x, e.camera.height);
+        const Point low = at(e.camera.ground(e.pixelLow), 0);
+        const Point high = at(e.camera.ground(e.pixelHigh), 0);
+        const std::string style = e.style;
         drawing.polygon({eye, low, high}, "band " + style);
         drawing.line(eye, low, "curve thin " + style);
         drawing.line(eye, high, "curve thin " + style);
         drawing.circle(eye, 6, "dot " + style);
-        drawing.text({eye.x + 10, eye.y - 6}, camera.name, "label");
+        drawing.text({eye.x + 10, eye.y - 6}, e.name, "label");
     }
     drawing.line(at(-0.7, 0), at(0.35, 0), "axis");
-    drawing.rectangle({at(kHiddenLow, 0).x, at(0, 0).y - 4}, (kHiddenHigh - kHiddenLow) * 440, 8,
-                      "dot c-red");
-    const Point hidden = at((kHiddenLow + kHiddenHigh) / 2, 0);
+    drawing.rectangle({at(kHiddenFromOld.low, 0).x, at(0, 0).y - 4},
+                      (kHiddenFromOld.high - kHiddenFromOld.low) * 440, 8, "dot c-red");
+    const Point hidden = at((kHiddenFromOld.low + kHiddenFromOld.high) / 2, 0);
     drawing.line({hidden.x, hidden.y + 5}, {hidden.x, hidden.y + 25}, "curve thin c-red");
     drawing.text({hidden.x, hidden.y + 37}, "hidden from the old camera", "note", Anchor::middle);
     for (const double x : {-0.5, -0.25, 0.0, 0.25})

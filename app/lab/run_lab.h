@@ -9,10 +9,10 @@
 
 namespace app::lab {
 
-inline constexpr uint64_t kQuickTrials = 20000;
+inline constexpr uint64_t kUsualTrials = 400000, kQuickTrials = 20000;
 
 struct LabSettings {
-    uint64_t trials = 400000;  // per cell of the table; the other experiments scale with it
+    uint64_t trials = kUsualTrials;  // per cell of the table; the other experiments scale with it
     uint64_t seed = 1;
     bool quick = false;  // for a look: said in the report, changes nothing else
 };

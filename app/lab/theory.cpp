@@ -247,7 +247,7 @@ Expectation rejectionAugmentation(const Integrals& of, const Sizes& s)
     return unbiased(of, central(c * moment, mean) + added);
 }
 
-/// alpha of R-A, and the part of N Var that its old samples bring.
+/// alpha of R-A, written again so that a mistake in the estimators' own text would show.
 double alpha(double c, double q, double p)
 {
     if (!(p > 0)) return 0;
@@ -259,6 +259,7 @@ double omega(double c, double q, double p)
     return p > 0 ? 1 - alpha(c, q, p) : 0;
 }
 
+/// What the old samples of R-A bring.
 struct OldPart {
     double mean, variance;  // A, N Var
 };
@@ -330,13 +331,6 @@ Expectation expectation(const Cell& cell)
     });
     if (formula == kFormulas.end() || cell.beta == Beta::own) return {};
 
-    const auto pair = std::find_if(pairs().begin(), pairs().end(),
-                                   [&](const Pair& p) { return p.id == cell.pair; });
-    const auto function =
-        std::find_if(functions().begin(), functions().end(),
-                     [&](const TestFunction& f) { return f.id == cell.function; });
-    CHECK(pair != pairs().end() && function != functions().end());
-
     Sizes sizes{static_cast<double>(cell.oldSamples), static_cast<double>(cell.newSamples),
                 cell.candidates == kExactResidual ? kInfinite
                                                   : static_cast<double>(cell.candidates),
@@ -344,8 +338,9 @@ Expectation expectation(const Cell& cell)
     if (cell.method == "ra-thinned")  // M is whole
         sizes.c = sizes.N / std::max(std::round(sizes.N / cell.c), 1.);
     const double c = std::isnan(sizes.c) ? 1 : sizes.c;  // unused: the pieces are then any
-    const auto index = static_cast<size_t>(function - functions().begin());
-    return formula->second(Integrals(*pair, index, cell.beta == Beta::ideal, c), sizes);
+    return formula->second(
+        Integrals(pairOf(cell.pair), functionIndex(cell.function), cell.beta == Beta::ideal, c),
+        sizes);
 }
 
 }  // namespace app::lab

@@ -3,12 +3,11 @@
 
 #include <array>
 #include <cmath>
-#include <string_view>
 
+#include "app/lab/blocks.h"
 #include "app/lab/lab_change.h"
 #include "app/lab/power_sums.h"
 #include "core/check.h"
-#include "core/parallel.h"
 #include "core/reuse/estimators.h"
 #include "core/reuse/resample.h"
 
@@ -33,22 +32,6 @@ struct TrapCase {
     double moreTrials;  // times those of the table
     Way wrong, right;
 };
-
-const Pair& pairOf(std::string_view id)
-{
-    for (const Pair& pair : pairs())
-        if (pair.id == id) return pair;
-    CHECK(false);
-    return pairs()[0];
-}
-
-size_t functionOf(std::string_view id)
-{
-    for (size_t i = 0; i < kFunctions; ++i)
-        if (functions()[i].id == id) return i;
-    CHECK(false);
-    return 0;
-}
 
 double count(Old old)
 {
@@ -273,36 +256,36 @@ bool measure(TrapCase& t, uint64_t trials, uint64_t seed, std::stop_token stop)
 {
     constexpr uint64_t kBlock = 4096;
     const LabChange change(pairOf(t.pair));
-    const size_t function = functionOf(t.function);
+    const size_t function = functionIndex(t.function);
     const double truth = change.pair().truth()[function];
-    const uint64_t blocks = (trials + kBlock - 1) / kBlock;
-    std::vector<std::array<PowerSums, 2>> parts(blocks);
-    const bool finished = core::parallelFor(
-        blocks, 1,
-        [&](size_t block, size_t) {
+    struct Ways {
+        PowerSums wrong, right;
+    };
+    const auto found = runBlocks(
+        trials, kBlock,
+        [&](uint64_t block, uint64_t count) {
             const auto stream = [&](uint64_t i) { return core::Pcg32(seed, block * 8 + i); };
             TrapStreams wrong{stream(0), stream(1), stream(2), stream(3)};
             TrapStreams right{stream(4), stream(5), stream(6), stream(7)};
             OldSamples samples(change, t.oldSamples);
-            const uint64_t end = std::min(trials, (block + 1) * kBlock);
-            for (uint64_t trial = block * kBlock; trial < end; ++trial) {
+            Ways ways;
+            for (uint64_t trial = 0; trial < count; ++trial) {
                 const Old old = samples.draw(wrong.old);
-                parts[block][0].add(t.wrong(change, old, wrong)[function] - truth);
-                parts[block][1].add(t.right(change, old, right)[function] - truth);
+                ways.wrong.add(t.wrong(change, old, wrong)[function] - truth);
+                ways.right.add(t.right(change, old, right)[function] - truth);
             }
+            return ways;
+        },
+        [](Ways& into, const Ways& from) {
+            into.wrong.merge(from.wrong);
+            into.right.merge(from.right);
         },
         stop);
-    if (!finished) return false;
-    for (uint64_t block = 1; block < blocks; ++block)
-        for (int way : {0, 1})
-            parts[0][static_cast<size_t>(way)].merge(parts[block][static_cast<size_t>(way)]);
-    const auto z = [](const PowerSums& s) {
-        return s.mean() / std::fmax(s.standardError(), 1e-300);
-    };
-    t.text.wrongBias = parts[0][0].mean() / truth;
-    t.text.wrongZ = z(parts[0][0]);
-    t.text.rightBias = parts[0][1].mean() / truth;
-    t.text.rightZ = z(parts[0][1]);
+    if (!found) return false;
+    t.text.wrongBias = found->wrong.mean() / truth;
+    t.text.wrongZ = found->wrong.z();
+    t.text.rightBias = found->right.mean() / truth;
+    t.text.rightZ = found->right.z();
     t.text.trials = trials;
     return true;
 }

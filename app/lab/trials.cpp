@@ -5,10 +5,10 @@
 #include <array>
 #include <atomic>
 
+#include "app/lab/blocks.h"
 #include "app/lab/power_sums.h"
 #include "app/lab/theory.h"
 #include "core/check.h"
-#include "core/parallel.h"
 
 namespace app::lab {
 
@@ -69,7 +69,8 @@ uint64_t streamOf(uint32_t experiment, uint64_t block, size_t run, uint32_t purp
 }
 
 std::vector<Gathered> runBlock(const LabChange& change, const std::vector<Run>& runs,
-                               const TrialSettings& settings, uint64_t block, const Values& truth)
+                               const TrialSettings& settings, uint64_t block, uint64_t trials,
+                               const Values& truth)
 {
     std::vector<Gathered> gathered(runs.size());
     std::vector<Streams> streams;
@@ -80,8 +81,7 @@ std::vector<Gathered> runBlock(const LabChange& change, const std::vector<Run>& 
     }
     core::Pcg32 random(settings.seed, streamOf(settings.experiment, block, 0, 0));
     OldSamples samples(change, settings.oldSamples);
-    const uint64_t end = std::min(settings.trials, (block + 1) * kBlock);
-    for (uint64_t t = block * kBlock; t < end; ++t) {
+    for (uint64_t t = block * kBlock; t < block * kBlock + trials; ++t) {
         const std::span<const LabPoint> old = samples.draw(random);
         for (size_t r = 0; r < runs.size(); ++r)
             if (t % runs[r].thinning == 0)
@@ -123,27 +123,27 @@ std::vector<Cell> runTrials(const Pair& pair, const std::vector<Run>& runs,
     CHECK(settings.trials >= 2 && runs.size() < 256);
     const LabChange change(pair);
     const Values truth = pair.truth();
-    const size_t blocks = (settings.trials + kBlock - 1) / kBlock;
-    std::vector<std::vector<Gathered>> parts(blocks);
-    std::atomic<size_t> done = 0;
-    const bool finished = core::parallelFor(
-        blocks, 1,
-        [&](size_t begin, size_t end) {
-            for (size_t block = begin; block < end; ++block)
-                parts[block] = runBlock(change, runs, settings, block, truth);
-            done += end - begin;
-            step(static_cast<double>(done) / static_cast<double>(blocks));
+    std::atomic<uint64_t> done = 0;
+    const auto gathered = runBlocks(
+        settings.trials, kBlock,
+        [&](uint64_t block, uint64_t trials) {
+            std::vector<Gathered> part = runBlock(change, runs, settings, block, trials, truth);
+            done += trials;
+            step(static_cast<double>(done) / static_cast<double>(settings.trials));
+            return part;
+        },
+        [](std::vector<Gathered>& into, const std::vector<Gathered>& from) {
+            for (size_t r = 0; r < into.size(); ++r) into[r].merge(from[r]);
         },
         stop);
-    if (!finished) return {};
-    for (size_t block = 1; block < blocks; ++block)
-        for (size_t r = 0; r < runs.size(); ++r) parts[0][r].merge(parts[block][r]);
+    if (!gathered) return {};
     std::vector<Cell> cells;
     for (size_t r = 0; r < runs.size(); ++r) {
-        CHECK(parts[0][r].faults == 0);
+        const Gathered& g = (*gathered)[r];
+        CHECK(g.faults == 0);
         for (size_t beta = 0; beta < runs[r].betas.size(); ++beta)
             for (size_t f = 0; f < kFunctions; ++f)
-                cells.push_back(cellOf(runs[r], parts[0][r], beta, f, pair, truth));
+                cells.push_back(cellOf(runs[r], g, beta, f, pair, truth));
     }
     return cells;
 }

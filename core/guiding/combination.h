@@ -11,6 +11,7 @@
 #include <span>
 
 #include "core/check.h"
+#include "core/reuse/ess.h"
 
 namespace core::guiding {
 
@@ -40,7 +41,7 @@ struct PixelSums {
 
     /// ESS-hat, (sum x)^2 / sum x^2: the inverse of relative variance of the mean + 1 / count. 0
     /// when all is black.
-    double effectiveSamples() const { return squares > 0 ? sum * sum / squares : 0; }
+    double effectiveSamples() const { return reuse::effectiveSampleSize(sum, squares); }
 };
 
 /// How the weight of an iteration is made from the pixels of a group; with a group of one pixel

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "core/pcg32.h"
+#include "core/reuse/ess.h"
 #include "shared/reuse.h"
 
 namespace core::reuse {
@@ -55,7 +56,7 @@ template <class Real, class Value> struct Estimate {
     }
 
     /// Effective sample size of the weights (Kong 1992); 0 without samples.
-    double ess() const { return weightSum > 0 ? weightSum * weightSum / weightSquares : 0; }
+    double ess() const { return effectiveSampleSize(weightSum, weightSquares); }
 
     /// Takes out the noise of the weights themselves: value - beta (sum v - 1). Unbiased when
     /// `beta`, the expected value, comes from samples independent of these.

@@ -9,6 +9,12 @@
 
 namespace core::reuse {
 
+/// (sum w)^2 / sum w^2 from both sums; 0 without weights.
+template <class Real> Real effectiveSampleSize(Real sum, Real squares)
+{
+    return squares > 0 ? sum * sum / squares : 0;
+}
+
 /// (sum w)^2 / sum w^2, between 1 and the number of weights, whatever their scale; 0 when all are
 /// 0. Of weights v it is the number of equally weighted samples with the same variance of their
 /// sum; of contributions x it is the surrogate "ESS-hat", 1 / (relative variance of their mean + 1
@@ -24,7 +30,7 @@ template <class Real> Real effectiveSampleSize(std::span<const Real> weights)
         sum += scaled;
         squares += scaled * scaled;
     }
-    return sum * sum / squares;
+    return effectiveSampleSize(sum, squares);
 }
 
 /// Relative variance of the mean of N contributions, 1 / ESS - 1 / N, exactly (population

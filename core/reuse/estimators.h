@@ -82,7 +82,9 @@ EstimateOf<C> resampledOldSet(const C& change, std::span<const typename C::Point
 /// A whole number whose mean is x >= 0.
 template <class Real, class Random> uint32_t roundAtRandom(Real x, Random& random)
 {
-    return static_cast<uint32_t>(std::floor(x + uniform<Real>(random)));
+    // Not floor(x + xi): the sum would round, and in single precision a whole number go up.
+    const Real whole = std::floor(x);
+    return static_cast<uint32_t>(whole) + (uniform<Real>(random) >= 1 - (x - whole) ? 1u : 0u);
 }
 
 /// Draws `count` exact samples of the residual density (p - c q)+ / R by rejection from p, each of

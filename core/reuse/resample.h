@@ -9,7 +9,7 @@
 #include <span>
 
 #include "core/check.h"
-#include "shared/reuse.h"
+#include "core/reuse/change.h"
 
 namespace core::reuse {
 
@@ -110,7 +110,7 @@ size_t pruneByRoulette(std::span<Sample> samples, std::span<const Real> v, Real 
     size_t kept = 0;
     for (size_t i = 0; i < samples.size(); ++i) {
         const Real survival = v[i] < least ? v[i] / least : Real(1);
-        if (!(static_cast<Real>(random()) < survival)) continue;
+        if (!(uniform<Real>(random) < survival)) continue;
         Sample survivor = samples[i];
         survivor.u *= 1 / survival;
         samples[kept++] = survivor;
