@@ -69,16 +69,19 @@ template <class C> void expectNoAllocation()
     EXPECT_EQ(allocationsOf(
                   [&] { sum += double(reuse::solveCFromCandidates(change, Real(32), 4, 8, a)); }),
               0u);
-    reuse::History<Point, Real> history({.n = 4, .k = 8, .K = 16, .cap = 16});
-    for (int frame = 0; frame < 12; ++frame) {
-        const double scale = reuse::solveC(double(history.nominal()), 4, [](double) {
-            return reuse::Masses{0.7, 0.4};
-        });
-        count("History",
-              [&] { return history.advance(change, static_cast<Real>(scale), a, b, c); });
+    for (const auto resampling : {reuse::Resampling::threshold, reuse::Resampling::systematic}) {
+        reuse::History<Point, Real> history(
+            {.n = 4, .k = 8, .K = 16, .cap = 16, .resampling = resampling});
+        for (int frame = 0; frame < 12; ++frame) {
+            const double scale = reuse::solveC(double(history.nominal()), 4, [](double) {
+                return reuse::Masses{0.7, 0.4};
+            });
+            count("History",
+                  [&] { return history.advance(change, static_cast<Real>(scale), a, b, c); });
+        }
+        EXPECT_GT(history.samples().size(), 8u);
     }
     EXPECT_GT(sum, 0);
-    EXPECT_GT(history.samples().size(), 8u);
 }
 
 TEST(ReuseAllocation, NoneInAnyEstimator)

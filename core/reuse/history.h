@@ -38,7 +38,7 @@ public:
         CHECK(settings.n >= 1 && settings.k >= 1 && settings.K >= 1 && settings.cap >= 1);
         samples_.reserve(settings.K + settings.n);
         scores_.reserve(settings.K + settings.n);
-        drawn_.reserve(settings.K);
+        drawn_.reserve(settings.K + settings.n);  // swapped with samples_
     }
 
     /// The nominal count N that the next c is to be solved with: a number that does not depend on
