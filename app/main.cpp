@@ -4,15 +4,15 @@
 #include <iostream>
 #include <new>
 
-#include "app/args.h"
-#include "app/bench_throughput.h"
-#include "app/compare.h"
-#include "app/devices_command.h"
-#include "app/info_command.h"
-#include "app/lab_command.h"
-#include "app/render_command.h"
+#include "app/args/args.h"
+#include "app/bench/bench_throughput.h"
+#include "app/commands/compare.h"
+#include "app/commands/devices_command.h"
+#include "app/commands/info_command.h"
+#include "app/commands/lab_command.h"
+#include "app/commands/render_command.h"
 #include "app/view/view_command.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace {
 

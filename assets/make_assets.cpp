@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "assets/generator/scenes.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 int main(int argc, char** argv)
 {

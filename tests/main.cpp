@@ -1,4 +1,5 @@
-// Runs all tests; GoogleTest's arguments apply. Ends with "N passed, N failed", which ./test adds up over its processes.
+// Runs all tests; GoogleTest's arguments apply. Ends with "N passed, N failed", which ./test adds
+// up over its processes.
 #include <cstdio>
 
 #include <gtest/gtest.h>

@@ -17,7 +17,7 @@ light-pdf-in-area@shaders/shared/emitter.h@float pdf = 2.0f * distance * distanc
 roulette-unpaid@shaders/shared/path.h@path.beta *= 1.0f / survival;@@Furnace*:Path*
 environment-sine@shaders/shared/lights.h@texelPmf * texels / (2.0f * kPi * kPi * sinTheta)@texelPmf * texels / (2.0f * kPi * kPi)@*Environment*:Furnace*:Light*
 shared-seed@shaders/shared/sampler.h@s.pixel = pixel.x | (pixel.y << 16u);@s.pixel = (pixel.x >> 1u) | (pixel.y << 16u);@Sampler*:Rng*
-last-sample-dropped@shaders/accumulate.comp@s < batch.sampleCount;@s + 1u < batch.sampleCount;@*GpuPath*-*Slow*
+last-sample-dropped@shaders/film/accumulate.comp@s < batch.sampleCount;@s + 1u < batch.sampleCount;@*GpuPath*-*Slow*
 half-pixel-shift@shaders/shared/camera.h@2.0f * film.x / size.x - 1.0f@2.0f * (film.x + 0.5f) / size.x - 1.0f@Camera*:*Aov*:Path*
 back-face-normal@shaders/shared/surface.h@const float side = s.backFace != 0u ? -1.0f : 1.0f;@const float side = 1.0f;@Furnace*:Path*:Direct*
 eta-squared@shaders/shared/bsdf.h@? 1.0f / (b.eta * b.eta) : 1.0f;@? 1.0f : 1.0f;@Bsdf*

@@ -8,7 +8,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 
 namespace app::lab {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <span>
 
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app::lab {
 

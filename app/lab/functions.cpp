@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app::lab {
 

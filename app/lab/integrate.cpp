@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "app/lab/theory.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app::lab {
 

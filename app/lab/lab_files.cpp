@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/files.h"
+#include "app/base/files.h"
 #include "app/lab/methods.h"
 #include "app/lab/report.h"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <string_view>
 
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app::lab {
 

@@ -10,7 +10,7 @@
 #include "app/lab/pairs.h"
 #include "app/lab/power_sums.h"
 #include "app/lab/theory.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app::lab {
 

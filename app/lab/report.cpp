@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/lab/report_parts.h"
-#include "app/lab/report_style.h"
+#include "app/report/page_style.h"
 
 namespace app::lab {
 

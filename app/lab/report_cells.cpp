@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/base/read_value.h"
 #include "app/lab/methods.h"
 #include "app/lab/pairs.h"
 #include "app/lab/report_parts.h"
-#include "app/read_value.h"
 
 namespace app::lab {
 

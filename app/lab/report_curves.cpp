@@ -3,11 +3,11 @@
 #include <cmath>
 #include <map>
 
+#include "app/base/read_value.h"
 #include "app/lab/pairs.h"
 #include "app/lab/report_parts.h"
 #include "app/lab/table.h"
 #include "app/lab/theory.h"
-#include "app/read_value.h"
 
 namespace app::lab {
 

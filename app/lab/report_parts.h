@@ -6,7 +6,7 @@
 
 #include "app/lab/report_data.h"
 #include "app/lab/results.h"
-#include "app/lab/svg.h"
+#include "app/report/svg.h"
 
 namespace app::lab {
 

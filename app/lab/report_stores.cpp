@@ -3,8 +3,8 @@
 #include <set>
 #include <tuple>
 
+#include "app/base/read_value.h"
 #include "app/lab/report_parts.h"
-#include "app/read_value.h"
 
 namespace app::lab {
 

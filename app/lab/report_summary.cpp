@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/base/read_value.h"
 #include "app/lab/functions.h"
 #include "app/lab/methods.h"
 #include "app/lab/pairs.h"
 #include "app/lab/report_parts.h"
-#include "app/read_value.h"
 
 namespace app::lab {
 

@@ -31,8 +31,8 @@ struct Cell {
     double variance = 0;                 // N Var, as measured
     double varianceError = 0;            // standard error of that, from the fourth moment
     double expectedVariance = kUnknown;  // N Var by quadrature of the formula; kInfinite: provably
-    double expectedMean =
-        kUnknown;          // by quadrature; differs from the truth where the method is biased
+    // By quadrature; differs from the truth where the method is biased
+    double expectedMean = kUnknown;
     double rays = 0;       // new evaluations of f per trial
     double densities = 0;  // pairs of densities evaluated per trial
     double ess = 0;        // (sum v)^2 / sum v^2, mean over the trials

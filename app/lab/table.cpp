@@ -5,7 +5,7 @@
 
 #include "app/lab/methods.h"
 #include "app/lab/theory.h"
-#include "core/check.h"
+#include "core/base/check.h"
 #include "core/reuse/estimators.h"
 
 namespace app::lab {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app::lab {
 

@@ -7,7 +7,7 @@
 #include "app/lab/blocks.h"
 #include "app/lab/lab_change.h"
 #include "app/lab/power_sums.h"
-#include "core/check.h"
+#include "core/base/check.h"
 #include "core/reuse/estimators.h"
 #include "core/reuse/resample.h"
 

@@ -9,9 +9,9 @@
 #include <imgui.h>
 #include <nlohmann/json.hpp>
 
-#include "app/stats.h"
+#include "app/files/stats.h"
 #include "app/view/input.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app {
 

@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
-#include "app/interrupt.h"
+#include "app/base/interrupt.h"
+#include "app/session/session.h"
 #include "app/view/gui.h"
 #include "app/view/picture_view.h"
 #include "app/view/script.h"
-#include "app/view/session.h"
-#include "app/view/ui.h"
+#include "app/view/ui/ui.h"
 #include "app/view/window.h"
 
 namespace app {
@@ -55,8 +55,8 @@ private:
     std::vector<float> frameTimes_;
     std::shared_ptr<const Picture> drawn_;
     uint64_t drawnNotices_ = 0, frames_ = 0;
-    int more_ =
-        3;  // frames still to be drawn though nothing happens: what ImGui fades or lays out late
+    // Frames still to be drawn though nothing happens: what ImGui fades or lays out late
+    int more_ = 3;
     double noticeAt_ = -1e9, drawSeconds_ = 0;
     glm::uvec2 area_{0};
     bool lostOnce_ = false, quit_ = false;

@@ -12,10 +12,10 @@
 #include <backends/imgui_impl_vulkan.h>
 #include <imgui.h>
 
-#include "app/gpu/display.h"
-#include "app/gpu/offscreen.h"
-#include "app/gpu/pipeline_cache.h"
-#include "app/gpu/swapchain.h"
+#include "app/gpu/base/pipeline_cache.h"
+#include "app/gpu/window/display.h"
+#include "app/gpu/window/offscreen.h"
+#include "app/gpu/window/swapchain.h"
 #include "app/view/gui_style.h"
 
 namespace app {

@@ -11,7 +11,7 @@
 #include <glm/glm.hpp>
 
 #include "app/view/window.h"
-#include "core/image.h"
+#include "core/image/image.h"
 #include "shared/display.h"
 
 namespace app {
@@ -29,8 +29,8 @@ struct DisplayInputs {
 };
 
 struct GuiStats {
-    uint64_t presented = 0, skipped = 0,
-             swapchains = 0;  // frames shown, not shown, swapchains made
+    // Frames shown, not shown, swapchains made
+    uint64_t presented = 0, skipped = 0, swapchains = 0;
     uint64_t deviceBytes = 0;
     double displaySeconds = 0;  // of the kernel, last time it ran
 };

@@ -10,7 +10,7 @@
 #include <imgui.h>
 
 #include "app/view/window.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app {
 

@@ -1,8 +1,8 @@
 // Mouse and keys over the picture: what ImGui does not want moves the camera or runs an action.
 #pragma once
 
-#include "app/view/actions.h"
-#include "app/view/session.h"
+#include "app/session/actions.h"
+#include "app/session/session.h"
 
 namespace app {
 

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
+#include "app/session/session.h"
 #include "app/view/gui.h"
-#include "app/view/scale.h"
-#include "app/view/session.h"
+#include "app/view/ui/scale.h"
 
 namespace app {
 

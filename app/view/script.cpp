@@ -22,11 +22,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/json_file.h"
-#include "app/nearest.h"
-#include "app/view/random_walk.h"
+#include "app/base/json_file.h"
+#include "app/base/nearest.h"
+#include "app/session/random_walk.h"
 #include "app/view/window.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app {
 

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "app/view/actions.h"
+#include "app/session/actions.h"
 
 namespace app {
 

@@ -3,10 +3,10 @@
 
 #include <iostream>
 
-#include "app/fly_through.h"
-#include "app/load.h"
+#include "app/commands/fly_through.h"
+#include "app/files/load.h"
 #include "app/view/frame_loop.h"
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app {
 

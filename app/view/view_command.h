@@ -1,7 +1,7 @@
 // `rekindle view` and `rekindle SCENE`: the window, or what is done where there is none.
 #pragma once
 
-#include "app/args.h"
+#include "app/args/args.h"
 
 namespace app {
 

@@ -17,7 +17,7 @@
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace app {
 
@@ -53,8 +53,8 @@ void surviveLostConnection()
     using ExitHandler = void (*)(void* display, void* data);
     const auto display = symbol<void* (*)()>("glfwGetX11Display");
     const auto setError = symbol<ErrorHandler (*)(ErrorHandler)>("XSetIOErrorHandler");
-    const auto setExit =
-        symbol<void (*)(void*, ExitHandler, void*)>("XSetIOErrorExitHandler");  // libX11 1.7
+    // LibX11 1.7
+    const auto setExit = symbol<void (*)(void*, ExitHandler, void*)>("XSetIOErrorExitHandler");
     if (display == nullptr || setError == nullptr || setExit == nullptr || display() == nullptr)
         return;
     setError([](void*) {  // the default prints and exits

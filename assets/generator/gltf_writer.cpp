@@ -11,7 +11,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "core/check.h"
+#include "core/base/check.h"
 
 namespace assets {
 

@@ -9,8 +9,8 @@
 
 #include <glm/gtc/constants.hpp>
 
-#include "core/check.h"
-#include "core/image.h"
+#include "core/base/check.h"
+#include "core/image/image.h"
 
 namespace assets {
 

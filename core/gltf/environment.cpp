@@ -3,7 +3,7 @@
 
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
-#include "core/texture_image.h"
+#include "core/gltf/texture_image.h"
 
 namespace core::gltf {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 
 namespace core::gltf {
 

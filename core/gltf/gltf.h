@@ -12,8 +12,8 @@
 #include <stop_token>
 #include <string>
 
-#include "core/check.h"
-#include "core/scene.h"
+#include "core/base/check.h"
+#include "core/scene/scene.h"
 
 namespace core {
 

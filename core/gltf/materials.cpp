@@ -211,8 +211,8 @@ private:
 
     void readVolume(const Object& x, shared::Material& m)
     {
-        constexpr double kDarkest =
-            1e-6;  // keeps the logarithm finite: a colour of 0 absorbs nearly all
+        // Keeps the logarithm finite: a colour of 0 absorbs nearly all
+        constexpr double kDarkest = 1e-6;
         const double thickness = x.softNumber("thicknessFactor", 0, 0, kHuge);
         if (thickness > 0) m.flags |= shared::kMaterialVolume;
         const auto color = x.softNumbers<3>("attenuationColor", {1, 1, 1}, 0, 1);

@@ -5,10 +5,10 @@
 #include <map>
 #include <mutex>
 
+#include "core/base/parallel.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
-#include "core/parallel.h"
-#include "core/texture_image.h"
+#include "core/gltf/texture_image.h"
 
 namespace core::gltf {
 

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-#include "core/check.h"
+#include "core/base/check.h"
 #include "core/reuse/ess.h"
 
 namespace core::guiding {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "core/renderer.h"
+#include "core/methods/renderer.h"
 
 namespace core {
 

@@ -10,11 +10,11 @@
 #include <pmmintrin.h>
 #include <xmmintrin.h>
 
-#include "core/check.h"
+#include "core/base/check.h"
 #include "core/methods/methods.h"
 #include "core/methods/path_aovs.h"
 #include "core/methods/path_kernel.h"
-#include "core/scene_view.h"
+#include "core/trace/scene_view.h"
 
 namespace core {
 

@@ -1,7 +1,7 @@
 #include "core/methods/path_aovs.h"
 
-#include "core/parallel.h"
-#include "core/scene_view.h"
+#include "core/base/parallel.h"
+#include "core/trace/scene_view.h"
 #include "shared/camera.h"
 
 namespace core {

@@ -1,8 +1,8 @@
 // First-hit data of the CPU renderers.
 #pragma once
 
-#include "core/accel.h"
-#include "core/renderer.h"
+#include "core/methods/renderer.h"
+#include "core/trace/accel.h"
 
 namespace core {
 

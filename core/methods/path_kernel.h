@@ -4,9 +4,9 @@
 
 #include <span>
 
-#include "core/accel.h"
-#include "core/film.h"
-#include "core/parallel.h"
+#include "core/base/parallel.h"
+#include "core/image/film.h"
+#include "core/trace/accel.h"
 #include "shared/scene.h"
 
 namespace core {

@@ -6,7 +6,7 @@
 #include <concepts>
 #include <cstdint>
 
-#include "core/pcg32.h"
+#include "core/base/pcg32.h"
 #include "core/reuse/ess.h"
 #include "shared/reuse.h"
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "core/check.h"
+#include "core/base/check.h"
 #include "core/reuse/change.h"
 
 namespace core::reuse {

@@ -8,7 +8,7 @@
 #include <array>
 #include <span>
 
-#include "core/check.h"
+#include "core/base/check.h"
 #include "core/reuse/change.h"
 #include "core/reuse/fraction.h"
 

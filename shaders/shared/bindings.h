@@ -1,4 +1,5 @@
-// Binding numbers of the one descriptor set that all kernels share, and the push constants of the path tracer.
+// Binding numbers of the one descriptor set that all kernels share, and the push constants of the
+// path tracer.
 #ifndef REKINDLE_SHARED_BINDINGS_H
 #define REKINDLE_SHARED_BINDINGS_H
 
@@ -15,42 +16,43 @@ SHARED_CONST uint kBindExtra = 4u;
 SHARED_CONST uint kBindMaterials = 5u;
 SHARED_CONST uint kBindTextureReferences = 6u;
 SHARED_CONST uint kBindEmitters = 7u;
-SHARED_CONST uint kBindStateTexels = 8u;     // the paths that a bounce reads
-SHARED_CONST uint kBindTexels = 9u;          // RGBA16F
-SHARED_CONST uint kBindEmitterCdf = 10u;     // R32F
-SHARED_CONST uint kBindEnvironment = 11u;    // RGBA32F
-SHARED_CONST uint kBindEnvironmentCdf = 12u; // R32F
+SHARED_CONST uint kBindStateTexels = 8u;      // the paths that a bounce reads
+SHARED_CONST uint kBindTexels = 9u;           // RGBA16F
+SHARED_CONST uint kBindEmitterCdf = 10u;      // R32F
+SHARED_CONST uint kBindEnvironment = 11u;     // RGBA32F
+SHARED_CONST uint kBindEnvironmentCdf = 12u;  // R32F
 SHARED_CONST uint kTexelBindings = 13u;
 
 // A uniform buffer: FrameData.
 SHARED_CONST uint kBindFrame = 13u;
 
 // Storage buffers.
-SHARED_CONST uint kBindStates = 14u;      // the paths that a bounce writes, three words of 16 bytes each
-SHARED_CONST uint kBindRadiance = 15u;    // vec4 per lane
-SHARED_CONST uint kBindQueues = 16u;      // QueueHead per bounce
-SHARED_CONST uint kBindFilm0 = 17u;       // vec4 per pixel, three buffers: see accumulate.comp
+// The paths that a bounce writes, three words of 16 bytes each
+SHARED_CONST uint kBindStates = 14u;
+SHARED_CONST uint kBindRadiance = 15u;  // vec4 per lane
+SHARED_CONST uint kBindQueues = 16u;    // QueueHead per bounce
+SHARED_CONST uint kBindFilm0 = 17u;     // vec4 per pixel, three buffers: see accumulate.comp
 SHARED_CONST uint kBindFilm1 = 18u;
 SHARED_CONST uint kBindFilm2 = 19u;
-SHARED_CONST uint kBindCounters = 20u;    // Counters
-SHARED_CONST uint kBindOutput = 21u;      // vec4s of the kernel's own meaning
+SHARED_CONST uint kBindCounters = 20u;  // Counters
+SHARED_CONST uint kBindOutput = 21u;    // vec4s of the kernel's own meaning
 SHARED_CONST uint kBindingCount = 22u;
 
 // Specialization constants beside kFeatures (0).
-SHARED_CONST uint kSpecializeSampler = 1u;    // the sampler's kind, so that only one is compiled
+SHARED_CONST uint kSpecializeSampler = 1u;  // the sampler's kind, so that only one is compiled
 
 /// Everything that stays fixed between two changes of the view.
 struct FrameData {
     PathSettings settings;
     CameraData camera;
-    vec3 gridLow;    // of the BVH: cell = (world - gridLow) * gridScale
+    vec3 gridLow;  // of the BVH: cell = (world - gridLow) * gridScale
     uint reserved0;
     vec3 gridScale;
     uint tilesPerRow;  // 8x8 pixels each
 };
 
-/// One batch of paths: tiles [firstTile, firstTile + tileCount) times samples [firstSample, firstSample + sampleCount).
-/// lane = (sample * tileCount + tile) * 64 + Morton index in the tile.
+/// One batch of paths: tiles [firstTile, firstTile + tileCount) times samples [firstSample,
+/// firstSample + sampleCount). lane = (sample * tileCount + tile) * 64 + Morton index in the tile.
 struct Batch {
     uint firstTile;
     uint tileCount;

@@ -7,8 +7,8 @@
 
 SHARED_BEGIN
 
-/// The ray through `film` (pixels from the upper left corner, fractional) of an image of `size` pixels.
-/// `lens` in [0,1)^2 picks the point of the aperture. The direction has unit length.
+/// The ray through `film` (pixels from the upper left corner, fractional) of an image of `size`
+/// pixels. `lens` in [0,1)^2 picks the point of the aperture. The direction has unit length.
 SHARED_FN void cameraRay(CameraData camera, vec2 film, vec2 size, vec2 lens, OUT(vec3) origin,
                          OUT(vec3) direction)
 {

@@ -1,7 +1,8 @@
-// From images of radiance, first hits or errors to the colours of the display: one text for the window and for files.
-// The maps viridis and magma are after van der Walt and Smith, "A Better Default Colormap for Matplotlib", 2015; here as
-// polynomials of degree 6 fitted to the published tables in the largest error: at most 0.010 (viridis) and 0.017 (magma)
-// in any sRGB channel. CIE lightness rises along all three maps, by at least 53, 30 and 100 per unit.
+// From images of radiance, first hits or errors to the colours of the display: one text for the
+// window and for files. The maps viridis and magma are after van der Walt and Smith, "A Better
+// Default Colormap for Matplotlib", 2015; here as polynomials of degree 6 fitted to the published
+// tables in the largest error: at most 0.010 (viridis) and 0.017 (magma) in any sRGB channel. CIE
+// lightness rises along all three maps, by at least 53, 30 and 100 per unit.
 #ifndef REKINDLE_SHARED_DISPLAY_H
 #define REKINDLE_SHARED_DISPLAY_H
 
@@ -9,14 +10,15 @@
 
 SHARED_BEGIN
 
-SHARED_CONST uint kShowRadiance = 0u;    // exposure, tone curve, sRGB
-SHARED_CONST uint kShowDirection = 1u;   // unit vectors: 0.5 + 0.5 n
-SHARED_CONST uint kShowColour = 2u;      // reflectances: sRGB alone
-SHARED_CONST uint kShowScalar = 3u;      // one channel through the colour map, low to high
-SHARED_CONST uint kShowId = 4u;          // whole numbers as colours that are told apart; negative is black
-SHARED_CONST uint kShowDifference = 5u;  // a - b, signed: blue below, red above, `high` at full colour
-SHARED_CONST uint kShowError = 6u;       // error of a against b through the colour map, 0 to high
-SHARED_CONST uint kShowCompare = 7u;     // left of the slider a, right of it b, both as radiance
+SHARED_CONST uint kShowRadiance = 0u;   // exposure, tone curve, sRGB
+SHARED_CONST uint kShowDirection = 1u;  // unit vectors: 0.5 + 0.5 n
+SHARED_CONST uint kShowColour = 2u;     // reflectances: sRGB alone
+SHARED_CONST uint kShowScalar = 3u;     // one channel through the colour map, low to high
+SHARED_CONST uint kShowId = 4u;  // whole numbers as colours that are told apart; negative is black
+// A - b, signed: blue below, red above, `high` at full colour
+SHARED_CONST uint kShowDifference = 5u;
+SHARED_CONST uint kShowError = 6u;    // error of a against b through the colour map, 0 to high
+SHARED_CONST uint kShowCompare = 7u;  // left of the slider a, right of it b, both as radiance
 
 SHARED_CONST uint kMapViridis = 0u;
 SHARED_CONST uint kMapMagma = 1u;
@@ -26,9 +28,9 @@ SHARED_CONST uint kErrorAbsolute = 0u;
 SHARED_CONST uint kErrorRelative = 1u;
 SHARED_CONST uint kErrorSquared = 2u;
 
-/// `width`, `height` of the output; images of other sizes are stretched over it (nearest pixel). An image of width 0 is
-/// absent: without a the output is the background, and what compares shows a alone without b. A value that is NaN is
-/// magenta in every view.
+/// `width`, `height` of the output; images of other sizes are stretched over it (nearest pixel). An
+/// image of width 0 is absent: without a the output is the background, and what compares shows a
+/// alone without b. A value that is NaN is magenta in every view.
 struct DisplaySettings {
     uint width, height;
     uint widthA, heightA, channelsA;
@@ -39,8 +41,8 @@ struct DisplaySettings {
     uint tone;
     float exposure;
     float low, high;
-    uint logarithmic;  // of kShowScalar: the scale between low and high
-    float slider;      // of kShowCompare, in [0, 1]
+    uint logarithmic;                      // of kShowScalar: the scale between low and high
+    float slider;                          // of kShowCompare, in [0, 1]
     float stepAx, stepAy, stepBx, stepBy;  // pixels of an image per pixel of the output
 };
 
@@ -89,8 +91,8 @@ SHARED_FN vec3 displayMap(uint map, float t)
     return clamp(c, vec3(0.0f), vec3(1.0f));
 }
 
-/// Where a value lies between `low` and `high`: 0 at or below low, 1 at or above high; a logarithmic scale has its low
-/// end above zero.
+/// Where a value lies between `low` and `high`: 0 at or below low, 1 at or above high; a
+/// logarithmic scale has its low end above zero.
 SHARED_FN float displayScale(float value, float low, float high, uint logarithmic)
 {
     if (logarithmic != 0u) {
@@ -118,8 +120,8 @@ SHARED_FN float displayError(float image, float reference, uint kind)
     return d;
 }
 
-/// Signed difference over full scale: black at 0, blue at -1, red at +1, both of them light enough to tell from black
-/// early (the root).
+/// Signed difference over full scale: black at 0, blue at -1, red at +1, both of them light enough
+/// to tell from black early (the root).
 SHARED_FN vec3 displaySigned(float t)
 {
     float strength = sqrt(clamp(abs(t), 0.0f, 1.0f));
@@ -127,7 +129,8 @@ SHARED_FN vec3 displaySigned(float t)
     return end * strength;
 }
 
-/// A colour for a whole number: hue, saturation and value from a hash (Jarzynski, Olano 2020: pcg), never dark.
+/// A colour for a whole number: hue, saturation and value from a hash (Jarzynski, Olano 2020: pcg),
+/// never dark.
 SHARED_FN vec3 displayId(float id)
 {
     if (id < 0.0f) {
@@ -139,8 +142,9 @@ SHARED_FN vec3 displayId(float id)
     float hue = 6.0f * float(h & 1023u) / 1024.0f;
     float saturation = 0.35f + 0.5f * float((h >> 10u) & 255u) / 255.0f;
     float value = 0.6f + 0.4f * float((h >> 18u) & 255u) / 255.0f;
-    vec3 pure = vec3(clamp(abs(hue - 3.0f) - 1.0f, 0.0f, 1.0f), clamp(2.0f - abs(hue - 2.0f), 0.0f, 1.0f),
-                     clamp(2.0f - abs(hue - 4.0f), 0.0f, 1.0f));
+    vec3 pure =
+        vec3(clamp(abs(hue - 3.0f) - 1.0f, 0.0f, 1.0f), clamp(2.0f - abs(hue - 2.0f), 0.0f, 1.0f),
+             clamp(2.0f - abs(hue - 4.0f), 0.0f, 1.0f));
     return value * (vec3(1.0f - saturation) + saturation * pure);
 }
 
@@ -149,8 +153,8 @@ SHARED_FN vec3 displayRadiance(DisplaySettings s, vec3 radiance)
     return srgbEncode3(toneMap(expose(radiance, s.exposure), s.tone));
 }
 
-/// The sRGB-encoded colour of an output pixel of column x, from the values that the images have there (images of one
-/// channel: thrice the same).
+/// The sRGB-encoded colour of an output pixel of column x, from the values that the images have
+/// there (images of one channel: thrice the same).
 SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b)
 {
     const vec3 magenta = vec3(1.0f, 0.0f, 1.0f);
@@ -179,8 +183,9 @@ SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b)
         if (displayIsNan(value)) {
             return magenta;
         }
-        return show == kShowId ? displayId(value)
-                               : displayMap(s.map, displayScale(value, s.low, s.high, s.logarithmic));
+        return show == kShowId
+                   ? displayId(value)
+                   : displayMap(s.map, displayScale(value, s.low, s.high, s.logarithmic));
     }
     if (displayIsNan(a.x) || displayIsNan(a.y) || displayIsNan(a.z)) {
         return magenta;
@@ -194,7 +199,8 @@ SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b)
     if (show == kShowDifference || show == kShowError) {
         float image = luminance(a);
         float reference = luminance(b);
-        float d = show == kShowError ? displayError(image, reference, s.errorKind) : image - reference;
+        float d =
+            show == kShowError ? displayError(image, reference, s.errorKind) : image - reference;
         if (displayIsNan(d)) {
             return magenta;
         }

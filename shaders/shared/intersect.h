@@ -1,4 +1,4 @@
-// Rays against the boxes and the triangles of the flat BVH (core/bvh.h), one text for both
+// Rays against the boxes and the triangles of the flat BVH (core/trace/bvh.h), one text for both
 // languages.
 //   Boxes: slabs on the 16-bit grid; the slack makes them conservative for any origin.
 //   Triangles: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. The

@@ -1,7 +1,8 @@
 // The language bridge: lets one text compile as GLSL (Vulkan compute) and as C++ (GLM).
-// Rules for every header of this folder: float suffixes on literals, no swizzles (use xyz()), no bool
-// members, no recursion, no GLSL keyword as a name (sample, shared, buffer, input, output, half, ...).
-// Scene data is reached only through the fetch functions that SCENE_PARAM / SCENE_ARG carry (see scene.h).
+// Rules for every header of this folder: float suffixes on literals, no swizzles (use xyz()), no
+// bool members, no recursion, no GLSL keyword as a name (sample, shared, buffer, input, output,
+// half, ...). Scene data is reached only through the fetch functions that SCENE_PARAM / SCENE_ARG
+// carry (see scene.h).
 #ifndef REKINDLE_SHARED_LANG_H
 #define REKINDLE_SHARED_LANG_H
 
@@ -16,14 +17,15 @@
 #define OUT(T) T&
 #define INOUT(T) T&
 #define PRECISE
-// A function over Real is float in GLSL, and both float and double in C++, where references run in double.
+// A function over Real is float in GLSL, and both float and double in C++, where references run in
+// double.
 #define REAL_FN template <class Real> SHARED_FN
 #define REAL_STRUCT template <class Real>
 #define OF_REAL(T) T<Real>
 #define REAL_ARRAY(name, size) const Real* name
 
-// A source file may define REKINDLE_FEATURES (kFeature bits) before it includes anything: the functions are then its
-// own and hold code for these bits only, as a specialised pipeline does.
+// A source file may define REKINDLE_FEATURES (kFeature bits) before it includes anything: the
+// functions are then its own and hold code for these bits only, as a specialised pipeline does.
 #ifdef REKINDLE_FEATURES
 #define SHARED_FN static inline
 #define FEATURE(bit) (((REKINDLE_FEATURES) & (bit)) != 0u)
@@ -81,7 +83,8 @@ SHARED_BEGIN
 
 SHARED_CONST float kPi = 3.14159265358979f;
 SHARED_CONST float kInvPi = 0.318309886183791f;
-SHARED_CONST float kInfinity = 3.0e38f;          // "no hit yet": finite, so that it survives fast arithmetic
+// "no hit yet": finite, so that it survives fast arithmetic
+SHARED_CONST float kInfinity = 3.0e38f;
 SHARED_CONST float kOneMinusEpsilon = 0.99999994f;  // largest float below one
 
 /// The first three components (swizzles do not compile as C++).

@@ -1,6 +1,6 @@
-// What host and device agree on: feature bits, flags, and the records of the scene, in scalar layout.
-// Records are read on the device as 16-byte words of texel buffers (Mesa's fastest path for divergent reads),
-// so every record is a whole number of words and names the words it is made of.
+// What host and device agree on: feature bits, flags, and the records of the scene, in scalar
+// layout. Records are read on the device as 16-byte words of texel buffers (Mesa's fastest path for
+// divergent reads), so every record is a whole number of words and names the words it is made of.
 #ifndef REKINDLE_SHARED_LAYOUT_H
 #define REKINDLE_SHARED_LAYOUT_H
 
@@ -8,25 +8,28 @@
 
 SHARED_BEGIN
 
-// Features: what can occur in a scene. Bits that a scene does not need are not compiled into its kernels.
-SHARED_CONST uint kFeatureShadingNormals = 1u << 0;    // vertex normals that differ from the face's
-SHARED_CONST uint kFeatureTextures = 1u << 1;          // any texture at all
+// Features: what can occur in a scene. Bits that a scene does not need are not compiled into its
+// kernels.
+SHARED_CONST uint kFeatureShadingNormals = 1u << 0;  // vertex normals that differ from the face's
+SHARED_CONST uint kFeatureTextures = 1u << 1;        // any texture at all
 SHARED_CONST uint kFeatureNormalMaps = 1u << 2;
-SHARED_CONST uint kFeatureVertexExtra = 1u << 3;       // vertex colours or a second set of coordinates
-SHARED_CONST uint kFeatureAlpha = 1u << 4;             // alpha mask or blend: tested inside traversal
-SHARED_CONST uint kFeatureSpecular = 1u << 5;          // any glossy or mirror reflection (dielectric or metal)
+SHARED_CONST uint kFeatureVertexExtra = 1u << 3;  // vertex colours or a second set of coordinates
+SHARED_CONST uint kFeatureAlpha = 1u << 4;        // alpha mask or blend: tested inside traversal
+// Any glossy or mirror reflection (dielectric or metal)
+SHARED_CONST uint kFeatureSpecular = 1u << 5;
 SHARED_CONST uint kFeatureTransmission = 1u << 6;
-SHARED_CONST uint kFeatureVolume = 1u << 7;            // absorption inside transmissive solids
+SHARED_CONST uint kFeatureVolume = 1u << 7;  // absorption inside transmissive solids
 SHARED_CONST uint kFeatureClearcoat = 1u << 8;
 SHARED_CONST uint kFeatureEmissiveTriangles = 1u << 9;
-SHARED_CONST uint kFeaturePunctualLights = 1u << 10;   // point, spot, directional
+SHARED_CONST uint kFeaturePunctualLights = 1u << 10;  // point, spot, directional
 SHARED_CONST uint kFeatureEnvironment = 1u << 11;
 SHARED_CONST uint kFeatureSun = 1u << 12;
 SHARED_CONST uint kFeatureEmissiveTextures = 1u << 13;
-SHARED_CONST uint kFeatureThinLens = 1u << 14;         // camera with an aperture
-SHARED_CONST uint kFeatureDelta = 1u << 15;            // lobes without density (alpha below kDeltaAlpha)
-SHARED_CONST uint kFeatureMetal = 1u << 16;            // metallic above zero: coloured conductor reflection
-SHARED_CONST uint kFeatureManyEmitters = 1u << 17;     // more than one emitter: a choice has to be made
+SHARED_CONST uint kFeatureThinLens = 1u << 14;  // camera with an aperture
+SHARED_CONST uint kFeatureDelta = 1u << 15;     // lobes without density (alpha below kDeltaAlpha)
+SHARED_CONST uint kFeatureMetal = 1u << 16;  // metallic above zero: coloured conductor reflection
+// More than one emitter: a choice has to be made
+SHARED_CONST uint kFeatureManyEmitters = 1u << 17;
 
 SHARED_CONST uint kNone = 0xffffffffu;
 
@@ -34,8 +37,9 @@ SHARED_CONST uint kNone = 0xffffffffu;
 SHARED_CONST uint kMaterialDoubleSided = 1u << 0;  // emits on both faces
 SHARED_CONST uint kMaterialAlphaMask = 1u << 1;
 SHARED_CONST uint kMaterialAlphaBlend = 1u << 2;
-SHARED_CONST uint kMaterialVolume = 1u << 3;       // transmission encloses a solid: refracts and absorbs
-SHARED_CONST uint kMaterialUnlit = 1u << 4;        // KHR_materials_unlit: shows its colour as emission, reflects nothing
+SHARED_CONST uint kMaterialVolume = 1u << 3;  // transmission encloses a solid: refracts and absorbs
+// KHR_materials_unlit: shows its colour as emission, reflects nothing
+SHARED_CONST uint kMaterialUnlit = 1u << 4;
 
 // Texture slots of a material.
 SHARED_CONST uint kTextureBaseColor = 0u;
@@ -49,9 +53,10 @@ SHARED_CONST uint kTextureClearcoat = 7u;
 SHARED_CONST uint kTextureClearcoatRoughness = 8u;
 SHARED_CONST uint kTextureSlotCount = 9u;
 
-/// One material, seven 16-byte words. glTF metallic-roughness with the KHR extensions named in gltf.h.
-/// `emissive` is radiance (factor times strength). `absorption` is sigma_a in 1/metre: -ln(colour)/distance.
-/// `textures` holds 1 + index into the texture references per slot, two slots of 16 bits to a uint; 0 = none.
+/// One material, seven 16-byte words. glTF metallic-roughness with the KHR extensions named in
+/// gltf.h. `emissive` is radiance (factor times strength). `absorption` is sigma_a in 1/metre:
+/// -ln(colour)/distance. `textures` holds 1 + index into the texture references per slot, two slots
+/// of 16 bits to a uint; 0 = none.
 struct Material {
     vec3 baseColor;
     float alpha;
@@ -80,14 +85,14 @@ SHARED_CONST uint kMaterialWords = 7u;
 SHARED_CONST uint kWrapRepeat = 0u;
 SHARED_CONST uint kWrapClamp = 1u;
 SHARED_CONST uint kWrapMirror = 2u;
-SHARED_CONST uint kTextureWrapSShift = 0u;   // two bits
-SHARED_CONST uint kTextureWrapTShift = 2u;   // two bits
+SHARED_CONST uint kTextureWrapSShift = 0u;  // two bits
+SHARED_CONST uint kTextureWrapTShift = 2u;  // two bits
 SHARED_CONST uint kTextureNearest = 1u << 4;
 SHARED_CONST uint kTextureTexCoord1 = 1u << 5;
 SHARED_CONST uint kTextureTransformed = 1u << 6;
 
-/// A use of a texture, three words: where its texels start in the pool, its size, sampler and transform
-/// (KHR_texture_transform as the two rows of an affine map of the coordinates).
+/// A use of a texture, three words: where its texels start in the pool, its size, sampler and
+/// transform (KHR_texture_transform as the two rows of an affine map of the coordinates).
 struct TextureReference {
     uint firstTexel;
     uint width;
@@ -109,14 +114,15 @@ SHARED_CONST uint kEmitterEnvironment = 4u;
 SHARED_CONST uint kEmitterSun = 5u;
 
 /// One emitter, four words. Meaning by kind:
-///   triangle     a, b, c its vertices; slot its triangle; radiance L of the front (of both sides if
+///   triangle     a, b, c its vertices; slot its triangle; radiance L of the front (of both sides
+///   if
 ///                `twoSided` is 1); a textured one multiplies by the texture at the point
 ///   point        a position; radiance is intensity W/sr
 ///   spot         a position, b axis (unit, from the light); scale, offset of the angular fall-off
 ///                saturate(cos * scale + offset)^2; radiance is intensity W/sr
-///   directional  b direction towards the light (unit); radiance is irradiance W/m^2 at normal incidence
-///   environment  the whole map
-///   sun          b direction towards the sun (unit); scale = 1 - cos(angular radius), which is kept rather than the
+///   directional  b direction towards the light (unit); radiance is irradiance W/m^2 at normal
+///   incidence environment  the whole map sun          b direction towards the sun (unit); scale =
+///   1 - cos(angular radius), which is kept rather than the
 ///                cosine so that half a degree does not drown in rounding; radiance of the disk
 struct Emitter {
     vec3 a;
@@ -129,7 +135,7 @@ struct Emitter {
     float offset;
 };
 SHARED_CONST uint kEmitterWords = 4u;
-SHARED_CONST uint kEmitterTwoSided = 0x100u;   // or-ed to kind
+SHARED_CONST uint kEmitterTwoSided = 0x100u;  // or-ed to kind
 SHARED_CONST uint kEmitterTextured = 0x200u;
 
 /// One flattened triangle: three vertices, its material.
@@ -140,15 +146,15 @@ struct WorldTriangle {
     uint material;
 };
 
-// The w component of a triangle's second vertex, as fetchTriangleVertex returns it, is its material with this bit
-// set when a hit needs the alpha test.
+// The w component of a triangle's second vertex, as fetchTriangleVertex returns it, is its material
+// with this bit set when a hit needs the alpha test.
 SHARED_CONST uint kTriangleAlphaBit = 0x80000000u;
 
 // VertexAttributes::normal of vertices that have none (packOct never makes it): flat shading.
 SHARED_CONST uint kNoNormal = 0x80008000u;
 
-/// Vertex attributes, one word: octahedral normal (2 x snorm16), texture coordinates, octahedral tangent
-/// (15 + 16 bits; lowest bit = handedness).
+/// Vertex attributes, one word: octahedral normal (2 x snorm16), texture coordinates, octahedral
+/// tangent (15 + 16 bits; lowest bit = handedness).
 struct VertexAttributes {
     uint normal;
     float u;
@@ -156,7 +162,8 @@ struct VertexAttributes {
     uint tangent;
 };
 
-/// Second word, only in scenes that need it: second texture coordinates, linear colour and alpha (4 x half).
+/// Second word, only in scenes that need it: second texture coordinates, linear colour and alpha (4
+/// x half).
 struct VertexExtra {
     float u1;
     float v1;
@@ -164,8 +171,9 @@ struct VertexExtra {
     uint colorBa;
 };
 
-/// A camera as rays are made from it. Directions are orthonormal; `tanHalfHeight` scales `up`, aspect `right`.
-/// orthographic = 1: rays are parallel and tanHalfHeight is half the height in metres.
+/// A camera as rays are made from it. Directions are orthonormal; `tanHalfHeight` scales `up`,
+/// aspect `right`. orthographic = 1: rays are parallel and tanHalfHeight is half the height in
+/// metres.
 struct CameraData {
     vec3 position;
     float tanHalfHeight;
@@ -181,20 +189,21 @@ struct CameraData {
     uint reserved2;
 };
 
-/// What every vertex of a path needs to know about the scene and the settings; push constants and uniforms alike.
+/// What every vertex of a path needs to know about the scene and the settings; push constants and
+/// uniforms alike.
 struct PathSettings {
     uint seed;
-    uint samplerKind;       // kSamplerSobol, kSamplerIndependent (sampler.h)
-    uint strategy;          // kStrategyMis, kStrategyBsdf, kStrategyLight
-    uint maxDepth;          // scattering events: 0 = emission only, 1 = direct light
-    uint rouletteDepth;     // first scattering event after which roulette may end a path
+    uint samplerKind;    // kSamplerSobol, kSamplerIndependent (sampler.h)
+    uint strategy;       // kStrategyMis, kStrategyBsdf, kStrategyLight
+    uint maxDepth;       // scattering events: 0 = emission only, 1 = direct light
+    uint rouletteDepth;  // first scattering event after which roulette may end a path
     uint emitterCount;
     uint environmentEmitter;  // index, or kNone
     uint sunEmitter;          // index, or kNone
     uint environmentWidth;
     uint environmentHeight;
     float environmentIntensity;
-    float clampIndirect;    // 0 = off; otherwise biased
+    float clampIndirect;  // 0 = off; otherwise biased
     float sceneRadius;
     uint imageWidth;
     uint imageHeight;
@@ -209,7 +218,8 @@ SHARED_CONST uint kStrategyLight = 2u;
 static_assert(sizeof(Material) == 16 * kMaterialWords);
 static_assert(sizeof(TextureReference) == 16 * kTextureReferenceWords);
 static_assert(sizeof(Emitter) == 16 * kEmitterWords);
-static_assert(sizeof(WorldTriangle) == 16 && sizeof(VertexAttributes) == 16 && sizeof(VertexExtra) == 16);
+static_assert(sizeof(WorldTriangle) == 16 && sizeof(VertexAttributes) == 16 &&
+              sizeof(VertexExtra) == 16);
 static_assert(sizeof(CameraData) == 80);
 static_assert(sizeof(PathSettings) == 64);
 #endif

@@ -1,6 +1,7 @@
-// Emitters of a scene: the choice of one by its share of the power, sampling it, and the density of a direction that
-// was found another way. Choice and environment use inverted CDFs, not alias tables: those would scramble the
-// stratification of the sample points. The differences of the stored CDF *are* the probabilities.
+// Emitters of a scene: the choice of one by its share of the power, sampling it, and the density of
+// a direction that was found another way. Choice and environment use inverted CDFs, not alias
+// tables: those would scramble the stratification of the sample points. The differences of the
+// stored CDF *are* the probabilities.
 #ifndef REKINDLE_SHARED_LIGHTS_H
 #define REKINDLE_SHARED_LIGHTS_H
 
@@ -33,8 +34,10 @@ SHARED_FN float pmfEmitter(SCENE_PARAM uint emitter)
     return fetchEmitterCdf(SCENE_ARG emitter + 1u) - fetchEmitterCdf(SCENE_ARG emitter);
 }
 
-/// Inverts `count` intervals of a CDF that starts at `first`; returns the interval, and u stretched inside it.
-SHARED_FN uint invertEnvironmentCdf(SCENE_PARAM uint first, uint count, INOUT(float) u, OUT(float) pmf)
+/// Inverts `count` intervals of a CDF that starts at `first`; returns the interval, and u stretched
+/// inside it.
+SHARED_FN uint invertEnvironmentCdf(SCENE_PARAM uint first, uint count, INOUT(float) u,
+                                    OUT(float) pmf)
 {
     uint low = 0u;
     uint high = count;
@@ -90,7 +93,8 @@ SHARED_FN float pdfEnvironment(SCENE_PARAM PathSettings settings, vec3 d)
     const uint y = min(uint(uv.y * float(height)), height - 1u);
     const float row = fetchEnvironmentCdf(SCENE_ARG y + 1u) - fetchEnvironmentCdf(SCENE_ARG y);
     const uint first = height + 1u + y * (width + 1u) + x;
-    const float column = fetchEnvironmentCdf(SCENE_ARG first + 1u) - fetchEnvironmentCdf(SCENE_ARG first);
+    const float column =
+        fetchEnvironmentCdf(SCENE_ARG first + 1u) - fetchEnvironmentCdf(SCENE_ARG first);
     return environmentDensity(settings, row * column, sqrt(d.x * d.x + d.z * d.z));
 }
 
@@ -135,7 +139,8 @@ SHARED_FN vec3 emitterTexture(SCENE_PARAM uint triangle, vec2 w)
     return t != 0u ? xyz(lookUpTexture(SCENE_ARG t - 1u, uv0, uv1)) : vec3(1.0f, 1.0f, 1.0f);
 }
 
-/// Samples one emitter as seen from p; the pdf (0 for those without extent) does not hold the choice among emitters.
+/// Samples one emitter as seen from p; the pdf (0 for those without extent) does not hold the
+/// choice among emitters.
 SHARED_FN bool sampleEmitter(SCENE_PARAM PathSettings settings, uint index, vec3 p, vec2 u,
                              OUT(EmitterSample) s)
 {
@@ -153,7 +158,8 @@ SHARED_FN bool sampleEmitter(SCENE_PARAM PathSettings settings, uint index, vec3
             s.radiance *= emitterTexture(SCENE_ARG e.slot, s.barycentrics);
         }
         // Rays meet a transparent emitter with probability alpha: so much of it shines.
-        if (FEATURE(kFeatureAlpha) && found) s.radiance *= surfaceAlpha(SCENE_ARG e.slot, s.barycentrics);
+        if (FEATURE(kFeatureAlpha) && found)
+            s.radiance *= surfaceAlpha(SCENE_ARG e.slot, s.barycentrics);
     }
     if (FEATURE(kFeaturePunctualLights) && kind >= kEmitterPoint && kind <= kEmitterDirectional) {
         found = samplePunctual(e, p, s);

@@ -1,6 +1,6 @@
-// How the shared text reaches scene data: a handful of fetch functions. In GLSL they are prototypes that
-// shaders/scene_buffers.glsl defines over texel buffers; in C++ they read core::World through a SceneView, which
-// SCENE_PARAM and SCENE_ARG carry along.
+// How the shared text reaches scene data: a handful of fetch functions. In GLSL they are prototypes
+// that shaders/scene_buffers.glsl defines over texel buffers; in C++ they read core::World through
+// a SceneView, which SCENE_PARAM and SCENE_ARG carry along.
 #ifndef REKINDLE_SHARED_SCENE_H
 #define REKINDLE_SHARED_SCENE_H
 
@@ -19,7 +19,8 @@
 
 SHARED_BEGIN
 
-/// Pointers into a core::World, which must outlive it. `attributes`, `extra` and `triangleEmitter` may be null.
+/// Pointers into a core::World, which must outlive it. `attributes`, `extra` and `triangleEmitter`
+/// may be null.
 struct SceneView {
     const vec3* positions;
     const VertexAttributes* attributes;
@@ -54,10 +55,12 @@ inline vec4 fetchTriangleVertex(const SceneView& scene, uint slot, uint k)
     if (k == 1u) {
         const bool alpha =
             (scene.materials[t.material].flags & (kMaterialAlphaMask | kMaterialAlphaBlend)) != 0u;
-        return vec4(scene.positions[t.v1], uintAsFloat(t.material | (alpha ? kTriangleAlphaBit : 0u)));
+        return vec4(scene.positions[t.v1],
+                    uintAsFloat(t.material | (alpha ? kTriangleAlphaBit : 0u)));
     }
-    return vec4(scene.positions[t.v2],
-                uintAsFloat(scene.triangleEmitter != nullptr ? scene.triangleEmitter[slot] : kNone));
+    return vec4(
+        scene.positions[t.v2],
+        uintAsFloat(scene.triangleEmitter != nullptr ? scene.triangleEmitter[slot] : kNone));
 }
 
 inline VertexAttributes fetchVertexAttributes(const SceneView& scene, uint vertex)
@@ -122,7 +125,8 @@ SHARED_END
 
 /// Three vertex indices and the material of a triangle, by the scene's own numbering.
 uvec4 fetchTriangleIndices(uint triangle);
-/// Vertex k of the triangle in a slot; w: k = 0 its index in the scene, 1 its material and alpha bit, 2 its emitter.
+/// Vertex k of the triangle in a slot; w: k = 0 its index in the scene, 1 its material and alpha
+/// bit, 2 its emitter.
 vec4 fetchTriangleVertex(uint slot, uint k);
 VertexAttributes fetchVertexAttributes(uint vertex);
 VertexExtra fetchVertexExtra(uint vertex);

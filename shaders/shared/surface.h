@@ -1,6 +1,7 @@
-// From a hit to what shading needs: position, frames, texture coordinates, material, emission, alpha.
-// Ray origins are offset after Waechter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection" (2019),
-// from barycentric hit points; the scene is recentred at load, where the method is at its best.
+// From a hit to what shading needs: position, frames, texture coordinates, material, emission,
+// alpha. Ray origins are offset after Waechter and Binder, "A Fast and Robust Method for Avoiding
+// Self-Intersection" (2019), from barycentric hit points; the scene is recentred at load, where the
+// method is at its best.
 #ifndef REKINDLE_SHARED_SURFACE_H
 #define REKINDLE_SHARED_SURFACE_H
 
@@ -11,7 +12,8 @@
 
 SHARED_BEGIN
 
-/// The nearest intersection: distance, weights of the second and third vertex, slot of the triangle.
+/// The nearest intersection: distance, weights of the second and third vertex, slot of the
+/// triangle.
 struct Hit {
     float t;
     vec2 barycentrics;
@@ -20,11 +22,11 @@ struct Hit {
 
 struct SurfacePoint {
     vec3 position;
-    vec3 normal;    // geometric, unit, of the front face
-    mat3 frame;     // shading: columns tangent, bitangent, normal on the side of wo
+    vec3 normal;  // geometric, unit, of the front face
+    mat3 frame;   // shading: columns tangent, bitangent, normal on the side of wo
     vec2 uv0;
     vec2 uv1;
-    vec4 color;     // vertex colour, or one
+    vec4 color;  // vertex colour, or one
     uint material;
     uint emitter;   // or kNone
     uint triangle;  // the scene's own numbering
@@ -41,11 +43,13 @@ SHARED_FN vec3 offsetRay(vec3 p, vec3 n)
     shifted.x = uintAsFloat(floatAsUint(p.x) + uint(p.x < 0.0f ? -ulps.x : ulps.x));
     shifted.y = uintAsFloat(floatAsUint(p.y) + uint(p.y < 0.0f ? -ulps.y : ulps.y));
     shifted.z = uintAsFloat(floatAsUint(p.z) + uint(p.z < 0.0f ? -ulps.z : ulps.z));
-    return vec3(abs(p.x) < kOrigin ? nearZero.x : shifted.x, abs(p.y) < kOrigin ? nearZero.y : shifted.y,
+    return vec3(abs(p.x) < kOrigin ? nearZero.x : shifted.x,
+                abs(p.y) < kOrigin ? nearZero.y : shifted.y,
                 abs(p.z) < kOrigin ? nearZero.z : shifted.z);
 }
 
-/// A coordinate of a texture folded into [0, 1] as its wrap mode says. In float: integer division is slow everywhere.
+/// A coordinate of a texture folded into [0, 1] as its wrap mode says. In float: integer division
+/// is slow everywhere.
 SHARED_FN float foldCoordinate(float u, uint mode)
 {
     if (mode == kWrapRepeat) return u - floor(u);
@@ -54,14 +58,16 @@ SHARED_FN float foldCoordinate(float u, uint mode)
     return t > 1.0f ? 2.0f - t : t;
 }
 
-/// Index of a texel that is at most one off the texture: the other end, or (mirrored or clamped) the end itself.
+/// Index of a texel that is at most one off the texture: the other end, or (mirrored or clamped)
+/// the end itself.
 SHARED_FN uint wrapTexel(int i, int size, uint mode)
 {
     if (mode != kWrapRepeat) return uint(clamp(i, 0, size - 1));
     return uint(i < 0 ? i + size : (i < size ? i : i - size));
 }
 
-/// Bilinear (or nearest) look-up; row 0 is at v = 0 as in glTF. Coordinates that are not finite read some texel.
+/// Bilinear (or nearest) look-up; row 0 is at v = 0 as in glTF. Coordinates that are not finite
+/// read some texel.
 SHARED_FN vec4 lookUpTexture(SCENE_PARAM uint reference, vec2 uv0, vec2 uv1)
 {
     const uvec4 head = fetchTextureReference(SCENE_ARG reference, 0u);
@@ -96,7 +102,8 @@ SHARED_FN vec4 lookUpTexture(SCENE_PARAM uint reference, vec2 uv0, vec2 uv1)
     return mix(top, bottom, f.y);
 }
 
-/// 1 + texture reference of a slot, 0 for none. Words 5 and 6 of the material hold them, 16 bits each.
+/// 1 + texture reference of a slot, 0 for none. Words 5 and 6 of the material hold them, 16 bits
+/// each.
 SHARED_FN uint textureOfSlot(vec4 word5, vec4 word6, uint slot)
 {
     uint pair = floatAsUint(word5.w);
@@ -124,18 +131,22 @@ SHARED_FN vec4 unpackHalfColor(uint rg, uint ba)
     return vec4(a.x, a.y, b.x, b.y);
 }
 
-/// Texture coordinates and colour at a point of a triangle (`vertices` as fetchTriangleIndices gives them).
-SHARED_FN void interpolateVertexExtra(SCENE_PARAM uvec4 vertices, vec2 w, OUT(vec2) uv1, OUT(vec4) color)
+/// Texture coordinates and colour at a point of a triangle (`vertices` as fetchTriangleIndices
+/// gives them).
+SHARED_FN void interpolateVertexExtra(SCENE_PARAM uvec4 vertices, vec2 w, OUT(vec2) uv1,
+                                      OUT(vec4) color)
 {
     const VertexExtra a = fetchVertexExtra(SCENE_ARG vertices.x);
     const VertexExtra b = fetchVertexExtra(SCENE_ARG vertices.y);
     const VertexExtra c = fetchVertexExtra(SCENE_ARG vertices.z);
     uv1 = interpolate(vec2(a.u1, a.v1), vec2(b.u1, b.v1), vec2(c.u1, c.v1), w);
     color = (1.0f - w.x - w.y) * unpackHalfColor(a.colorRg, a.colorBa) +
-            w.x * unpackHalfColor(b.colorRg, b.colorBa) + w.y * unpackHalfColor(c.colorRg, c.colorBa);
+            w.x * unpackHalfColor(b.colorRg, b.colorBa) +
+            w.y * unpackHalfColor(c.colorRg, c.colorBa);
 }
 
-/// Bends a shading normal until `wo` is above it (cos >= 0.001): a view from under the shading horizon has no meaning.
+/// Bends a shading normal until `wo` is above it (cos >= 0.001): a view from under the shading
+/// horizon has no meaning.
 SHARED_FN vec3 ensureVisible(vec3 n, vec3 wo)
 {
     const float kLowest = 0.001f;
@@ -176,14 +187,14 @@ SHARED_FN SurfacePoint makeSurfacePoint(SCENE_PARAM Hit hit, vec3 direction)
             const VertexAttributes vc = fetchVertexAttributes(SCENE_ARG vertices.z);
             s.uv0 = interpolate(vec2(va.u, va.v), vec2(vb.u, vb.v), vec2(vc.u, vc.v), w);
             if (FEATURE(kFeatureShadingNormals) && va.normal != kNoNormal) {
-                const vec3 ns = (1.0f - w.x - w.y) * unpackOct(va.normal) + w.x * unpackOct(vb.normal) +
-                                w.y * unpackOct(vc.normal);
+                const vec3 ns = (1.0f - w.x - w.y) * unpackOct(va.normal) +
+                                w.x * unpackOct(vb.normal) + w.y * unpackOct(vc.normal);
                 const float length2 = dot(ns, ns);
                 n = length2 > 1.0e-8f ? ns * inversesqrt(length2) : n;
             }
             if (FEATURE(kFeatureNormalMaps)) {
-                tangent = unpackTangent(va.tangent) * (1.0f - w.x - w.y) + unpackTangent(vb.tangent) * w.x +
-                          unpackTangent(vc.tangent) * w.y;
+                tangent = unpackTangent(va.tangent) * (1.0f - w.x - w.y) +
+                          unpackTangent(vb.tangent) * w.x + unpackTangent(vc.tangent) * w.y;
                 tangent.w = unpackTangent(va.tangent).w;
             }
 #ifdef __cplusplus
@@ -212,13 +223,16 @@ SHARED_FN SurfacePoint makeSurfacePoint(SCENE_PARAM Hit hit, vec3 direction)
 }
 
 /// Replaces the shading normal by that of the normal map, if the material has one.
-SHARED_FN void applyNormalMap(SCENE_PARAM uint reference, float scale, vec3 direction, INOUT(SurfacePoint) s)
+SHARED_FN void applyNormalMap(SCENE_PARAM uint reference, float scale, vec3 direction,
+                              INOUT(SurfacePoint) s)
 {
     const vec4 texel = lookUpTexture(SCENE_ARG reference, s.uv0, s.uv1);
-    vec3 m = vec3(scale * (2.0f * texel.x - 1.0f), scale * (2.0f * texel.y - 1.0f), 2.0f * texel.z - 1.0f);
+    vec3 m = vec3(scale * (2.0f * texel.x - 1.0f), scale * (2.0f * texel.y - 1.0f),
+                  2.0f * texel.z - 1.0f);
     const float length2 = dot(m, m);
     m = length2 > 1.0e-8f ? m * inversesqrt(length2) : vec3(0.0f, 0.0f, 1.0f);
-    // Seen from behind, the map's x and y keep their directions in space and z turns with the normal.
+    // Seen from behind, the map's x and y keep their directions in space and z turns with the
+    // normal.
     const vec3 n = s.frame * vec3(m.x, m.y, max(m.z, 0.01f));
     s.frame = makeFrame(ensureVisible(normalize(n), -direction));
 }
@@ -295,19 +309,23 @@ SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direc
         }
         if (FEATURE(kFeatureTransmission)) {
             t = textureOfSlot(word5, word6, kTextureTransmission);
-            if (t != 0u) shading.inputs.transmission *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
+            if (t != 0u)
+                shading.inputs.transmission *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
         }
         if (FEATURE(kFeatureClearcoat)) {
             t = textureOfSlot(word5, word6, kTextureClearcoat);
-            if (t != 0u) shading.inputs.clearcoat *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
+            if (t != 0u)
+                shading.inputs.clearcoat *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
             t = textureOfSlot(word5, word6, kTextureClearcoatRoughness);
             if (t != 0u) {
-                shading.inputs.clearcoatRoughness *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).y;
+                shading.inputs.clearcoatRoughness *=
+                    lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).y;
             }
         }
         if (FEATURE(kFeatureEmissiveTextures)) {
             t = textureOfSlot(word5, word6, kTextureEmissive);
-            if (t != 0u && emits) shading.emission *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
+            if (t != 0u && emits)
+                shading.emission *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
         }
         if (FEATURE(kFeatureNormalMaps)) {
             t = textureOfSlot(word5, word6, kTextureNormal);
@@ -317,8 +335,8 @@ SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direc
     return shading;
 }
 
-/// How much of the surface is there at a point of a triangle: 0 or 1 where alpha is a mask, alpha where it blends,
-/// 1 where the material has neither.
+/// How much of the surface is there at a point of a triangle: 0 or 1 where alpha is a mask, alpha
+/// where it blends, 1 where the material has neither.
 SHARED_FN float surfaceAlpha(SCENE_PARAM uint triangle, vec2 barycentrics)
 {
     const uvec4 vertices = fetchTriangleIndices(SCENE_ARG triangle);
@@ -333,11 +351,13 @@ SHARED_FN float surfaceAlpha(SCENE_PARAM uint triangle, vec2 barycentrics)
     if (scene.extra != nullptr)
 #endif
     {
-        if (FEATURE(kFeatureVertexExtra)) interpolateVertexExtra(SCENE_ARG vertices, barycentrics, uv1, color);
+        if (FEATURE(kFeatureVertexExtra))
+            interpolateVertexExtra(SCENE_ARG vertices, barycentrics, uv1, color);
     }
-    const uint t = FEATURE(kFeatureTextures)
-                       ? textureOfSlot(word5, fetchMaterial(SCENE_ARG vertices.w, 6u), kTextureBaseColor)
-                       : 0u;
+    const uint t =
+        FEATURE(kFeatureTextures)
+            ? textureOfSlot(word5, fetchMaterial(SCENE_ARG vertices.w, 6u), kTextureBaseColor)
+            : 0u;
     if (t != 0u) {
         const VertexAttributes a = fetchVertexAttributes(SCENE_ARG vertices.x);
         const VertexAttributes b = fetchVertexAttributes(SCENE_ARG vertices.y);
@@ -352,12 +372,14 @@ SHARED_FN float surfaceAlpha(SCENE_PARAM uint triangle, vec2 barycentrics)
     return alpha;
 }
 
-/// The alpha test inside traversal: true when the surface is there for this ray. Blending is stochastic: the surface
-/// is there with probability alpha, decided by a hash of `seed` and the triangle.
+/// The alpha test inside traversal: true when the surface is there for this ray. Blending is
+/// stochastic: the surface is there with probability alpha, decided by a hash of `seed` and the
+/// triangle.
 SHARED_FN bool alphaPasses(SCENE_PARAM uint slot, vec2 barycentrics, uint seed)
 {
     const uint triangle = floatAsUint(fetchTriangleVertex(SCENE_ARG slot, 0u).w);
-    return unitFloat(hashUint(seed ^ hashUint(triangle))) < surfaceAlpha(SCENE_ARG triangle, barycentrics);
+    return unitFloat(hashUint(seed ^ hashUint(triangle))) <
+           surfaceAlpha(SCENE_ARG triangle, barycentrics);
 }
 
 SHARED_END

@@ -1,0 +1,156 @@
+// The command line as plain structs. The library that reads it is seen in args*.cpp only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "core/base/params.h"
+#include "core/gltf/gltf.h"
+#include "core/methods/renderer.h"
+#include "shared/tonemap.h"
+
+namespace app {
+
+enum class Method : uint32_t { path, guided, manylights };
+enum class DeviceKind : uint32_t { vulkan, cpu };
+enum class Tone : uint32_t { linear, aces, agx, neutral };
+static_assert(static_cast<uint32_t>(Tone::linear) == shared::kToneLinear &&
+              static_cast<uint32_t>(Tone::aces) == shared::kToneAces &&
+              static_cast<uint32_t>(Tone::agx) == shared::kToneAgx &&
+              static_cast<uint32_t>(Tone::neutral) == shared::kToneNeutral);
+
+/// What `loadWorld` needs to know.
+struct SceneOptions {
+    std::filesystem::path file;
+    core::LoadOptions load;
+    double at = 0;  // seconds of the scene's animation
+};
+
+/// Frames `first` to `last`, both included.
+struct FrameRange {
+    uint32_t first = 0, last = 0;
+};
+
+struct AovChoice {
+    bool depth = false, normal = false, albedo = false, ids = false;
+    bool any() const { return depth || normal || albedo || ids; }
+};
+
+struct RenderOptions {
+    SceneOptions scene;
+    std::filesystem::path output;  // holds %04d or alike when `frames` is set
+    Method method = Method::path;
+    DeviceKind device = DeviceKind::vulkan;
+    int deviceIndex = -1;  // -1: the program chooses
+    bool validation = false;
+    std::optional<glm::uvec2> size;
+    uint32_t width = 640;  // when `size` is absent: height from the camera's aspect
+    std::optional<uint64_t> spp;
+    std::optional<double> timeSeconds;
+    std::string camera;  // name, index or file; empty: the scene's first
+    std::filesystem::path path;
+    std::optional<FrameRange> frames;  // of the path, or of the scene's animation
+    double framesPerSecond = 24;
+    core::PathParams params;
+    std::filesystem::path stats, reference;
+    std::optional<double> untilRmse;
+    AovChoice aovs;
+    double exposure = 0;  // stops
+    Tone tone = Tone::agx;
+    std::vector<std::string> noSkip;  // names of features
+    bool quiet = false;
+};
+
+struct CompareOptions {
+    std::filesystem::path image, reference;
+};
+
+struct InfoOptions {
+    SceneOptions scene;
+    bool json = false;
+};
+
+struct DevicesOptions {
+    bool json = false;
+};
+
+struct ThroughputOptions {
+    SceneOptions scene;
+    int deviceIndex = -1;
+    uint32_t width = 640;
+    double seconds = 2;  // per measured figure
+};
+
+/// The laboratory of sample reuse.
+struct LabOptions {
+    std::filesystem::path output;  // a folder
+    uint64_t trials = 0;           // per cell of the table
+    uint64_t seed = 1;
+    bool quick = false, quiet = false;
+};
+
+/// The window, with or without its subcommand. Without a display it becomes FlyThroughOptions.
+struct ViewOptions {
+    SceneOptions scene;  // empty file: that of `replay`, or else the default scene
+    DeviceKind device = DeviceKind::vulkan;
+    int deviceIndex = -1;
+    bool validation = false;
+    core::PathParams params;
+    bool paramsGiven = false;  // any of them on the command line: then the kept ones do not count
+    std::string camera;
+    std::filesystem::path path;    // a camera path to begin with
+    std::filesystem::path replay;  // a saved picture
+    std::filesystem::path script;
+    std::optional<glm::uvec2> size;  // of the window; else the kept one
+    float uiScale = 0;               // 0: the kept one, or that of the display
+    bool noSettings = false;
+};
+
+/// What is shown where there is no window: a short fly-through in numbered pictures.
+struct FlyThroughOptions {
+    SceneOptions scene;
+    DeviceKind device = DeviceKind::vulkan;  // the CPU when there is no suitable one
+    int deviceIndex = -1;
+    bool validation = false;
+    core::PathParams params;
+    std::string camera;
+};
+
+/// --help and --version: text for stdout.
+struct Printed {
+    std::string text;
+};
+
+using Command = std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions,
+                             ThroughputOptions, LabOptions, ViewOptions, Printed>;
+
+/// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
+Command parseArguments(int argc, const char* const* argv);
+
+/// Whether the name ends in `extension` (lower case, with its dot), in any case.
+bool hasExtension(const std::filesystem::path& file, std::string_view extension);
+
+/// Versions of the program and of what it stands on, several lines.
+std::string versionText();
+
+}  // namespace app
+
+namespace core {
+template <> struct EnumNames<app::Method> {
+    static constexpr std::array<std::string_view, 3> names{"path", "guided", "manylights"};
+};
+template <> struct EnumNames<app::DeviceKind> {
+    static constexpr std::array<std::string_view, 2> names{"vulkan", "cpu"};
+};
+template <> struct EnumNames<app::Tone> {
+    static constexpr std::array<std::string_view, 4> names{"linear", "aces", "agx", "neutral"};
+};
+}  // namespace core

@@ -1,0 +1,138 @@
+// Options of the command line made from plain members: one text for reading, range check and help;
+// and what several commands have in common.
+// Only args*.cpp include this.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "app/args/args.h"
+#include "app/base/read_value.h"
+#include "core/base/params.h"
+
+namespace app {
+
+template <class T> std::string typeName()
+{
+    if constexpr (IsOptional<T>::value)
+        return typeName<typename T::value_type>();
+    else if constexpr (std::is_enum_v<T>) {
+        const auto names = core::enumNames<T>();
+        std::vector<std::string> known(names.begin(), names.end());
+        return CLI::detail::join(known, "|");
+    } else if constexpr (std::is_integral_v<T>)
+        return "N";
+    else if constexpr (std::is_floating_point_v<T>)
+        return "X";
+    else if constexpr (std::is_same_v<T, std::filesystem::path>)
+        return "FILE";
+    else
+        return "TEXT";
+}
+
+/// The current value as the help shows it; empty when there is nothing worth showing.
+template <class T> std::string defaultText(const T& value)
+{
+    if constexpr (IsOptional<T>::value)
+        return value ? defaultText(*value) : std::string();
+    else if constexpr (std::is_enum_v<T>)
+        return std::string(core::enumName(value));
+    else if constexpr (std::is_arithmetic_v<T>)
+        return numberText(static_cast<double>(value));
+    else
+        return {};
+}
+
+/// Adds an option with one value, read into `member` (which holds the default). `name` as CLI11
+/// takes it:
+/// "-o,--output", "--spp", or a bare word for a positional. The last of several wins.
+template <class T>
+CLI::Option* addValue(CLI::App& app, const std::string& group, const std::string& name, T& member,
+                      std::string help, core::Range range = {})
+{
+    std::string facts;
+    if (range.low != range.high) facts = numberText(range.low) + " to " + numberText(range.high);
+    const std::string shown = defaultText(member);
+    if (!shown.empty()) facts += (facts.empty() ? "default " : ", default ") + shown;
+    if (!facts.empty()) help += " (" + facts + ")";
+    const CLI::callback_t read = [&member, range, name](const CLI::results_t& results) {
+        const std::string problem = readValue(results.back(), range, member);
+        if (!problem.empty())
+            throw CLI::ValidationError(name.substr(name.rfind(',') + 1),
+                                       "'" + results.back() + "' is not " + problem);
+        return true;
+    };
+    return app.add_option(name, read, help)
+        ->group(group)
+        ->expected(1)
+        ->type_name(typeName<T>())
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+}
+
+/// An option whose text `read` turns into a value.
+template <class T, class Read>
+void addRead(CLI::App& app, const std::string& group, const std::string& name,
+             const std::string& type, T& member, Read read, const std::string& help)
+{
+    app.add_option(
+           name,
+           [&member, read](const CLI::results_t& results) {
+               member = read(results.back());
+               return true;
+           },
+           help)
+        ->group(group)
+        ->expected(1)
+        ->type_name(type)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+}
+
+/// Every parameter of a method as an option: names, help, ranges and defaults come from
+/// Params::visit.
+template <class Params>
+std::vector<CLI::Option*> addParams(CLI::App& app, const std::string& group, Params& params)
+{
+    std::vector<CLI::Option*> options;
+    Params::visit(params, [&](const core::Field& field, auto& member) {
+        std::string help = field.help;
+        if (field.biased) help += " [biased]";
+        options.push_back(
+            addValue(app, group, std::string("--") + field.name, member, help, field.range));
+    });
+    return options;
+}
+
+/// What every command that loads a scene has: SCENE and the group "Loading".
+void addSceneOptions(CLI::App& app, SceneOptions& scene);
+
+/// "640x360" to a size. Throws as CLI11 does for a wrong value.
+glm::uvec2 readSize(const std::string& text);
+
+[[noreturn]] void badCommandLine(const std::string& message);
+
+/// A subcommand: where its options are read to and what it becomes.
+struct Subcommand {
+    CLI::App* app = nullptr;
+    std::string usage;
+    std::function<Command()> finish;
+};
+
+/// The window's options on `app`: the subcommand `view`, or the program without a command.
+Subcommand viewCommandLine(CLI::App& app, const std::string& usage);
+
+Subcommand labCommandLine(CLI::App& root);
+
+/// Help of a command in at most 100 columns: usage, what it does, options by group, and the
+/// example.
+std::string helpText(const CLI::App& app, const std::string& usage);
+
+/// Long and short names of all options of a command, as typed.
+std::vector<std::string> optionNames(const CLI::App& app);
+
+}  // namespace app

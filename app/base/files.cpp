@@ -1,0 +1,129 @@
+// Text files and numbered names. See files.h.
+#include "app/base/files.h"
+
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+#include <unistd.h>
+
+#include "core/base/check.h"
+
+namespace app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A name beside `file` that nobody else uses.
+fs::path temporaryName(const fs::path& file)
+{
+    fs::path name = file;
+    name += ".partial-" + std::to_string(getpid());
+    return name;
+}
+
+std::string systemText()
+{
+    return std::strerror(errno);
+}
+
+struct NumberPlace {
+    size_t start = 0, length = 0;
+    uint32_t width = 0;
+    bool zeros = false;
+};
+
+/// The only %d of a name; nothing when there is none, several, or another use of %.
+std::optional<NumberPlace> numberPlace(const std::string& name)
+{
+    const size_t start = name.find('%');
+    if (start == std::string::npos || name.find('%', start + 1) != std::string::npos) return {};
+    NumberPlace place{start, 1, 0, false};
+    size_t i = start + 1;
+    if (i < name.size() && name[i] == '0') {
+        place.zeros = true;
+        ++i;
+    }
+    if (i < name.size() && std::isdigit(static_cast<unsigned char>(name[i])))
+        place.width = static_cast<uint32_t>(name[i++] - '0');
+    if (i >= name.size() || name[i] != 'd') return {};
+    place.length = i + 1 - start;
+    return place;
+}
+
+}  // namespace
+
+void writeText(const fs::path& file, const std::string& text)
+{
+    const fs::path temporary = temporaryName(file);
+    errno = 0;
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << text;
+    stream.close();
+    std::error_code error;
+    if (stream.fail()) {
+        const std::string reason = systemText();
+        fs::remove(temporary, error);
+        throw core::Error(file.string() + ": cannot be written: " + reason);
+    }
+    fs::rename(temporary, file, error);
+    if (error) {
+        const std::string reason = error.message();
+        fs::remove(temporary, error);
+        throw core::Error(file.string() + ": cannot be written: " + reason);
+    }
+}
+
+std::string readText(const fs::path& file, uint64_t maxBytes)
+{
+    std::error_code error;
+    if (!fs::exists(file, error)) throw core::Error(file.string() + ": no such file");
+    if (!fs::is_regular_file(file, error))
+        throw core::Error(file.string() + ": not a regular file");
+    if (fs::file_size(file, error) > maxBytes)
+        throw core::Error(file.string() + ": larger than " + std::to_string(maxBytes >> 20) +
+                          " MiB");
+    errno = 0;
+    std::ifstream stream(file, std::ios::binary);
+    std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    if (!stream) throw core::Error(file.string() + ": cannot be read: " + systemText());
+    return text;
+}
+
+void requireWritableText(const fs::path& file)
+{
+    std::error_code error;
+    if (fs::is_directory(file, error))
+        throw core::Error(file.string() + ": is a folder — name a file");
+    const fs::path temporary = temporaryName(file);
+    errno = 0;
+    std::ofstream stream(temporary, std::ios::binary);
+    const bool fine = static_cast<bool>(stream.put(' ').flush());
+    const std::string reason = systemText();
+    stream.close();
+    fs::remove(temporary, error);
+    if (!fine) throw core::Error(file.string() + ": cannot be written: " + reason);
+}
+
+bool isNumbered(const fs::path& file)
+{
+    return numberPlace(file.filename().string()).has_value();
+}
+
+fs::path numbered(const fs::path& file, uint32_t number)
+{
+    std::string name = file.filename().string();
+    const std::optional<NumberPlace> place = numberPlace(name);
+    CHECK(place.has_value());
+    std::string digits = std::to_string(number);
+    if (digits.size() < place->width)
+        digits.insert(0, place->width - digits.size(), place->zeros ? '0' : ' ');
+    name.replace(place->start, place->length, digits);
+    return file.parent_path() / name;
+}
+
+}  // namespace app

@@ -1,0 +1,202 @@
+// Interleaved rounds and medians, so that what else the machine does falls on all alike. Work done
+// by this process is timed in CPU seconds over the number of cores, which is what undisturbed cores
+// would take; a real GPU by its own clock.
+#include "app/bench/bench_throughput.h"
+
+#include <algorithm>
+#include <ctime>
+#include <functional>
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "app/base/log.h"
+#include "app/bench/bench_rays.h"
+#include "app/files/load.h"
+#include "app/files/stats.h"
+#include "app/gpu/methods/path.h"
+#include "core/base/check.h"
+#include "core/methods/methods.h"
+
+namespace app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kMinRounds = 5, kMaxRounds = 101;
+
+double cpuSeconds()
+{
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+unsigned cores()
+{
+    return std::max(1u, std::thread::hardware_concurrency());
+}
+
+/// Seconds that `work` takes on all cores of this process.
+double onHost(const std::function<void()>& work)
+{
+    const double start = cpuSeconds();
+    work();
+    return (cpuSeconds() - start) / cores();
+}
+
+double median(std::vector<double> values)
+{
+    std::ranges::sort(values);
+    return values[values.size() / 2];
+}
+
+/// One figure: `run` does `amount` of work and returns the seconds.
+struct Figure {
+    std::string name;
+    double amount = 0;
+    std::function<double()> run;
+    std::vector<double> seconds;
+
+    double rate() const { return amount / median(seconds); }
+};
+
+/// Runs all figures in turns, at least five times and until each had `seconds`. The first round, in
+/// which drivers compile, does not count.
+void measure(std::vector<Figure>& figures, double seconds, Log& log)
+{
+    double slowest = 0;
+    for (Figure& f : figures) slowest = std::max(slowest, f.run());
+    const int rounds =
+        std::clamp(static_cast<int>(seconds / std::max(slowest, 1e-4)), kMinRounds, kMaxRounds);
+    for (int round = 0; round < rounds; ++round) {
+        for (Figure& f : figures) f.seconds.push_back(f.run());
+        log.progress("measuring", (round + 1.0) / rounds);
+    }
+}
+
+/// The figures of one set of rays, by name: the GPU's and Embree's two.
+Json measureRays(const std::string& set, std::span<const gpu::DeviceRay> rays, gpu::GpuRays& device,
+                 bool software, const EmbreeRays& embree, double seconds, Log& log)
+{
+    const bool any = set == "any";
+    std::vector<gpu::DeviceHit> hits(rays.size());
+    device.setRays(rays);
+    const double amount = static_cast<double>(rays.size());
+    const auto trace = [&] { return any ? device.traceAny() : device.traceClosest(); };
+    std::vector<Figure> figures;
+    figures.push_back(
+        {"vulkan", amount, [&] { return software ? onHost([&] { trace(); }) : trace(); }, {}});
+    figures.push_back(
+        {any ? "rtcOccluded1" : "rtcIntersect1",
+         amount,
+         [&] {
+             return onHost([&] { any ? embree.any1(rays, hits) : embree.closest1(rays, hits); });
+         },
+         {}});
+    figures.push_back(
+        {any ? "rtcOccluded16" : "rtcIntersect16",
+         amount,
+         [&] {
+             return onHost([&] { any ? embree.any16(rays, hits) : embree.closest16(rays, hits); });
+         },
+         {}});
+    measure(figures, seconds, log);
+    Json json{{"rays", rays.size()}, {"rounds", figures[0].seconds.size()}};
+    for (const Figure& f : figures) json[f.name] = f.rate();
+    json["ratio1"] = figures[0].rate() / figures[1].rate();
+    json["ratio16"] = figures[0].rate() / figures[2].rate();
+    return json;
+}
+
+/// Whole paths per second of both renderers, in turns, with their default parameters.
+Json measureSamples(std::shared_ptr<const core::World> world, const core::Camera& camera,
+                    glm::uvec2 size, const gpu::DeviceOptions& options, bool software,
+                    double seconds, Log& log)
+{
+    const std::unique_ptr<core::Renderer> vulkan = gpu::makePathRenderer(options);
+    const std::unique_ptr<core::Renderer> cpu = core::makeRenderer("path");
+    for (core::Renderer* r : {vulkan.get(), cpu.get()}) {
+        r->setWorld(world, {});
+        r->setView(camera, size.x, size.y, core::PathParams{});
+        r->advance(2, {});  // compiles, and lets the device choose its kernel
+    }
+    const double amount = static_cast<double>(size.x) * size.y;
+    const auto once = [](core::Renderer& r) { r.advance(1, {}); };
+    std::vector<Figure> figures;
+    figures.push_back({"vulkan",
+                       amount,
+                       [&] {
+                           if (software) return onHost([&] { once(*vulkan); });
+                           const double start = vulkan->stats().renderSeconds;
+                           once(*vulkan);
+                           return vulkan->stats().renderSeconds - start;
+                       },
+                       {}});
+    figures.push_back({"cpu", amount, [&] { return onHost([&] { once(*cpu); }); }, {}});
+    measure(figures, seconds, log);
+    Json json;
+    for (const Figure& f : figures) json[f.name] = f.rate();
+    return json;
+}
+
+}  // namespace
+
+int benchThroughput(const ThroughputOptions& options, std::ostream& out)
+{
+    Log log(false);
+    const LoadedWorld loaded = loadWorld(options.scene, 0, log.callback());
+    const core::World& world = *loaded.world;
+    if (world.cameras.empty())
+        throw core::Error("bench throughput: the scene has no camera — give one that has");
+    const core::Camera& camera = world.cameras.front();
+    const glm::uvec2 size = core::sizeForWidth(camera, options.width);
+    const gpu::DeviceOptions deviceOptions{.index = options.deviceIndex, .validation = false};
+
+    gpu::Device device(deviceOptions);
+    const bool software = device.isSoftware();
+    Json sets = Json::object(), ratios = Json::object(), rates = Json::object();
+    {
+        const EmbreeRays embree(loaded.world);
+        const BenchRays rays = makeBenchRays(world, embree, camera, size.x, size.y);
+        gpu::GpuRays traced(device, world, false);
+        const std::pair<const char*, const std::vector<gpu::DeviceRay>*> all[] = {
+            {"primary", &rays.primary}, {"bounce", &rays.bounce}, {"any", &rays.shadow}};
+        for (const auto& [name, set] : all) {
+            if (set->empty())
+                throw core::Error(
+                    "bench throughput: no ray of the view hits anything — another camera?");
+            log.line(std::string("tracing ") + name + " rays");
+            const Json json =
+                measureRays(name, *set, traced, software, embree, options.seconds, log);
+            ratios[name] = json["ratio1"];
+            rates[name] = json["vulkan"];
+            sets[name] = json;
+        }
+    }
+    log.line("rendering");
+    const Json samples =
+        measureSamples(loaded.world, camera, size, deviceOptions, software, options.seconds, log);
+    out << jsonLines(
+        {{"schema", 1},
+         {"command", "bench throughput"},
+         {"scene", options.scene.file.string()},
+         {"triangles", world.triangles.size()},
+         {"device", device.info().name},
+         {"driver", device.info().driver},
+         {"cores", cores()},
+         {"clock", software ? "cpu seconds / cores" : "cpu seconds / cores; gpu: device time"},
+         {"size", {size.x, size.y}},
+         {"max_depth", core::PathParams{}.maxDepth},
+         {"ratios", ratios},
+         {"rays_per_second", rates},
+         {"sets", sets},
+         {"samples_per_second", samples}});
+    return 0;
+}
+
+}  // namespace app

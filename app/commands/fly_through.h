@@ -1,0 +1,14 @@
+// What the program does without a display: a short flight through a scene, as numbered pictures.
+#pragma once
+
+#include <filesystem>
+
+#include "app/args/args.h"
+
+namespace app {
+
+/// Renders the frames into ./rekindle-frames and prints where they are. Returns the exit code.
+/// Throws core::Error.
+int flyThrough(const FlyThroughOptions& options);
+
+}  // namespace app

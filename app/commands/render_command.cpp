@@ -1,0 +1,347 @@
+// Checks, loads, renders frame by frame, writes. See render_command.h.
+#include "app/commands/render_command.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "app/base/files.h"
+#include "app/base/interrupt.h"
+#include "app/base/log.h"
+#include "app/commands/render_loop.h"
+#include "app/files/load.h"
+#include "app/files/picture_file.h"
+#include "app/files/stats.h"
+#include "app/gpu/base/device.h"
+#include "app/gpu/base/pipeline_cache.h"
+#include "app/gpu/methods/path.h"
+#include "core/base/check.h"
+#include "core/image/metrics.h"
+#include "core/methods/methods.h"
+#include "core/scene/features.h"
+
+namespace app {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr uint64_t kDefaultSpp = 64, kMaxSpp = 2147483647;
+constexpr double kMaxKeepSeconds = 10;  // between copies of the film; at first a second
+
+double secondsSince(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string format(const char* pattern, double value)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
+/// Everything that can be refused before work begins.
+void checkFiles(const RenderOptions& o)
+{
+    if (o.frames && !isNumbered(o.output))
+        throw core::Error("-o " + o.output.string() +
+                              ": frames need a place for their number, as in frame-%04d.png",
+                          core::ExitCode::commandLine);
+    core::requireWritable(o.frames ? numbered(o.output, o.frames->first) : o.output);
+    if (!o.stats.empty()) requireWritableText(o.stats);
+}
+
+uint32_t forcedFeatures(const RenderOptions& o)
+{
+    uint32_t bits = 0;
+    for (const std::string& name : o.noSkip) bits |= core::featureBit(name);
+    return bits;
+}
+
+std::unique_ptr<core::Renderer> rendererFor(const RenderOptions& o)
+{
+    if (o.device == DeviceKind::cpu) return core::makeRenderer(core::enumName(o.method));
+    return gpu::makePathRenderer({.index = o.deviceIndex,
+                                  .validation = o.validation,
+                                  .cacheFolder = gpu::userCacheFolder()});
+}
+
+/// One render command at work.
+class Job {
+public:
+    Job(const RenderOptions& options, const PathMaker& makePath, const RendererMaker& makeRenderer)
+        : o_(options), makePath_(makePath), makeRenderer_(makeRenderer), log_(options.quiet)
+    {}
+
+    int run();
+
+private:
+    void prepare();
+    void poseFor(uint32_t index);
+    Ended renderFrame(uint32_t index);
+    Outcome takeSamples(uint32_t index);
+    void checkReference() const;
+    void report(uint32_t index, const Outcome& outcome);
+    void save(uint32_t index, const core::Film& film, core::Aovs* aovs);
+    [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
+    void tell(uint64_t samples, double seconds, std::optional<double> rmse);
+    std::filesystem::path fileOf(uint32_t index) const
+    {
+        return o_.frames ? numbered(o_.output, index) : o_.output;
+    }
+
+    const RenderOptions& o_;
+    const PathMaker& makePath_;
+    const RendererMaker& makeRenderer_;
+    const Clock::time_point start_ = Clock::now();
+    Interrupt interrupt_;  // before anything that starts threads
+    Log log_;
+    RenderReport report_;
+    std::unique_ptr<core::Renderer> renderer_;
+    std::optional<CameraPath> path_;
+    core::Image reference_;
+    Goal goal_;
+    uint32_t forced_ = 0;        // features that are compiled in though nothing needs them
+    double prepareSeconds_ = 0;  // counted against the time limit of the first frame
+    core::Film kept_;            // copied from the device now and then, in case it is lost
+    double keptAt_ = 0;
+    uint64_t raysBefore_ = 0, pathsBefore_ = 0;  // of the frame
+};
+
+void Job::prepare()
+{
+    checkFiles(o_);
+    forced_ = forcedFeatures(o_);
+    if (!o_.reference.empty()) reference_ = core::readExr(o_.reference).layer("");
+    const Clock::time_point opening = Clock::now();
+    renderer_ = makeRenderer_();
+    report_.deviceSeconds = secondsSince(opening);
+    const LoadedWorld loaded = loadWorld(o_.scene, forced_, log_.callback());
+    for (const std::string& line : warningLines(loaded.world->warnings))
+        log_.warning(o_.scene.file.string() + ": " + line);
+    report_.options = &o_;
+    report_.world = loaded.world;
+    report_.loadSeconds = loaded.seconds;
+    report_.time = o_.scene.at;
+    if (o_.frames && !makePath_ && loaded.world->scene->animations.empty())
+        throw core::Error(o_.scene.file.string() +
+                              ": has no animation — --frames needs --path FILE.json",
+                          core::ExitCode::commandLine);
+    report_.camera = chooseCamera(*loaded.world, o_.camera);
+    if (makePath_) {
+        path_ = makePath_(*loaded.world);
+        report_.camera = path_->at(o_.frames->first);
+    }
+    report_.size = o_.size ? *o_.size : core::sizeForWidth(report_.camera, o_.width);
+    checkReference();
+    requireMemoryFor(report_.size);
+    log_.line(o_.scene.file.string() + ": " + std::to_string(loaded.world->triangles.size()) +
+              " triangles, loaded in " + format("%.2f s", loaded.seconds));
+
+    const Clock::time_point start = Clock::now();
+    renderer_->setWorld(loaded.world, log_.callback());
+    prepareSeconds_ = secondsSince(start);
+    goal_.spp = o_.spp.value_or(o_.timeSeconds || o_.untilRmse ? kMaxSpp : kDefaultSpp);
+    goal_.rmse = o_.untilRmse.value_or(0);
+    goal_.reference = o_.untilRmse ? &reference_ : nullptr;
+}
+
+void Job::checkReference() const
+{
+    if (o_.reference.empty()) return;
+    const glm::uvec2 other(reference_.width, reference_.height);
+    if (reference_.channels < 3)
+        throw core::Error(o_.reference.string() + ": has no R, G, B to compare with");
+    if (other == report_.size) return;
+    const auto text = [](glm::uvec2 size) {
+        return std::to_string(size.x) + 'x' + std::to_string(size.y);
+    };
+    throw core::Error(o_.reference.string() + ": is " + text(other) + ", the picture is " +
+                      text(report_.size) + " — give --size " + text(other) +
+                      " or another reference");
+}
+
+void Job::tell(uint64_t samples, double seconds, std::optional<double> rmse)
+{
+    const double done = static_cast<double>(samples);
+    const double rate = done * report_.size.x * report_.size.y / std::max(seconds, 1e-9);
+    std::string text = "render: ";
+    if (o_.frames)
+        text += "frame " + std::to_string(o_.frames->first + report_.frames.size()) + " of " +
+                std::to_string(o_.frames->first) + '-' + std::to_string(o_.frames->last) + ", ";
+    text += std::to_string(samples) +
+            (goal_.spp < kMaxSpp ? " of " + std::to_string(goal_.spp) : "") + " spp, " +
+            format("%.1f s, ", seconds) + format("%.2f M samples/s", rate * 1e-6);
+    if (rmse) text += format(", RMSE %.3g", *rmse);
+    double left = goal_.spp < kMaxSpp
+                      ? seconds * (static_cast<double>(goal_.spp) - done) / std::max(done, 1.0)
+                      : 1e30;
+    if (goal_.seconds > 0) left = std::min(left, goal_.seconds - seconds);
+    if (left < 1e30) text += format(", %.0f s left", std::max(left, 0.0));
+    log_.progressText(text);
+}
+
+void Job::report(uint32_t index, const Outcome& outcome)
+{
+    constexpr const char* kNames[] = {"spp", "time", "target", "interrupted"};
+    report_.renderer = renderer_->stats();
+    report_.ended = kNames[static_cast<size_t>(outcome.ended)];
+    report_.rmse = outcome.rmse;
+    report_.frames.push_back({index, outcome.seconds, report_.renderer.rays - raysBefore_,
+                              report_.renderer.paths - pathsBefore_, outcome.samples});
+}
+
+Outcome Job::takeSamples(uint32_t index)
+{
+    kept_.samples = 0;
+    keptAt_ = 0;
+    try {
+        return renderUntil(*renderer_, goal_, interrupt_.token(),
+                           [this](uint64_t samples, double seconds, std::optional<double> rmse) {
+                               tell(samples, seconds, rmse);
+                               if (seconds - keptAt_ < std::clamp(keptAt_, 1.0, kMaxKeepSeconds))
+                                   return;
+                               renderer_->readFilm(kept_);
+                               keptAt_ = seconds;
+                           });
+    } catch (const core::Error& error) {
+        // The one failure that leaves something to save: a device that was lost after a copy of its
+        // film was taken.
+        if (error.code() != core::ExitCode::deviceLost || kept_.samples == 0) throw;
+        saveLost(index, error);
+    }
+}
+
+void Job::saveLost(uint32_t index, const core::Error& error)
+{
+    report(index, {Ended::stopped, kept_.samples, keptAt_, {}});
+    report_.ended = "device lost";
+    save(index, kept_, nullptr);
+    throw core::Error(std::string(error.what()) + " — the first " + std::to_string(kept_.samples) +
+                          " samples per pixel are saved in " + fileOf(index).string(),
+                      core::ExitCode::deviceLost);
+}
+
+void Job::poseFor(uint32_t index)
+{
+    if (path_) {
+        report_.camera = path_->at(index);
+        return;
+    }
+    const double time = o_.scene.at + (o_.frames ? index / o_.framesPerSecond : 0);
+    if (time == report_.time) return;
+    report_.time = time;
+    report_.world = core::makeWorld(report_.world->scene, time, forced_, report_.world->placement);
+    report_.camera = chooseCamera(*report_.world, o_.camera);
+    renderer_->setWorld(report_.world, log_.callback());
+}
+
+Ended Job::renderFrame(uint32_t index)
+{
+    const Clock::time_point start = Clock::now();
+    poseFor(index);
+    renderer_->setView(report_.camera, report_.size.x, report_.size.y, o_.params);
+    raysBefore_ = renderer_->stats().rays;
+    pathsBefore_ = renderer_->stats().paths;
+    prepareSeconds_ += secondsSince(start);
+    report_.prepareSeconds += prepareSeconds_;
+    // What is left of the time after preparation; never zero, which would mean no limit.
+    goal_.seconds = o_.timeSeconds ? std::max(*o_.timeSeconds - prepareSeconds_, 1e-9) : 0;
+    prepareSeconds_ = 0;
+    interrupt_.keepResult(true);
+    const Outcome outcome = takeSamples(index);
+    report(index, outcome);
+    if (outcome.samples > 0) {
+        core::Film film;
+        renderer_->readFilm(film);
+        core::Aovs aovs;
+        if (o_.aovs.any()) aovs = renderer_->aovs();
+        save(index, film, o_.aovs.any() ? &aovs : nullptr);
+    }
+    return outcome.ended;
+}
+
+void Job::save(uint32_t index, const core::Film& film, core::Aovs* aovs)
+{
+    report_.counters.nan += film.counters.nan;
+    report_.counters.inf += film.counters.inf;
+    report_.counters.negative += film.counters.negative;
+    report_.counters.stackOverflow += film.counters.stackOverflow;
+    if (!o_.reference.empty()) report_.rmse = core::imageErrors(film.mean(), reference_).rmse;
+    const std::filesystem::path file = fileOf(index);
+    writePicture(file, film, aovs, o_, imageMetadata(report_));
+    const FrameReport& frame = report_.frames.back();
+    const std::string text = file.string() + ": " + std::to_string(report_.size.x) + 'x' +
+                             std::to_string(report_.size.y) + ", " + std::to_string(frame.spp) +
+                             " spp in " + format("%.2f s", frame.seconds) + " on " +
+                             report_.renderer.device +
+                             (report_.rmse ? format(", RMSE %.4g", *report_.rmse) : "");
+    // Of many frames not each is news.
+    if (o_.frames)
+        log_.progressText(text);
+    else
+        log_.line(text);
+}
+
+int Job::run()
+{
+    prepare();
+    Ended ended = Ended::spp;
+    bool reached = true;
+    const FrameRange frames = o_.frames.value_or(FrameRange{});
+    for (uint32_t index = frames.first; index <= frames.last && ended != Ended::stopped; ++index) {
+        ended = renderFrame(index);
+        reached = reached && ended == Ended::target;
+    }
+    report_.renderer = renderer_->stats();
+    report_.totalSeconds = secondsSince(start_);
+    report_.validationMessages = o_.validation ? gpu::validationMessages() : 0;
+    if (!o_.stats.empty()) writeText(o_.stats, statsJson(report_));
+
+    const core::FilmCounters& c = report_.counters;
+    if (!c.clean())
+        log_.warning("samples dropped: " + std::to_string(c.nan) + " NaN, " +
+                     std::to_string(c.inf) + " infinite, " + std::to_string(c.negative) +
+                     " negative; stack overflows: " + std::to_string(c.stackOverflow));
+    if (report_.validationMessages > 0)
+        log_.warning(std::to_string(report_.validationMessages) +
+                     " messages of the Vulkan validation layer");
+    if (ended == Ended::stopped) {
+        log_.warning(report_.frames.back().spp > 0
+                         ? "interrupted: what was rendered so far is saved"
+                         : "interrupted before the first sample: nothing saved");
+        return static_cast<int>(core::ExitCode::interrupted);
+    }
+    if (o_.untilRmse && !reached) {
+        log_.warning("RMSE " + format("%.4g", report_.rmse.value_or(0)) +
+                     " is above --until-rmse " + format("%.4g", *o_.untilRmse));
+        return static_cast<int>(core::ExitCode::targetNotReached);
+    }
+    return static_cast<int>(core::ExitCode::done);
+}
+
+}  // namespace
+
+int renderWith(const RenderOptions& options, const PathMaker& makePath,
+               const RendererMaker& makeRenderer)
+{
+    CHECK(!makePath || options.frames);
+    return Job(options, makePath, makeRenderer).run();
+}
+
+int renderFrames(const RenderOptions& options, const PathMaker& makePath)
+{
+    return renderWith(options, makePath, [&options] { return rendererFor(options); });
+}
+
+int renderCommand(const RenderOptions& options)
+{
+    if (options.path.empty()) return renderFrames(options, {});
+    return renderFrames(options, [&options](const core::World& world) {
+        return readCameraPath(options.path, chooseCamera(world, options.camera), world.placement);
+    });
+}
+
+}  // namespace app

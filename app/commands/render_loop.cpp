@@ -1,0 +1,94 @@
+// The loop of every headless render. See render_loop.h.
+#include "app/commands/render_loop.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/base/check.h"
+#include "core/image/metrics.h"
+
+namespace app {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kStepSeconds = 0.25, kGrowthBetweenMeasurements = 1.2;
+constexpr uint64_t kMaxStep = 4096;
+
+double secondsSince(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Samples of the next step: what takes a quarter of a second at the speed so far, never more than
+/// double the last.
+uint64_t nextStep(uint64_t last, uint64_t samples, double seconds)
+{
+    if (samples == 0) return 1;
+    const double perSample = seconds / static_cast<double>(samples);
+    const double wanted = perSample > 0 ? kStepSeconds / perSample : static_cast<double>(kMaxStep);
+    return std::clamp<uint64_t>(static_cast<uint64_t>(std::min(wanted, 1e9)), 1,
+                                std::min(2 * last, kMaxStep));
+}
+
+/// Fewer samples where a whole step would run past the time limit.
+uint64_t withinTime(uint64_t step, uint64_t samples, double seconds, double limit)
+{
+    if (limit <= 0 || samples == 0 || seconds <= 0) return step;
+    const double left = (limit - seconds) / (seconds / static_cast<double>(samples));
+    return std::clamp<uint64_t>(static_cast<uint64_t>(std::max(left, 1.0)), 1, step);
+}
+
+}  // namespace
+
+Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_token& stop,
+                    const LoopProgress& progress)
+{
+    CHECK(goal.spp >= 1);
+    Outcome outcome;
+    core::Film film;
+    uint64_t step = 1, first = renderer.samples();
+    double nextMeasurement = 1;
+    outcome.samples = first;
+    while (true) {
+        if (stop.stop_requested()) {
+            outcome.ended = Ended::stopped;
+            return outcome;
+        }
+        const uint64_t left = goal.spp - std::min(goal.spp, outcome.samples);
+        if (left > 0) {
+            step = nextStep(step, outcome.samples - first, outcome.seconds);
+            // A step longer than the samples between two measurements would overshoot a target.
+            if (goal.rmse > 0) step = std::min(step, std::max<uint64_t>(1, outcome.samples / 5));
+            const uint64_t taken = std::min(
+                left, withinTime(step, outcome.samples - first, outcome.seconds, goal.seconds));
+            const Clock::time_point start = Clock::now();
+            renderer.advance(static_cast<uint32_t>(taken), stop);
+            outcome.seconds += secondsSince(start);
+            outcome.samples = renderer.samples();
+        }
+        const bool enough = outcome.samples >= goal.spp;
+        const bool late = goal.seconds > 0 && outcome.seconds >= goal.seconds;
+        if (goal.rmse > 0 && outcome.samples > 0 &&
+            (enough || late || static_cast<double>(outcome.samples) >= nextMeasurement)) {
+            renderer.readFilm(film);
+            outcome.rmse = core::imageErrors(film.mean(), *goal.reference).rmse;
+            nextMeasurement =
+                std::ceil(static_cast<double>(outcome.samples) * kGrowthBetweenMeasurements);
+        }
+        if (progress) progress(outcome.samples, outcome.seconds, outcome.rmse);
+        if (outcome.rmse && *outcome.rmse <= goal.rmse)
+            outcome.ended = Ended::target;
+        else if (enough)
+            outcome.ended = Ended::spp;
+        else if (late && outcome.samples > 0)
+            outcome.ended = Ended::time;
+        else
+            continue;
+        return outcome;
+    }
+}
+
+}  // namespace app

@@ -1,0 +1,43 @@
+// Takes samples until enough: a number of them, a time, an error against a reference, or a stop
+// request.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <stop_token>
+
+#include "core/image/film.h"
+#include "core/image/image.h"
+#include "core/methods/renderer.h"
+
+namespace app {
+
+/// Where to stop; whatever comes first. `spp` is at least one.
+struct Goal {
+    uint64_t spp = 64;
+    double seconds = 0;  // of rendering, 0 = no limit; at least one sample is taken
+    const core::Image* reference = nullptr;
+    double rmse = 0;  // against `reference`, over all pixels and channels; 0 = not a goal
+};
+
+enum class Ended { spp, time, target, stopped };
+
+struct Outcome {
+    Ended ended = Ended::spp;
+    uint64_t samples = 0;
+    double seconds = 0;          // in the renderer: what the error measurements took is not in it
+    std::optional<double> rmse;  // the last that was measured
+};
+
+/// Told after every step: samples taken, seconds, and the last RMSE.
+using LoopProgress =
+    std::function<void(uint64_t samples, double seconds, std::optional<double> rmse)>;
+
+/// Advances `renderer` from where it stands. Steps grow until one takes about a quarter of a
+/// second, so that stopping and progress are prompt; the image does not depend on them. With a
+/// target, the error is measured whenever the samples have grown by a fifth.
+Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_token& stop,
+                    const LoopProgress& progress);
+
+}  // namespace app

@@ -1,0 +1,66 @@
+// Loading with progress and warnings. See load.h.
+#include "app/files/load.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/base/check.h"
+#include "core/gltf/gltf.h"
+
+namespace app {
+
+std::filesystem::path defaultScene()
+{
+    namespace fs = std::filesystem;
+    const fs::path name = fs::path("assets") / "cornell-diffuse.gltf";
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    if (!error)
+        for (const fs::path& root : {program.parent_path().parent_path(), program.parent_path()})
+            if (fs::exists(root / name, error)) return root / name;
+    return name;
+}
+
+std::vector<std::string> warningLines(const core::Warnings& warnings)
+{
+    std::vector<std::string> lines;
+    for (const core::Warnings::Count& count : warnings.counts) {
+        uint64_t told = 0;
+        for (const core::Warning& warning : warnings.listed) {
+            if (warning.code != count.code) continue;
+            ++told;
+            const std::string place = warning.pointer.empty() ? "" : warning.pointer + ": ";
+            lines.push_back(place + warning.message + " (" + warning.code + ')');
+        }
+        if (count.count > told)
+            lines.push_back(std::to_string(count.count - told) + " more of " + count.code);
+    }
+    return lines;
+}
+
+LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
+                      const core::Progress& progress, std::stop_token stop)
+{
+    const auto start = std::chrono::steady_clock::now();
+    LoadedWorld loaded;
+    {
+        // The scene's own copies of meshes and texels are freed at the end of this block.
+        const std::shared_ptr<const core::Scene> scene =
+            core::loadGltf(options.file, options.load, progress, stop);
+        if (progress) progress("flatten", 0);
+        loaded.world = core::makeWorld(scene, options.at, forcedFeatures);
+        if (stop.stop_requested())
+            throw core::Error(options.file.string() + ": loading was cancelled",
+                              core::ExitCode::interrupted);
+    }
+    loaded.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+    const core::Warnings& warnings = loaded.world->warnings;
+    if (options.load.strict && warnings.total() > 0)
+        throw core::Error(options.file.string() + ": " + warningLines(warnings).front() +
+                          " — refused because of --strict");
+    return loaded;
+}
+
+}  // namespace app

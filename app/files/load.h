@@ -1,0 +1,34 @@
+// From a file's name to what renderers read, and how a loader's warnings are told.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "app/args/args.h"
+#include "core/methods/renderer.h"
+#include "core/scene/world.h"
+
+namespace app {
+
+struct LoadedWorld {
+    std::shared_ptr<const core::World> world;
+    double seconds = 0;
+};
+
+/// Loads and flattens the scene. `forcedFeatures`: see core::makeWorld. Throws core::Error, also
+/// for a warning when the options are strict, and (interrupted) when `stop` is requested.
+LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
+                      const core::Progress& progress, std::stop_token stop = {});
+
+/// The scene to show when none is named: assets/cornell-diffuse.gltf beside the folder of the
+/// program, which is where the repository builds it, or below the current folder.
+std::filesystem::path defaultScene();
+
+/// One line per listed warning and one per code for those that are only counted.
+std::vector<std::string> warningLines(const core::Warnings& warnings);
+
+}  // namespace app

@@ -1,0 +1,51 @@
+// Layers of an EXR, curve of a PNG. See picture_file.h.
+#include "app/files/picture_file.h"
+
+#include <cstdio>
+
+#include <unistd.h>
+
+#include "core/base/check.h"
+
+namespace app {
+
+// Two sums of three doubles, mean and variance as floats, a copy while writing, and the device's
+// compensated sums.
+static constexpr double kBytesPerPixel = 48 + 24 + 24 + 48;
+
+void writePicture(const std::filesystem::path& file, const core::Film& film, core::Aovs* aovs,
+                  const RenderOptions& options, const core::Metadata& metadata)
+{
+    const core::Image mean = film.mean();
+    if (!hasExtension(file, ".exr")) {
+        core::writePng(file, mean, static_cast<float>(options.exposure),
+                       static_cast<uint32_t>(options.tone), metadata);
+        return;
+    }
+    core::ImageFile exr{{{"", mean}}, metadata};
+    // One sample says nothing about its spread.
+    if (film.samples >= 2) exr.layers.push_back({"variance", film.varianceOfMean()});
+    if (aovs) {
+        if (options.aovs.depth) exr.layers.push_back({"depth", std::move(aovs->depth)});
+        if (options.aovs.normal) exr.layers.push_back({"normal", std::move(aovs->normal)});
+        if (options.aovs.albedo) exr.layers.push_back({"albedo", std::move(aovs->albedo)});
+        if (options.aovs.ids) exr.layers.push_back({"ids", std::move(aovs->ids)});
+    }
+    core::writeExr(file, exr);
+}
+
+void requireMemoryFor(glm::uvec2 size)
+{
+    const double needed = kBytesPerPixel * size.x * size.y;
+    const double present =
+        static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+    if (needed <= present) return;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "a picture of %ux%u needs about %.0f GiB, this machine has %.0f GiB — ask for a "
+                  "smaller one",
+                  size.x, size.y, needed / (1 << 30), present / (1 << 30));
+    throw core::Error(text, core::ExitCode::commandLine);
+}
+
+}  // namespace app

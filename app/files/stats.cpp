@@ -1,0 +1,175 @@
+// Statistics and metadata of a render. See stats.h.
+#include "app/files/stats.h"
+
+#include <algorithm>
+
+#include <sys/resource.h>
+
+#include "app/base/program_version.h"
+#include "app/files/camera_file.h"
+#include "app/files/params_json.h"
+#include "core/scene/features.h"
+
+namespace app {
+
+using Json = nlohmann::ordered_json;
+
+double RenderReport::renderSeconds() const
+{
+    double sum = 0;
+    for (const FrameReport& frame : frames) sum += frame.seconds;
+    return sum;
+}
+
+uint64_t RenderReport::rays() const
+{
+    uint64_t sum = 0;
+    for (const FrameReport& frame : frames) sum += frame.rays;
+    return sum;
+}
+
+uint64_t RenderReport::paths() const
+{
+    uint64_t sum = 0;
+    for (const FrameReport& frame : frames) sum += frame.paths;
+    return sum;
+}
+
+double peakHostMb()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts in KiB
+}
+
+std::string jsonLines(const Json& json)
+{
+    std::string text = "{";
+    for (const auto& [name, value] : json.items())
+        text += (text.size() > 1 ? ",\n " : "\n ") + Json(name).dump() + ": " + value.dump();
+    return text + "\n}\n";
+}
+
+static double perSecond(double count, double seconds)
+{
+    return seconds > 0 ? count / seconds : 0;
+}
+
+static Json secondsJson(const RenderReport& r)
+{
+    return {{"load", r.loadSeconds},
+            {"build", r.renderer.buildSeconds},
+            {"compile", r.renderer.compileSeconds},
+            {"prepare",
+             std::max(0.0, r.prepareSeconds - r.renderer.buildSeconds - r.renderer.compileSeconds)},
+            {"render", r.renderSeconds()},
+            {"readback", r.renderer.readbackSeconds},
+            {"device", r.deviceSeconds},
+            {"total", r.totalSeconds}};
+}
+
+static Json framesJson(const RenderReport& r)
+{
+    Json frames = Json::array();
+    for (const FrameReport& frame : r.frames)
+        frames.push_back({{"index", frame.index},
+                          {"seconds", frame.seconds},
+                          {"rays", frame.rays},
+                          {"paths", frame.paths},
+                          {"spp", frame.spp}});
+    return frames;
+}
+
+std::string statsJson(const RenderReport& r)
+{
+    const RenderOptions& o = *r.options;
+    uint64_t samples = 0;
+    for (const FrameReport& frame : r.frames) samples += frame.spp;
+    const double pixels = static_cast<double>(r.size.x) * r.size.y, seconds = r.renderSeconds();
+    const core::FilmCounters& c = r.counters;
+    Json json{{"schema", 1},
+              {"command", "render"},
+              {"version", kVersion},
+              {"commit", kCommit},
+              {"scene", o.scene.file.string()},
+              {"scene_hash", r.world->scene->hash},
+              {"device", r.renderer.device},
+              {"driver", r.renderer.driver},
+              {"method", std::string(core::enumName(o.method))},
+              {"reuse", "none"},
+              {"size", {r.size.x, r.size.y}},
+              {"spp", r.frames.empty() ? 0 : r.frames.back().spp},
+              {"seed", o.params.seed},
+              {"max_depth", o.params.maxDepth},
+              {"params", paramsJson(o.params)},
+              {"biased", biasedParams(o.params)},
+              {"features",
+               {{"used", core::featureList(r.world->features, true)},
+                {"skipped", core::featureList(r.world->features, false)}}},
+              {"camera", cameraJson(r.camera, r.world->placement)},
+              {"triangles", r.world->triangles.size()},
+              {"ended", r.ended},
+              {"seconds", secondsJson(r)},
+              {"rays", r.rays()},
+              {"paths", r.paths()},
+              {"rays_per_second", perSecond(static_cast<double>(r.rays()), seconds)},
+              {"samples_per_second", perSecond(pixels * static_cast<double>(samples), seconds)},
+              {"peak_host_mb", peakHostMb()},
+              {"peak_device_mb", static_cast<double>(r.renderer.peakDeviceBytes) / (1 << 20)},
+              {"counters",
+               {{"nan", c.nan},
+                {"inf", c.inf},
+                {"negative", c.negative},
+                {"stack_overflow", c.stackOverflow}}},
+              {"warnings", r.world->warnings.total()},
+              {"frames", framesJson(r)},
+              {"method_stats", {{"kernel", r.renderer.kernel}}}};
+    if (r.rmse) json["rmse"] = *r.rmse;
+    if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
+    if (o.validation) json["validation_messages"] = r.validationMessages;
+    return jsonLines(json);
+}
+
+core::Metadata imageMetadata(const PictureFacts& f)
+{
+    char seconds[32];
+    std::snprintf(seconds, sizeof seconds, "%.3f", f.seconds);
+    core::Metadata m{{"software", std::string("rekindle ") + kVersion},
+                     {"commit", kCommit},
+                     {"scene", f.scene.string()},
+                     {"scene_hash", f.world->scene->hash},
+                     {"camera", cameraJson(f.camera, f.world->placement).dump()},
+                     {"width", std::to_string(f.size.x)},
+                     {"height", std::to_string(f.size.y)},
+                     {"spp", std::to_string(f.samples)},
+                     {"seed", std::to_string(f.params.seed)},
+                     {"method", std::string(core::enumName(f.method))},
+                     {"params", paramsJson(f.params).dump()},
+                     {"device", f.device},
+                     {"driver", f.driver},
+                     {"seconds", seconds},
+                     {"ended", f.ended}};
+    if (f.time != 0) m["at"] = Json(f.time).dump();
+    const std::vector<std::string> biased = biasedParams(f.params);
+    if (!biased.empty()) m["biased"] = Json(biased).dump();
+    return m;
+}
+
+core::Metadata imageMetadata(const RenderReport& r)
+{
+    const FrameReport frame = r.frames.empty() ? FrameReport{} : r.frames.back();
+    return imageMetadata({.scene = r.options->scene.file,
+                          .world = r.world.get(),
+                          .time = r.time,
+                          .camera = r.camera,
+                          .size = r.size,
+                          .method = r.options->method,
+                          .params = r.options->params,
+                          .samples = frame.spp,
+                          .seconds = frame.seconds,
+                          .device = r.renderer.device,
+                          .driver = r.renderer.driver,
+                          .ended = r.ended});
+}
+
+}  // namespace app

@@ -1,0 +1,79 @@
+// What a render measured, as JSON (schema 1 of design.md) and as the metadata of its EXR.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "app/args/args.h"
+#include "core/image/film.h"
+#include "core/image/image.h"
+#include "core/methods/renderer.h"
+#include "core/scene/world.h"
+
+namespace app {
+
+struct FrameReport {
+    uint32_t index = 0;
+    double seconds = 0;  // in the renderer
+    uint64_t rays = 0, paths = 0, spp = 0;
+};
+
+/// Everything that stats and metadata are made of.
+struct RenderReport {
+    const RenderOptions* options = nullptr;
+    std::shared_ptr<const core::World> world;
+    double time = 0;  // seconds of the scene's animation
+    core::Camera camera;
+    glm::uvec2 size{};
+    core::RenderStats renderer;
+    core::FilmCounters counters;
+    std::vector<FrameReport> frames;
+    double deviceSeconds = 0;  // opening the device
+    double loadSeconds = 0, totalSeconds = 0;
+    // From the world to the first sample, building and compiling included
+    double prepareSeconds = 0;
+    const char* ended = "spp";  // or "time", "target", "interrupted", "device lost"
+    std::optional<double> rmse;
+    uint64_t validationMessages = 0;
+
+    double renderSeconds() const;
+    uint64_t rays() const;
+    uint64_t paths() const;
+};
+
+/// Schema 1: keys may be added, none renamed. Ends in a newline.
+std::string statsJson(const RenderReport& report);
+
+/// One picture as its metadata tells of it, whoever rendered it.
+struct PictureFacts {
+    std::filesystem::path scene;  // as it was named
+    const core::World* world = nullptr;
+    double time = 0;  // seconds of the scene's animation
+    core::Camera camera;
+    glm::uvec2 size{};
+    Method method = Method::path;
+    core::PathParams params;
+    uint64_t samples = 0;
+    double seconds = 0;  // in the renderer
+    std::string device, driver;
+    std::string ended;  // as RenderReport says it
+};
+
+/// Strings that say how to render the image again. `world` is set.
+core::Metadata imageMetadata(const PictureFacts& facts);
+
+/// Those of the report's newest frame.
+core::Metadata imageMetadata(const RenderReport& report);
+
+/// JSON with one line for each member of the outermost object.
+std::string jsonLines(const nlohmann::ordered_json& json);
+
+/// Most memory that this process has held, in MiB.
+double peakHostMb();
+
+}  // namespace app

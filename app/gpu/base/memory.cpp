@@ -1,0 +1,261 @@
+// Memory types are chosen in order: device-local and mapped, device-local, any that fits.
+#include "app/gpu/base/memory.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace gpu {
+
+namespace {
+
+std::optional<uint32_t> memoryType(VkPhysicalDevice physical, uint32_t allowed,
+                                   VkMemoryPropertyFlags flags)
+{
+    VkPhysicalDeviceMemoryProperties properties;
+    vk.GetPhysicalDeviceMemoryProperties(physical, &properties);
+    for (uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
+        if ((allowed >> i & 1) != 0 && (properties.memoryTypes[i].propertyFlags & flags) == flags)
+            return i;
+    }
+    return std::nullopt;
+}
+
+constexpr VkMemoryPropertyFlags kMapped =
+    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+
+std::string mebibytes(uint64_t bytes)
+{
+    return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+}
+
+uint32_t texelBytes(VkFormat format)
+{
+    switch (format) {
+    case VK_FORMAT_R32_SFLOAT:
+        return 4;
+    case VK_FORMAT_R16G16B16A16_SFLOAT:
+        return 8;
+    default:
+        return 16;
+    }
+}
+
+[[noreturn]] void doesNotFit(const Device& device, const char* name, const std::string& needs,
+                             const char* where, const std::string& limit, bool scene)
+{
+    throw core::Error(std::string("the ") + (scene ? "scene" : "image") +
+                          " does not fit the device: " + name + " needs " + needs + ", " + where +
+                          " of " + device.info().name + " holds " + limit +
+                          (scene ? " — use --device cpu" : " — render a smaller image"),
+                      core::ExitCode::deviceLost);
+}
+
+/// Refuses what exceeds a limit before anything is made.
+void requireFit(const Device& device, const char* name, uint64_t bytes, VkFormat format)
+{
+    const bool texels = format != VK_FORMAT_UNDEFINED;
+    const uint64_t most = device.limits().maxTexelBufferElements;
+    if (texels && bytes / texelBytes(format) > most) {
+        doesNotFit(device, name, std::to_string(bytes / texelBytes(format)) + " texels",
+                   "a texel buffer", std::to_string(most), true);
+    }
+    if (!texels && bytes > device.limits().maxStorageBufferRange) {
+        doesNotFit(device, name, mebibytes(bytes), "a storage buffer",
+                   mebibytes(device.limits().maxStorageBufferRange), false);
+    }
+    if (bytes > device.info().maxAllocation) {
+        doesNotFit(device, name, mebibytes(bytes), "a piece of memory",
+                   mebibytes(device.info().maxAllocation), texels);
+    }
+}
+
+/// As Device::check; exhausted memory is told with the numbers.
+void checkMemory(Device& device, VkResult result, const char* call, const char* name,
+                 uint64_t bytes)
+{
+    if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY && result != VK_ERROR_OUT_OF_HOST_MEMORY &&
+        result != VK_ERROR_MEMORY_MAP_FAILED && result != VK_ERROR_TOO_MANY_OBJECTS) {
+        device.check(result, call);
+        return;
+    }
+    const char* which = result == VK_ERROR_OUT_OF_DEVICE_MEMORY ? "device" : "host";
+    throw core::Error(
+        std::string("out of ") + which + " memory: " + name + " needs " + mebibytes(bytes) +
+            " beyond the " + mebibytes(device.allocatedBytes) + " in use; " + device.info().name +
+            " has " + mebibytes(device.info().heapBytes) + " (" + call + " gave " +
+            resultName(result) + ") — render a smaller image or scene, or use --device cpu",
+        core::ExitCode::deviceLost);
+}
+
+using BufferHandle = Handle<VkBuffer, &Api::DestroyBuffer>;
+using MemoryHandle = Handle<VkDeviceMemory, &Api::FreeMemory>;
+
+BufferHandle makeBuffer(Device& device, const char* name, uint64_t bytes, VkBufferUsageFlags usage)
+{
+    VkBufferCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    create.size = bytes;
+    create.usage = usage;
+    VkBuffer object = VK_NULL_HANDLE;
+    checkMemory(device, vk.CreateBuffer(device.get(), &create, nullptr, &object), "vkCreateBuffer",
+                name, bytes);
+    return {device.get(), object};
+}
+
+/// Memory of the first type that has one of `wishes` (in their order) and is not exhausted, bound
+/// to the buffer, and mapped when the wish says so: the memory that is both the device's and mapped
+/// may be a small window only.
+MemoryHandle giveMemory(Device& device, const char* name, VkBuffer buffer,
+                        std::initializer_list<VkMemoryPropertyFlags> wishes, uint64_t* allocated,
+                        std::byte** mapped)
+{
+    VkMemoryRequirements needs;
+    vk.GetBufferMemoryRequirements(device.get(), buffer, &needs);
+    VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    VkDeviceMemory block = VK_NULL_HANDLE;
+    VkMemoryPropertyFlags got = 0;
+    std::optional<uint32_t> last;
+    for (const VkMemoryPropertyFlags wish : wishes) {
+        const std::optional<uint32_t> type =
+            memoryType(device.physical(), needs.memoryTypeBits, wish);
+        if (!type || type == last || result != VK_ERROR_OUT_OF_DEVICE_MEMORY) continue;
+        last = type;
+        got = wish;
+        const bool local = (wish & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) != 0;
+        if (local && device.allocatedBytes + needs.size > device.info().heapBytes) continue;
+        VkMemoryAllocateInfo allocate{};
+        allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+        allocate.allocationSize = needs.size;
+        allocate.memoryTypeIndex = *type;
+        result = vk.AllocateMemory(device.get(), &allocate, nullptr, &block);
+    }
+    checkMemory(device, result, "vkAllocateMemory", name, needs.size);
+    MemoryHandle memory(device.get(), block);
+    checkMemory(device, vk.BindBufferMemory(device.get(), buffer, block, 0), "vkBindBufferMemory",
+                name, needs.size);
+    if ((got & kMapped) == kMapped) {
+        void* p = nullptr;
+        checkMemory(device, vk.MapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &p),
+                    "vkMapMemory", name, needs.size);
+        *mapped = static_cast<std::byte*>(p);
+    }
+    *allocated = needs.size;
+    return memory;
+}
+
+/// One-off staging buffer of host memory.
+struct Staging {
+    BufferHandle buffer;
+    MemoryHandle memory;
+    std::byte* mapped = nullptr;
+
+    Staging(Device& device, uint64_t bytes)
+        : buffer(makeBuffer(device, "a copy", bytes,
+                            VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT))
+    {
+        uint64_t allocated = 0;
+        memory = giveMemory(device, "a copy", buffer.get(), {kMapped}, &allocated, &mapped);
+    }
+};
+
+constexpr uint64_t kStagingBytes = uint64_t(64) << 20;
+
+}  // namespace
+
+Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format)
+    : device_(&device), bytes_(std::max<uint64_t>((bytes + 15) & ~uint64_t(15), 16))
+{
+    device.requireAlive();
+    requireFit(device, name, bytes_, format);
+    const bool texels = format != VK_FORMAT_UNDEFINED;
+    VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                               VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                               VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
+                               VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+    if (texels) usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+    buffer_ = makeBuffer(device, name, bytes_, usage);
+    uint64_t allocated = 0;
+    memory_ = giveMemory(
+        device, name, buffer_.get(),
+        {kMapped | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0},
+        &allocated, &mapped_);
+    if (texels) {
+        VkBufferViewCreateInfo view{};
+        view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+        view.buffer = buffer_.get();
+        view.format = format;
+        view.range = bytes_;
+        VkBufferView viewObject = VK_NULL_HANDLE;
+        checkMemory(device, vk.CreateBufferView(device.get(), &view, nullptr, &viewObject),
+                    "vkCreateBufferView", name, bytes_);
+        view_ = {device.get(), viewObject};
+    }
+    allocated_ = allocated;  // last: a constructor that throws has counted nothing
+    device.allocatedBytes += allocated_;
+    device.peakBytes = std::max(device.peakBytes, device.allocatedBytes);
+}
+
+Buffer& Buffer::operator=(Buffer&& other) noexcept
+{
+    std::swap(device_, other.device_);
+    std::swap(bytes_, other.bytes_);
+    std::swap(allocated_, other.allocated_);
+    std::swap(buffer_, other.buffer_);
+    std::swap(memory_, other.memory_);
+    std::swap(view_, other.view_);
+    std::swap(mapped_, other.mapped_);
+    return *this;
+}
+
+Buffer::~Buffer()
+{
+    if (device_ != nullptr) device_->allocatedBytes -= allocated_;
+}
+
+void Buffer::write(std::span<const std::byte> data, uint64_t offset)
+{
+    CHECK(offset + data.size() <= bytes_);
+    if (device_ != nullptr)
+        device_->requireAlive();  // what a lost device leaves in memory is undefined
+    if (mapped_ != nullptr) {
+        std::memcpy(mapped_ + offset, data.data(), data.size());
+        return;
+    }
+    const Staging staging(*device_, std::min<uint64_t>(data.size(), kStagingBytes));
+    for (uint64_t done = 0; done < data.size(); done += kStagingBytes) {
+        const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);
+        std::memcpy(staging.mapped, data.data() + done, part);
+        device_->submit(
+            [&](VkCommandBuffer commands) {
+                const VkBufferCopy copy{0, offset + done, part};
+                vk.CmdCopyBuffer(commands, staging.buffer.get(), buffer_.get(), 1, &copy);
+                barrier(commands);
+            },
+            "a copy to the device");
+    }
+}
+
+void Buffer::read(std::span<std::byte> data, uint64_t offset) const
+{
+    CHECK(offset + data.size() <= bytes_);
+    if (device_ != nullptr)
+        device_->requireAlive();  // what a lost device leaves in memory is undefined
+    if (mapped_ != nullptr) {
+        std::memcpy(data.data(), mapped_ + offset, data.size());
+        return;
+    }
+    const Staging staging(*device_, std::min<uint64_t>(data.size(), kStagingBytes));
+    for (uint64_t done = 0; done < data.size(); done += kStagingBytes) {
+        const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);
+        device_->submit(
+            [&](VkCommandBuffer commands) {
+                const VkBufferCopy copy{offset + done, 0, part};
+                vk.CmdCopyBuffer(commands, buffer_.get(), staging.buffer.get(), 1, &copy);
+                barrier(commands);
+            },
+            "a copy from the device");
+        std::memcpy(data.data() + done, staging.mapped, part);
+    }
+}
+
+}  // namespace gpu

@@ -1,0 +1,48 @@
+// Buffers: device-local, mapped where the device allows it (software devices, resizable BAR),
+// staged otherwise.
+#pragma once
+
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "app/gpu/base/device.h"
+
+namespace gpu {
+
+/// A buffer with its memory and, when `format` is given, a uniform texel view of all of it.
+class Buffer {
+public:
+    Buffer() = default;
+
+    /// `bytes` is rounded up to 16 and at least 16. Throws core::Error with the numbers when `name`
+    /// exceeds a limit of the device or its memory.
+    Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format = VK_FORMAT_UNDEFINED);
+    Buffer(Buffer&& other) noexcept { *this = std::move(other); }
+    Buffer& operator=(Buffer&& other) noexcept;
+    ~Buffer();
+
+    VkBuffer get() const { return buffer_.get(); }
+    VkBufferView view() const { return view_.get(); }
+    uint64_t bytes() const { return bytes_; }
+
+    /// Copies to the device; waits.
+    void write(std::span<const std::byte> data, uint64_t offset = 0);
+    /// Copies from the device; waits.
+    void read(std::span<std::byte> data, uint64_t offset = 0) const;
+
+    template <class T> void writeAll(const std::vector<T>& data)
+    {
+        if (!data.empty()) write(std::as_bytes(std::span(data)));
+    }
+
+private:
+    Device* device_ = nullptr;
+    uint64_t bytes_ = 0, allocated_ = 0;
+    Handle<VkBuffer, &Api::DestroyBuffer> buffer_;
+    Handle<VkDeviceMemory, &Api::FreeMemory> memory_;
+    Handle<VkBufferView, &Api::DestroyBufferView> view_;
+    std::byte* mapped_ = nullptr;
+};
+
+}  // namespace gpu

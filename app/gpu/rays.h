@@ -1,0 +1,57 @@
+// Arrays of rays through the traversal kernel alone: what is measured by `bench throughput` and
+// tested against Embree.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "app/gpu/scene.h"
+
+namespace gpu {
+
+/// As the kernels read it. tMin is not negative.
+struct DeviceRay {
+    glm::vec3 origin{0};
+    float tMin = 0;
+    glm::vec3 direction{0};
+    float tMax = shared::kInfinity;
+};
+static_assert(sizeof(DeviceRay) == 32);
+
+/// As the kernels write it; of any-hit rays only `triangle` means something: 1 blocked, 0 not.
+struct DeviceHit {
+    float t = 0;
+    glm::vec2 barycentrics{0};
+    uint32_t triangle = shared::kNone;
+};
+static_assert(sizeof(DeviceHit) == 16);
+
+class GpuRays {
+public:
+    /// Builds and uploads the scene. Kernels test alpha only when `alpha` says so and the scene
+    /// needs it.
+    GpuRays(Device& device, const core::World& world, bool alpha);
+
+    /// Takes other rays. Throws core::Error when they do not fit.
+    void setRays(std::span<const DeviceRay> rays);
+
+    /// Traces all rays once; returns the seconds that the device was busy.
+    double traceClosest() { return trace(closest_); }
+    double traceAny() { return trace(any_); }
+
+    /// What the last trace found, one per ray.
+    std::vector<DeviceHit> hits() const;
+
+private:
+    double trace(const Pipeline& pipeline);
+
+    Device& device_;
+    KernelLayout layout_;
+    Bindings bindings_;
+    GpuScene scene_;
+    Buffer frame_, rays_, hits_;
+    Pipeline closest_, any_;
+    uint32_t count_ = 0;
+};
+
+}  // namespace gpu

@@ -1,0 +1,62 @@
+// Arguments of an action, read from its JSON and checked: a wrong one is refused with its name.
+// Only actions.cpp includes this.
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "app/session/actions.h"
+#include "core/base/check.h"
+
+namespace app {
+
+[[noreturn]] inline void refuse(const char* name, const char* expected)
+{
+    throw core::Error(std::string(name) + ": expected " + expected, core::ExitCode::commandLine);
+}
+
+inline double number(const ActionContext& c, const char* name, std::optional<double> otherwise = {})
+{
+    const auto found = c.arguments.find(name);
+    if (found == c.arguments.end()) {
+        if (otherwise) return *otherwise;
+        refuse(name, "a number");
+    }
+    if (!found->is_number()) refuse(name, "a number");
+    return found->get<double>();
+}
+
+/// A whole number from 0 to 2^31.
+inline uint32_t count(const ActionContext& c, const char* name,
+                      std::optional<double> otherwise = {})
+{
+    const double value = number(c, name, otherwise);
+    if (!(value >= 0 && value <= 2147483648.0 && value == std::floor(value)))
+        refuse(name, "a whole number from 0");
+    return static_cast<uint32_t>(value);
+}
+
+inline bool truth(const ActionContext& c, const char* name, bool otherwise)
+{
+    const auto found = c.arguments.find(name);
+    if (found == c.arguments.end()) return otherwise;
+    if (!found->is_boolean()) refuse(name, "true or false");
+    return found->get<bool>();
+}
+
+inline std::string text(const ActionContext& c, const char* name,
+                        std::optional<std::string> otherwise = {})
+{
+    const auto found = c.arguments.find(name);
+    if (found == c.arguments.end()) {
+        if (otherwise) return *otherwise;
+        refuse(name, "a text");
+    }
+    if (!found->is_string()) refuse(name, "a text");
+    return found->get<std::string>();
+}
+
+}  // namespace app

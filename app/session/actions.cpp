@@ -1,0 +1,389 @@
+// The table of actions. See actions.h. Arguments are checked where they are read: a wrong one is
+// refused with its name.
+#include "app/session/actions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ctime>
+
+#include <nlohmann/json.hpp>
+
+#include "app/base/nearest.h"
+#include "app/session/action_arguments.h"
+#include "app/session/set_param.h"
+#include "core/base/check.h"
+
+namespace app {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+/// "rekindle-2026-11-21-173005.png" in the current folder.
+fs::path stamped(const char* extension)
+{
+    const std::time_t now = std::time(nullptr);
+    std::tm local{};
+    localtime_r(&now, &local);
+    char name[64];
+    std::strftime(name, sizeof name, "rekindle-%Y-%m-%d-%H%M%S", &local);
+    return std::string(name) + extension;
+}
+
+/// The parameters of the picture with `changes` ({"device": ..., "max-depth": ...}) made to them.
+RenderParams changed(const Session& session, const Json& changes)
+{
+    RenderParams params = session.render;
+    params.path = session.settings.path;
+    if (changes.is_null()) return params;
+    if (!changes.is_object()) refuse("a, b", "objects of parameters");
+    for (const auto& [name, value] : changes.items()) {
+        if (!setRenderParam(params, name, value)) throw unknownParam(name, renderParamNames());
+    }
+    return params;
+}
+
+void show(const ActionContext& c, Show what)
+{
+    Show& now = c.session.settings.view.show;
+    now = now == what && what != Show::color ? Show::color : what;  // the same key goes back
+}
+
+template <Show what> void showAction(const ActionContext& c)
+{
+    show(c, what);
+}
+
+void flip(bool& value)
+{
+    value = !value;
+}
+
+// --- actions of more than a line
+
+void setAction(const ActionContext& c)
+{
+    const std::string name = text(c, "name");
+    const auto value = c.arguments.find("value");
+    if (value == c.arguments.end()) refuse("value", "a value");
+    Session& s = c.session;
+    s.render.path = s.settings.path;
+    if (setRenderParam(s.render, name, *value)) {
+        s.settings.path = s.render.path;
+        return;
+    }
+    if (setParam(s.settings.view, name, *value) || setParam(s.settings.panels, name, *value))
+        return;
+    std::vector<std::string> names = renderParamNames();
+    for (const std::string& more : paramNames<ViewParams>()) names.push_back(more);
+    for (const std::string& more : paramNames<PanelParams>()) names.push_back(more);
+    throw unknownParam(name, names);
+}
+
+void presetAction(const ActionContext& c)
+{
+    const std::string name = text(c, "name");
+    std::vector<std::string> names;
+    const std::array<const std::vector<Preset>*, 2> lists{&c.session.settings.presets,
+                                                          &builtInPresets()};
+    for (const std::vector<Preset>* list : lists) {
+        for (const Preset& preset : *list) {
+            names.push_back(preset.name);
+            if (preset.name != name) continue;
+            c.session.settings.path = preset.path;
+            return;
+        }
+    }
+    throw core::Error("preset: there is no \"" + name + "\"" + suggestion(name, names),
+                      core::ExitCode::commandLine);
+}
+
+void flyAction(const ActionContext& c)
+{
+    const FlyInput input{number(c, "right", 0), number(c, "up", 0), number(c, "forward", 0),
+                         truth(c, "fast", false), truth(c, "slow", false)};
+    c.session.navigation.fly(input, std::clamp(number(c, "seconds", 0.1), 0.0, 60.0));
+    c.session.moved();
+}
+
+void equalTimeAction(const ActionContext& c)
+{
+    const double seconds = number(c, "seconds", 5);
+    if (!(seconds > 0 && seconds <= 86400)) refuse("seconds", "a time from 0 to 86400");
+    const Json none;
+    const auto side = [&](const char* name) -> const Json& {
+        const auto found = c.arguments.find(name);
+        return found == c.arguments.end() ? none : *found;
+    };
+    const RenderParams a = changed(c.session, side("a")), b = changed(c.session, side("b"));
+    c.session.compareEqualTime(a, b, seconds);
+}
+
+void screenshotAction(const ActionContext& c)
+{
+    c.app.screenshot = text(c, "file", stamped(".png").string());
+    c.app.screenshotWithPanel = truth(c, "panel", true);
+}
+
+void slot(const ActionContext& c, int side)
+{
+    c.session.storeSlot(side);
+}
+
+void tone(const ActionContext& c)
+{
+    Tone& now = c.session.settings.view.tone;
+    now = static_cast<Tone>((static_cast<size_t>(now) + 1) % core::enumNames<Tone>().size());
+}
+
+void exposure(const ActionContext& c, float stops)
+{
+    float& now = c.session.settings.view.exposure;
+    now = std::clamp(now + stops, -20.0f, 20.0f);
+}
+
+void addKey(const ActionContext& c)
+{
+    if (!c.session.document()) return;
+    if (c.arguments.contains("frame"))
+        c.session.track.addAt(number(c, "frame"), c.session.navigation.camera());
+    else
+        c.session.track.add(c.session.navigation.camera());
+}
+
+void playPath(const ActionContext& c)
+{
+    CameraTrack& track = c.session.track;
+    if (track.playing())
+        track.stop();
+    else if (track.keys().size() < 2)
+        c.session.notices.tell(Severity::news, "a path needs two keys: K adds one where you stand");
+    else
+        track.play();
+}
+
+void loadPath(const ActionContext& c)
+{
+    if (!c.session.document()) return;
+    try {
+        c.session.track.load(text(c, "file"), c.session.navigation.camera(),
+                             c.session.document()->world->placement);
+    } catch (const core::Error& error) {
+        if (error.code() == core::ExitCode::commandLine) throw;
+        c.session.notices.tell(Severity::error, error.what());
+    }
+}
+
+void savePath(const ActionContext& c)
+{
+    if (!c.session.document()) return;
+    try {
+        c.session.track.save(text(c, "file"), c.session.document()->world->placement);
+        c.session.notices.tell(Severity::news, text(c, "file") + ": path saved");
+    } catch (const core::Error& error) {
+        if (error.code() == core::ExitCode::commandLine) throw;
+        c.session.notices.tell(Severity::error, error.what());
+    }
+}
+
+void removeKey(const ActionContext& c)
+{
+    const size_t index = count(c, "index");
+    if (index < c.session.track.keys().size()) c.session.track.remove(index);
+}
+
+void animation(const ActionContext& c)
+{
+    AnimationPlayer& player = c.session.player;
+    if (c.arguments.contains("time"))
+        player.time = std::clamp(number(c, "time"), 0.0, player.duration);
+    player.speed = std::clamp(number(c, "speed", player.speed), 0.01, 100.0);
+    player.playing =
+        player.duration > 0 &&
+        truth(c, "play", c.arguments.contains("time") ? player.playing : !player.playing);
+}
+
+void cancelOrQuit(const ActionContext& c)
+{
+    Session& s = c.session;
+    const bool working = s.loading().active() || s.coreThread().active() ||
+                         s.equalTime().running() || s.track.playing();
+    if (working)
+        s.cancel();
+    else if (s.flying)
+        s.flying = false;
+    else
+        c.app.askQuit = true;
+}
+
+void speed(const ActionContext& c, double factor)
+{
+    c.session.navigation.setSpeed(c.session.navigation.speed() * factor);
+}
+
+}  // namespace
+
+std::span<const Action> actions()
+{
+    using C = const ActionContext&;
+    static constexpr std::array kActions{
+        // picture
+        Action{"pause", "Space", "", "pause or go on", [](C c) { flip(c.session.paused); }},
+        Action{"restart", "R", "", "begin the picture anew", [](C c) { c.session.restart(); }},
+        Action{"show-color", "1", "", "show the picture", showAction<Show::color>},
+        Action{"show-depth", "2", "", "show distances of first hits", showAction<Show::depth>},
+        Action{"show-normal", "3", "", "show shading normals", showAction<Show::normal>},
+        Action{"show-albedo", "4", "", "show reflectances", showAction<Show::albedo>},
+        Action{"show-triangle", "5", "", "show triangles", showAction<Show::triangle>},
+        Action{"show-material", "6", "", "show materials", showAction<Show::material>},
+        Action{"show-emitter", "7", "", "show emitters", showAction<Show::emitter>},
+        Action{"show-samples", "8", "", "show samples per pixel", showAction<Show::samples>},
+        Action{"show-deviation", "9", "", "show the standard deviation of each pixel",
+               showAction<Show::deviation>},
+        Action{"show-difference", "D", "", "show the difference from the reference",
+               showAction<Show::difference>},
+        Action{"show-error", "Shift+D", "", "show the error against the reference as a map",
+               showAction<Show::error>},
+        Action{"brighter", "E", "", "exposure up by half a stop", [](C c) { exposure(c, 0.5f); }},
+        Action{"darker", "Shift+E", "", "exposure down by half a stop",
+               [](C c) { exposure(c, -0.5f); }},
+        Action{"tone", "T", "", "next tone curve", tone},
+        // camera
+        Action{"focus", "F", "x, y", "look at the whole scene; with x, y: turn about what is there",
+               [](C c) {
+                   if (c.arguments.contains("x"))
+                       c.session.focusAt({number(c, "x"), number(c, "y")});
+                   else
+                       c.session.frameScene();
+               }},
+        Action{"fly-mode", "G", "", "fly with W A S D Q E, or orbit",
+               [](C c) { flip(c.session.flying); }},
+        Action{"faster", "=", "", "fly faster", [](C c) { speed(c, 1.25); }},
+        Action{"slower", "-", "", "fly slower", [](C c) { speed(c, 0.8); }},
+        Action{"orbit", "", "dx, dy", "turn about the pivot, in heights of the picture",
+               [](C c) {
+                   c.session.navigation.orbit(number(c, "dx", 0), number(c, "dy", 0));
+                   c.session.moved();
+               }},
+        Action{"pan", "", "dx, dy", "move sideways",
+               [](C c) {
+                   c.session.navigation.pan(number(c, "dx", 0), number(c, "dy", 0));
+                   c.session.moved();
+               }},
+        Action{"dolly", "", "steps", "move towards the pivot",
+               [](C c) {
+                   c.session.navigation.dolly(number(c, "steps"));
+                   c.session.moved();
+               }},
+        Action{"look", "", "dx, dy", "turn about the eye",
+               [](C c) {
+                   c.session.navigation.look(number(c, "dx", 0), number(c, "dy", 0));
+                   c.session.moved();
+               }},
+        Action{"fly", "", "right, up, forward, seconds, fast, slow", "fly for a time", flyAction},
+        Action{"use-camera", "", "index", "a camera of the scene",
+               [](C c) { c.session.useSceneCamera(count(c, "index")); }},
+        Action{"save-camera", "Ctrl+K", "name", "keep this view with the scene",
+               [](C c) { c.session.saveCamera(text(c, "name", "")); }},
+        Action{"use-saved-camera", "", "index", "a view that was kept",
+               [](C c) { c.session.useSavedCamera(count(c, "index")); }},
+        Action{"remove-saved-camera", "", "index", "forget a view",
+               [](C c) { c.session.removeSavedCamera(count(c, "index")); }},
+        Action{"copy-camera", "Ctrl+C", "", "the view as JSON to the clipboard",
+               [](C c) { c.app.toClipboard = c.session.cameraText(); }},
+        Action{"paste-camera", "Ctrl+V", "json", "a view from the clipboard",
+               [](C c) {
+                   if (c.arguments.contains("json"))
+                       c.session.pasteCamera(text(c, "json"));
+                   else
+                       c.app.pasteCamera = true;
+               }},
+        Action{"add-key", "K", "frame", "add a key of the camera path here", addKey},
+        Action{"remove-key", "", "index", "remove a key", removeKey},
+        Action{"clear-path", "", "", "remove all keys", [](C c) { c.session.track.clear(); }},
+        Action{"play-path", "L", "", "play the camera path, or stop", playPath},
+        Action{"load-path", "", "file", "read a camera path", loadPath},
+        Action{"save-path", "", "file", "write the camera path", savePath},
+        Action{
+            "export-path", "", "file, spp", "render the path's frames to files (%04d)",
+            [](C c) { c.session.exportTrack(text(c, "file"), std::max(count(c, "spp", 64), 1u)); }},
+        Action{"animation", "N", "play, time, speed", "play the scene's animation, or stop",
+               animation},
+        // comparison
+        Action{"compare", "C", "", "the slider between A and B",
+               [](C c) { flip(c.session.comparing); }},
+        Action{"store-a", "[", "", "keep the picture as A", [](C c) { slot(c, 0); }},
+        Action{"store-b", "]", "", "keep the picture as B", [](C c) { slot(c, 1); }},
+        Action{"swap", "\\", "", "swap A and B",
+               [](C c) { std::swap(c.session.slots[0], c.session.slots[1]); }},
+        Action{"clear-slots", "", "", "both sides live again", [](C c) { c.session.slots = {}; }},
+        Action{"equal-time", "", "seconds, a, b",
+               "render A's parameters, then B's, for the same time", equalTimeAction},
+        Action{"reference", "B", "spp", "render a reference in the background",
+               [](C c) { c.session.startReference(std::max(count(c, "spp", 1024), 2u)); }},
+        Action{"load-reference", "", "file", "a reference from a file",
+               [](C c) { c.session.loadReference(text(c, "file")); }},
+        Action{"drop-reference", "", "", "forget the reference",
+               [](C c) { c.session.dropReference(); }},
+        Action{"clear-curves", "", "", "forget the curves of earlier pictures",
+               [](C c) { c.session.clearCurves(); }},
+        // files
+        Action{"open", "Ctrl+O", "", "type the name of a scene",
+               [](C c) { c.app.openPathBox = true; }},
+        Action{"load", "", "file", "load a scene",
+               [](C c) { c.session.load(fs::path(text(c, "file"))); }},
+        Action{"replay", "", "file", "the view of a saved picture",
+               [](C c) { c.session.replay(text(c, "file")); }},
+        Action{"save", "Ctrl+S", "file", "save the picture (EXR, or PNG by its name)",
+               [](C c) { c.session.save(text(c, "file", stamped(".exr").string())); }},
+        Action{"screenshot", "F12", "file, panel", "the window as PNG", screenshotAction},
+        Action{"screenshot-picture", "Shift+F12", "", "the window without the panel as PNG",
+               [](C c) {
+                   c.app.screenshot = stamped(".png");
+                   c.app.screenshotWithPanel = false;
+               }},
+        // parameters
+        Action{"set", "", "name, value", "set any parameter by its name", setAction},
+        Action{"preset", "", "name", "a named set of parameters", presetAction},
+        // window
+        Action{"help", "H", "", "the list of keys",
+               [](C c) { flip(c.session.settings.panels.help); }},
+        Action{"help-f1", "F1", "", "the list of keys",
+               [](C c) { flip(c.session.settings.panels.help); }},
+        Action{"panel", "F2", "", "hide or show everything over the picture",
+               [](C c) { flip(c.session.settings.panels.panel); }},
+        Action{"plot", "O", "", "error over time",
+               [](C c) { flip(c.session.settings.panels.plot); }},
+        Action{"profiler", "P", "", "times and memory",
+               [](C c) { flip(c.session.settings.panels.profiler); }},
+        Action{"log", "`", "", "messages", [](C c) { flip(c.session.settings.panels.log); }},
+        Action{"resize", "", "width, height", "size of the window",
+               [](C c) { c.app.resize = glm::uvec2(count(c, "width"), count(c, "height")); }},
+        Action{"cancel", "Esc", "", "cancel long work; with none, ask to quit", cancelOrQuit},
+        Action{"quit", "Ctrl+Q", "", "quit", [](C c) { c.app.quit = true; }},
+    };
+    return kActions;
+}
+
+void runAction(const std::string& name, Session& session, AppRequests& app, const Json& arguments)
+{
+    std::vector<std::string> names;
+    for (const Action& action : actions()) {
+        if (name == action.name) {
+            action.run({session, app, arguments});
+            return;
+        }
+        names.emplace_back(action.name);
+    }
+    throw core::Error("there is no action \"" + name + "\"" + suggestion(name, names),
+                      core::ExitCode::commandLine);
+}
+
+void runAction(const std::string& name, Session& session, AppRequests& app)
+{
+    runAction(name, session, app, Json::object());
+}
+
+}  // namespace app

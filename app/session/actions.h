@@ -1,0 +1,49 @@
+// What can be done in the viewer, by name: the keys, the list of keys, the panel's buttons, scripts
+// and the random walk of the tests all go through this one table.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "app/session/session.h"
+
+namespace app {
+
+/// What only the window's loop can do; asked for here, done at the end of the frame.
+struct AppRequests {
+    bool quit = false, askQuit = false, openPathBox = false;
+    std::optional<std::filesystem::path> screenshot;  // PNG
+    bool screenshotWithPanel = true;
+    std::optional<std::string> toClipboard;
+    bool pasteCamera = false;  // from the clipboard
+    std::optional<glm::uvec2> resize;
+};
+
+struct ActionContext {
+    Session& session;
+    AppRequests& app;
+    // An object; members as `arguments` of the action says
+    const nlohmann::ordered_json& arguments;
+};
+
+struct Action {
+    const char* name;       // "pause"; in scripts {"do": "pause"}
+    const char* key;        // "Space", "Ctrl+S", "Shift+E"; "" when it has none
+    const char* arguments;  // "" or what a script may give: "file", "dx, dy"
+    const char* help;       // one line
+    void (*run)(const ActionContext&);
+};
+
+std::span<const Action> actions();
+
+/// Does one. Throws core::Error for an unknown name (with the nearest one) or wrong arguments.
+void runAction(const std::string& name, Session& session, AppRequests& app);
+void runAction(const std::string& name, Session& session, AppRequests& app,
+               const nlohmann::ordered_json& arguments);
+
+}  // namespace app

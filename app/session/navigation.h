@@ -1,0 +1,73 @@
+// Cameras under the hand: orbit, pan, dolly and fly. Plain mathematics, no window.
+// Input that is not finite or absurdly large is ignored; the axes stay orthonormal whatever is
+// done.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "core/scene/camera.h"
+
+namespace app {
+
+/// What is held down while flying: each in [-1, 1].
+struct FlyInput {
+    double right = 0, up = 0, forward = 0;
+    bool fast = false, slow = false;  // four times, a quarter
+};
+
+class Navigation {
+public:
+    /// Takes a camera as it is; `sceneRadius` (metres, about the origin) sets speeds, limits and,
+    /// when nothing better is known, how far ahead the pivot lies. `worldUp` is +Y. A speed that
+    /// was set stays while the radius does.
+    void set(const core::Camera& camera, double sceneRadius);
+    const core::Camera& camera() const { return camera_; }
+
+    /// Lens, angle of view: what motion does not touch.
+    core::Camera& edit() { return camera_; }
+
+    glm::dvec3 pivot() const { return pivot_; }
+
+    /// Along the direction of view, metres; what a lens would focus on.
+    double pivotDepth() const;
+
+    /// Double click: the point under the cursor. An open lens is focused on it; a pinhole stays as
+    /// it is, so that its picture need not begin anew.
+    void setPivot(glm::dvec3 point);
+
+    double speed() const { return speed_; }  // metres per second
+    void setSpeed(double metresPerSecond);   // clamped to sensible values of the scene
+
+    /// Turns about the pivot. The drag, here and below, is in fractions of the picture's height
+    /// with y down; one height is half a turn. What is under the hand goes where the hand goes,
+    /// also when the camera is rolled or upside down, and its roll stays. Stops half a degree short
+    /// of the poles.
+    void orbit(double dx, double dy);
+
+    /// Shifts camera and pivot: the point under the cursor at the pivot's depth follows the cursor.
+    void pan(double dx, double dy);
+
+    /// The wheel: a tenth nearer to the pivot per step, never through it; orthographic: magnifies.
+    /// A lens that was focused on the pivot stays so.
+    void dolly(double steps);
+
+    /// Fly mode: turns about the eye, to where the drag points; one height is twice the angle of
+    /// view. The pivot stays where it is in the picture.
+    void look(double dx, double dy);
+
+    /// Moves along the camera's axes, but up is the world's. At most a minute at a time.
+    void fly(const FlyInput& input, double seconds);
+
+    /// Looks at the whole of a sphere from where the camera points. `aspect` of the picture, width
+    /// over height; 0: the camera's own, or at least square.
+    void frame(glm::dvec3 centre, double radius, double aspect = 0);
+
+private:
+    void take(const core::Camera& camera, glm::dvec3 pivot);
+
+    core::Camera camera_;
+    glm::dvec3 pivot_{0};
+    double radius_ = 1, speed_ = 0.25;
+};
+
+}  // namespace app

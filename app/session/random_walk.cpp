@@ -1,0 +1,119 @@
+// See random_walk.h. Work that takes long (references, exports) is asked for with few samples, so
+// that a walk of ten thousand steps ends.
+#include "app/session/random_walk.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/session/set_param.h"
+#include "core/base/check.h"
+
+namespace app {
+
+using Json = nlohmann::ordered_json;
+
+RandomWalk::RandomWalk(uint64_t seed, std::vector<std::filesystem::path> files,
+                       std::filesystem::path folder)
+    : random_(seed), files_(std::move(files)), folder_(std::move(folder))
+{
+    CHECK(!files_.empty());
+}
+
+double RandomWalk::real(double low, double high)
+{
+    return std::uniform_real_distribution<double>(low, high)(random_);
+}
+
+size_t RandomWalk::below(size_t count)
+{
+    return std::uniform_int_distribution<size_t>(0, count - 1)(random_);
+}
+
+/// {"name": ..., "value": ...}: one in eight does not fit.
+Json RandomWalk::parameter()
+{
+    switch (below(16)) {
+    case 0:
+        return {{"name", "device"}, {"value", below(2) == 0 ? "cpu" : "vulkan"}};
+    case 1:
+        return {{"name", "max-depth"}, {"value", below(12)}};
+    case 2:
+        return {{"name", "sampler"}, {"value", below(2) == 0 ? "sobol" : "independent"}};
+    case 3:
+        return {{"name", "strategy"}, {"value", below(2) == 0 ? "mis" : "light"}};
+    case 4:
+        return {{"name", "seed"}, {"value", below(1000)}};
+    case 5:
+        return {{"name", "kernel"}, {"value", below(2) == 0 ? "wavefront" : "megakernel"}};
+    case 6:
+        return {{"name", "exposure"}, {"value", real(-5, 5)}};
+    case 7:
+        return {{"name", "tone"}, {"value", below(2) == 0 ? "aces" : "agx"}};
+    case 8:
+        return {{"name", "show"}, {"value", std::string(core::enumNames<Show>()[below(11)])}};
+    case 9:
+        return {{"name", "spp-limit"}, {"value", below(20)}};
+    case 10:
+        return {{"name", "picture-scale"}, {"value", real(0.1, 1)}};
+    case 11:
+        return {{"name", "moving-rate"}, {"value", real(5, 60)}};
+    case 12:
+        return {{"name", "clamp-indirect"}, {"value", real(0, 4)}};
+    case 13:
+        return {{"name", "error-range"}, {"value", real(0.001, 10)}};
+    case 14:
+        return {{"name", "max-depth"}, {"value", -1}};
+    default:
+        return {{"name", "no-such"}, {"value", Json::array()}};
+    }
+}
+
+Json RandomWalk::arguments(const std::string& action)
+{
+    if (action == "load") return {{"file", files_[below(files_.size())].string()}};
+    if (action == "set") return parameter();
+    if (action == "orbit" || action == "pan" || action == "look")
+        return {{"dx", real(-0.5, 0.5)}, {"dy", real(-0.5, 0.5)}};
+    if (action == "dolly") return {{"steps", real(-3, 3)}};
+    if (action == "fly")
+        return {{"right", real(-1, 1)}, {"forward", real(-1, 1)}, {"seconds", real(0, 0.5)}};
+    if (action == "focus") return {{"x", real(0, 1)}, {"y", real(0, 1)}};
+    if (action.find("camera") != std::string::npos && action.find("use") == 0)
+        return {{"index", below(4)}};
+    if (action == "remove-saved-camera" || action == "remove-key") return {{"index", below(3)}};
+    if (action == "paste-camera")
+        return {{"json", below(2) == 0 ? "{\"position\":[0,1,3]}" : "[1,"}};
+    if (action == "reference") return {{"spp", 2 + below(6)}};
+    if (action == "equal-time")
+        return {{"seconds", real(0.01, 0.1)}, {"a", {{"max-depth", below(4)}}}};
+    if (action == "resize") return {{"width", 64 + below(400)}, {"height", 64 + below(300)}};
+    if (action == "preset") return {{"name", below(2) == 0 ? "balanced" : "none such"}};
+    if (action == "animation") return {{"play", below(2) == 0}, {"speed", real(0.1, 4)}};
+    if (action == "save")
+        return {{"file", (folder_ / (below(2) == 0 ? "walk.exr" : "walk.png")).string()}};
+    if (action == "screenshot") return {{"file", (folder_ / "walk-screen.png").string()}};
+    if (action == "save-path") return {{"file", (folder_ / "walk-path.json").string()}};
+    if (action == "load-path" || action == "load-reference" || action == "replay")
+        return {{"file", (folder_ / (below(2) == 0 ? "walk-path.json" : "walk.exr")).string()}};
+    if (action == "export-path")
+        return {{"file", (folder_ / "walk-%04d.png").string()}, {"spp", 1}};
+    return Json::object();
+}
+
+void RandomWalk::step(Session& session, AppRequests& app)
+{
+    const std::span<const Action> all = actions();
+    const Action* action = &all[below(all.size())];
+    // Names of files made of the time of day belong into no walk.
+    while (std::string_view(action->name) == "quit" ||
+           std::string_view(action->name) == "screenshot-picture")
+        action = &all[below(all.size())];
+    const Json given = arguments(action->name);
+    last_ = std::string(action->name) + ' ' + given.dump();
+    try {
+        runAction(action->name, session, app, given);
+    } catch (const core::Error& error) {
+        if (error.code() != core::ExitCode::commandLine) throw;
+    }
+}
+
+}  // namespace app

@@ -1,0 +1,461 @@
+// The loop behind RenderThread: takes the newest request, brings the renderer to it, takes samples,
+// hands out pictures. A request that changes the picture stops the work under way, with one
+// exception: a coarse picture is finished first, since it takes no longer than a frame and one
+// whose camera never rests would otherwise never be seen.
+#include "app/session/render_thread.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "app/gpu/base/pipeline_cache.h"
+#include "app/gpu/methods/path.h"
+#include "app/session/picture_work.h"
+#include "core/base/check.h"
+#include "core/methods/methods.h"
+
+namespace app {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// The window is drawn first; see reference_job.cpp for the other threads
+constexpr int kNiceness = 5;
+
+}  // namespace
+
+std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, bool validation)
+{
+    const std::string_view method = core::enumName(params.method);
+    if (params.device == DeviceKind::cpu) return core::makeRenderer(method);
+    if (params.method != Method::path) {
+        throw core::Error("method '" + std::string(method) +
+                              "' does not exist on Vulkan — use path",
+                          core::ExitCode::commandLine);
+    }
+    return gpu::makePathRenderer({.index = params.deviceIndex,
+                                  .validation = validation,
+                                  .cacheFolder = gpu::userCacheFolder()});
+}
+
+class RenderThread::Loop {
+public:
+    explicit Loop(RendererFactory factory) : factory_(std::move(factory)) {}
+
+    // --- any thread
+    uint64_t request(RenderRequest request);
+    std::shared_ptr<const Picture> newest() const;
+    RenderThreadStatus status() const;
+
+    // --- the render thread
+    void run(const core::JobContext& job);
+
+private:
+    enum class Phase { idle, building, coarse, sampling };
+
+    bool take();
+    void step();
+    bool bring();
+    void makeRenderer();
+    bool setWorld();
+    void putBack(std::shared_ptr<const core::World> old);
+    void beginPicture();
+    void takeSamples();
+    void publish();
+    void fail(const std::exception_ptr& failure);
+    void stand(Change until, const std::string& error);
+    void forgetRenderer();
+    core::Progress tellProgress();
+    std::stop_token enter(Phase phase);
+    void tell(const std::string& error);
+    bool interrupts(const RenderRequest& next) const;
+
+    // Under the lock.
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    RenderRequest next_, working_;  // posted last; worked on
+    uint64_t nextGeneration_ = 0;
+    bool hasNext_ = false, ended_ = false;
+    Phase phase_ = Phase::idle;
+    bool movingPreview_ = false;  // the picture under way is one
+    std::stop_source interrupt_;
+    Clock::time_point interruptedAt_, postedAt_;
+    std::shared_ptr<const Picture> picture_;
+    RenderThreadStatus status_;
+
+    // The render thread's own.
+    RendererFactory factory_;
+    std::unique_ptr<core::Renderer> renderer_;
+    std::shared_ptr<const core::World> world_;  // that the renderer holds
+    std::optional<RenderRequest> made_;         // what the renderer was made for
+    RenderRequest request_;
+    uint64_t generation_ = 0;
+    Clock::time_point takenPostedAt_;
+    std::optional<RenderRequest> begun_;  // what the picture was begun for
+    PictureWork work_;
+    ResolutionControl control_;
+    std::optional<Change>
+        standsUntil_;  // after a failure: the least change of the request that is worth another try
+    bool publishDue_ = false, judgeDue_ = false, workLeft_ = false;
+    bool retried_ = false;
+    double paceFactor_ = 1;
+};
+
+// --- any thread
+// -----------------------------------------------------------------------------------------------------
+
+/// Under the lock: whether the work under way is of no use to `next`.
+bool RenderThread::Loop::interrupts(const RenderRequest& next) const
+{
+    const Change change = changeBetween(working_, next);
+    switch (phase_) {
+    case Phase::idle:
+        return false;
+    case Phase::building:
+        return change >= Change::world;
+    case Phase::coarse:
+        return change >= Change::world;
+    case Phase::sampling:
+        return change >= Change::view || (movingPreview_ && !next.moving);
+    }
+    return false;
+}
+
+uint64_t RenderThread::Loop::request(RenderRequest request)
+{
+    const std::lock_guard lock(mutex_);
+    if (interrupts(request) && !interrupt_.stop_requested()) {
+        interruptedAt_ = Clock::now();
+        interrupt_.request_stop();
+    }
+    next_ = std::move(request);
+    hasNext_ = true;
+    postedAt_ = Clock::now();
+    changed_.notify_all();
+    return ++nextGeneration_;
+}
+
+std::shared_ptr<const Picture> RenderThread::Loop::newest() const
+{
+    const std::lock_guard lock(mutex_);
+    return picture_;
+}
+
+RenderThreadStatus RenderThread::Loop::status() const
+{
+    const std::lock_guard lock(mutex_);
+    return status_;
+}
+
+// --- the render thread
+// ----------------------------------------------------------------------------------------------
+
+void RenderThread::Loop::run(const core::JobContext& job)
+{
+    const std::stop_callback bridge(job.stop(), [this] {
+        const std::lock_guard lock(mutex_);
+        ended_ = true;
+        interrupt_.request_stop();
+        changed_.notify_all();
+    });
+    while (take()) {
+        try {
+            step();
+        } catch (...) {
+            fail(std::current_exception());
+        }
+    }
+    renderer_.reset();
+}
+
+/// Sleeps until there is something to do, and takes the newest request if there is one. False at
+/// the end.
+bool RenderThread::Loop::take()
+{
+    std::unique_lock lock(mutex_);
+    phase_ = Phase::idle;
+    if (!workLeft_ && !hasNext_) {
+        status_.stage = "idle";
+        status_.fraction = 0;
+        status_.rendering = false;
+        changed_.wait(lock, [this] { return hasNext_ || ended_; });
+    }
+    if (ended_) return false;
+    if (!hasNext_) return true;
+    hasNext_ = false;
+    RenderRequest old = std::exchange(request_, std::move(next_));
+    working_ = request_;
+    generation_ = nextGeneration_;
+    takenPostedAt_ = postedAt_;
+    interrupt_ = std::stop_source();
+    lock.unlock();
+
+    const Change change = changeBetween(old, request_);
+    const bool again = old.restarts != request_.restarts;
+    if (change == Change::renderer || again) {
+        retried_ = false;
+        paceFactor_ = 1;
+    }
+    if (standsUntil_ && (change >= *standsUntil_ || again)) standsUntil_.reset();
+    if (old.reference != request_.reference) judgeDue_ = true;
+    publishDue_ = true;
+    work_.changeLimits();
+    return true;
+}
+
+void RenderThread::Loop::step()
+{
+    workLeft_ = false;
+    if (standsUntil_ || !request_.world || request_.size.x == 0 || request_.size.y == 0) return;
+    if (!bring()) return;
+    const auto wantsSamples = [&] {
+        return !work_.finished() && (!request_.paused || work_.published() == 0);
+    };
+    work_.judge(*renderer_, request_, judgeDue_);
+    judgeDue_ = false;
+    if (wantsSamples()) {
+        takeSamples();
+        if (!work_.begun()) {  // stopped by a request that waits
+            workLeft_ = true;
+            return;
+        }
+        work_.judge(*renderer_, request_, false);
+    }
+    if ((publishDue_ || work_.due()) && work_.samples() > 0) publish();
+    workLeft_ = wantsSamples() || work_.coarse() == Coarse::first;
+}
+
+/// Brings renderer, world and view to the request; false when that has failed or is no longer
+/// wanted.
+bool RenderThread::Loop::bring()
+{
+    if (!renderer_ || changeBetween(*made_, request_) == Change::renderer) {
+        try {
+            makeRenderer();
+        } catch (const core::Error& error) {
+            stand(Change::renderer, error.what());
+            return false;
+        }
+    }
+    if (world_ != request_.world && !setWorld()) return false;
+    const bool coarseIsOver = (work_.coarse() == Coarse::moving && !request_.moving) ||
+                              (work_.coarse() == Coarse::first && work_.published() > 0);
+    if (!work_.begun() || changeBetween(*begun_, request_) != Change::nothing || coarseIsOver)
+        beginPicture();
+    return true;
+}
+
+/// The old renderer stays until there is a new one: who asks for something that does not exist can
+/// go back.
+void RenderThread::Loop::makeRenderer()
+{
+    enter(Phase::building);
+    {
+        const std::lock_guard lock(mutex_);
+        status_.stage = "start";
+    }
+    std::unique_ptr<core::Renderer> renderer = factory_(request_.params, request_.validation);
+    forgetRenderer();
+    renderer_ = std::move(renderer);
+    made_ = request_;
+}
+
+void RenderThread::Loop::forgetRenderer()
+{
+    work_.lose();
+    renderer_.reset();
+    world_.reset();
+    control_.forget();
+}
+
+/// For setWorld: shows how far it is, and ends it when another world is wanted by now.
+core::Progress RenderThread::Loop::tellProgress()
+{
+    return [this](const char* stage, double fraction) {
+        const std::lock_guard lock(mutex_);
+        status_.stage = stage;
+        status_.fraction = fraction;
+        if (interrupt_.stop_requested()) {
+            throw core::Error("the scene is no longer wanted", core::ExitCode::interrupted);
+        }
+    };
+}
+
+bool RenderThread::Loop::setWorld()
+{
+    enter(Phase::building);
+    work_.lose();
+    const std::shared_ptr<const core::World> old = std::exchange(world_, nullptr);
+    std::string text;
+    try {
+        renderer_->setWorld(request_.world, tellProgress());
+        world_ = request_.world;
+        control_.forget();
+        return true;
+    } catch (const core::Error& error) {
+        workLeft_ = error.code() == core::ExitCode::interrupted;
+        if (workLeft_) return false;
+        text = error.what();
+    } catch (const std::bad_alloc&) {
+        text = "the scene does not fit into memory";
+    }
+    putBack(old);
+    stand(Change::world, text);
+    return false;
+}
+
+/// After a world that could not be had: the one before, so that who goes back to it need not wait.
+void RenderThread::Loop::putBack(std::shared_ptr<const core::World> old)
+{
+    if (!old) return;
+    try {
+        renderer_->setWorld(old, tellProgress());
+        world_ = std::move(old);
+    } catch (const std::exception&) {
+        forgetRenderer();  // the first failure is the one to tell
+    }
+}
+
+void RenderThread::Loop::beginPicture()
+{
+    // Seconds of a full sample from which on a small one comes first
+    constexpr double kSlow = 0.15;
+    constexpr double kManyPixels = 1u << 15;  // and from here on, when nothing is known
+    Coarse coarse = Coarse::no;
+    const double pixels = double(request_.size.x) * request_.size.y;
+    const double expected = control_.predict(pixels, request_.params.path.maxDepth);
+    const bool shown = work_.coarse() != Coarse::no && work_.published() > 0 &&
+                       changeBetween(*begun_, request_) == Change::nothing;
+    if (request_.moving) {
+        coarse = Coarse::moving;
+    } else if (!shown && (expected > 0 ? expected > kSlow : pixels > kManyPixels)) {
+        coarse = Coarse::first;
+    }
+    enter(Phase::building);
+    {
+        const std::lock_guard lock(mutex_);
+        status_.stage = "prepare";
+    }
+    begun_ = request_;
+    work_.begin(*renderer_, request_, coarse, control_, paceFactor_);
+}
+
+void RenderThread::Loop::takeSamples()
+{
+    const bool firstLook = work_.coarse() != Coarse::no && work_.samples() == 0;
+    const std::stop_token stop = enter(firstLook ? Phase::coarse : Phase::sampling);
+    work_.advance(*renderer_, request_, control_, stop);
+    const std::lock_guard lock(mutex_);
+    phase_ = Phase::idle;
+    if (stop.stop_requested()) status_.lastStopSeconds = since(interruptedAt_);
+}
+
+/// From here on requests may stop what is done; one that has come in the meantime does so at once.
+std::stop_token RenderThread::Loop::enter(Phase phase)
+{
+    const std::lock_guard lock(mutex_);
+    phase_ = phase;
+    movingPreview_ = work_.coarse() == Coarse::moving;
+    status_.rendering = phase == Phase::sampling || phase == Phase::coarse;
+    if (status_.rendering) {
+        status_.stage = "render";
+        status_.fraction = 0;
+    }
+    if (hasNext_ && interrupts(next_) && !interrupt_.stop_requested()) {
+        interruptedAt_ = Clock::now();
+        interrupt_.request_stop();
+    }
+    return interrupt_.get_token();
+}
+
+void RenderThread::Loop::publish()
+{
+    const std::shared_ptr<Picture> picture = work_.make(*renderer_, request_);
+    picture->generation = generation_;
+    publishDue_ = false;
+    std::shared_ptr<const Picture> old = picture;  // dies after the lock
+    const std::lock_guard lock(mutex_);
+    picture_.swap(old);
+    status_.error.clear();
+    if (picture->preview) {
+        status_.previewSeconds = since(takenPostedAt_);
+        status_.previewScale = work_.scale();
+    }
+}
+
+void RenderThread::Loop::tell(const std::string& error)
+{
+    const std::lock_guard lock(mutex_);
+    status_.error = error;
+    ++status_.errorCount;
+}
+
+void RenderThread::Loop::stand(Change until, const std::string& error)
+{
+    standsUntil_ = until;
+    tell(error);
+}
+
+/// A renderer that has thrown is not trusted again. A lost device gets one new one, with half as
+/// much work at a time.
+void RenderThread::Loop::fail(const std::exception_ptr& failure)
+{
+    std::string text;
+    bool lost = false;
+    try {
+        std::rethrow_exception(failure);
+    } catch (const core::Error& error) {
+        text = error.what();
+        lost = error.code() == core::ExitCode::deviceLost;
+    } catch (const std::bad_alloc&) {
+        text = "out of memory";
+    } catch (const std::exception& error) {
+        text = error.what();
+    }
+    forgetRenderer();
+    if (lost && !retried_) {
+        retried_ = true;
+        paceFactor_ *= 0.5;
+        workLeft_ = true;
+        tell(text + " — the device is started anew");
+        return;
+    }
+    stand(Change::view, text);
+}
+
+// --- RenderThread
+// ---------------------------------------------------------------------------------------------------
+
+RenderThread::RenderThread(RendererFactory factory)
+    : loop_(std::make_shared<Loop>(std::move(factory))), worker_("render", kNiceness)
+{
+    worker_.start("render", [loop = loop_](core::JobContext& job) { loop->run(job); });
+}
+
+RenderThread::~RenderThread() = default;
+
+uint64_t RenderThread::request(RenderRequest request)
+{
+    return loop_->request(std::move(request));
+}
+
+std::shared_ptr<const Picture> RenderThread::newest() const
+{
+    return loop_->newest();
+}
+
+RenderThreadStatus RenderThread::status() const
+{
+    return loop_->status();
+}
+
+}  // namespace app

@@ -1,0 +1,19 @@
+// A picture of the window as a file, with everything needed to render it again.
+#pragma once
+
+#include <filesystem>
+
+#include "app/session/picture.h"
+#include "app/session/view_params.h"
+
+namespace app {
+
+/// EXR (mean, variance and first hits when the picture has them, metadata) or PNG (radiance through
+/// exposure and tone curve of `view`), by the name's ending. `sceneFile`, `at` (seconds of the
+/// animation): as in the metadata of `render`. The file appears when it is complete. Throws
+/// core::Error; also for a preview, which nothing could render again, and one without samples.
+void savePicture(const std::filesystem::path& file, const Picture& picture,
+                 const core::World& world, const std::filesystem::path& sceneFile, double at,
+                 const ViewParams& view);
+
+}  // namespace app

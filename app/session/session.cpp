@@ -1,0 +1,372 @@
+// The viewer without a window. See session.h. What the threads have finished is taken at the start
+// of `update`; what has to be done differs from what was ordered is found at its end, by
+// comparison.
+#include "app/session/session.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "app/files/camera_file.h"
+#include "app/files/load.h"
+#include "app/session/replay.h"
+#include "app/session/save_picture.h"
+#include "app/session/session_jobs.h"
+#include "core/base/check.h"
+#include "core/scene/pick.h"
+
+namespace app {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr double kMovingSeconds = 0.2;  // after the last motion, pictures stay quick for so long
+// A window's size counts when it has not changed for so long
+constexpr double kSettlingSeconds = 0.15;
+constexpr double kSaveSeconds = 3;  // a save waits so long for a picture that carries its variance
+constexpr uint32_t kLeastSide = 16;
+
+std::string plural(uint64_t count, const char* what)
+{
+    return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+Session::Session(const SessionOptions& options)
+    : options_(options), loadedBox_(std::make_shared<core::Mailbox<Loaded>>()),
+      referenceBox_(std::make_shared<core::Mailbox<Reference>>()),
+      saves_(std::make_shared<SaveQueue>()), loader_("loader", 5), core_("core", 10),
+      saver_("saver", 5), renderThread_(options.factory)
+{
+    notices.quiet = options.quiet;
+    render = options.render;
+    if (!options.settings.empty()) {
+        std::string problem;
+        settings = readSettings(options.settings, problem);
+        if (!problem.empty()) notices.tell(Severity::warning, problem);
+    }
+    if (options.pathGiven) settings.path = options.render.path;
+    if (!options.scene.file.empty()) load(options.scene);
+}
+
+Session::~Session()
+{
+    try {
+        saveNow();
+        saver_.wait();
+        tellEnds();  // a picture that could not be saved is told even now
+        keepCameras();
+        if (!options_.settings.empty()) writeSettings(options_.settings, settings);
+    } catch (const std::exception& error) {
+        notices.tell(Severity::warning, error.what());
+    }
+}
+
+void Session::update(double seconds, glm::uvec2 pictureArea)
+{
+    now_ += seconds;
+    takeLoaded();
+    takeReference();
+    tellEnds();
+    animate(seconds);
+    takePicture();
+    order(pictureArea);
+}
+
+bool Session::busy() const
+{
+    const RenderThreadStatus rendering = renderThread_.status();
+    return rendering.rendering || loader_.status().active() || core_.status().active() ||
+           saver_.status().active() || track.playing() || player.playing || isMoving() ||
+           equalTime_.running() || pendingSave_.has_value() || unsettled_ || hasNews();
+}
+
+bool Session::hasNews() const
+{
+    return renderThread_.newest() != picture_;
+}
+
+// --- scene
+
+void Session::load(const fs::path& file)
+{
+    SceneOptions scene = options_.scene;
+    scene.file = file;
+    scene.at = 0;
+    load(scene);
+}
+
+void Session::load(const SceneOptions& scene)
+{
+    player.playing = false;
+    pendingReplay_.reset();
+    startLoading(scene);
+}
+
+void Session::startLoading(const SceneOptions& scene)
+{
+    loadGeneration_ =
+        loader_.start("load " + scene.file.filename().string(), loadJob(scene, loadedBox_));
+}
+
+void Session::replay(const fs::path& picture)
+{
+    try {
+        Replay found = readReplay(picture);
+        SceneOptions scene = options_.scene;
+        scene.file = found.scene;
+        scene.at = found.at;
+        load(scene);
+        pendingReplay_ = std::make_unique<Replay>(std::move(found));
+    } catch (const core::Error& error) {
+        notices.tell(Severity::error, error.what());
+    }
+}
+
+void Session::cancel()
+{
+    if (loader_.status().active()) loader_.cancel();
+    if (core_.status().active()) core_.cancel();
+    if (equalTime_.running()) equalTime_.cancel();
+    if (track.playing()) track.stop();
+}
+
+void Session::takeLoaded()
+{
+    const std::shared_ptr<const Loaded> loaded = loadedBox_->get(loadGeneration_);
+    if (!loaded || loadGeneration_ == takenLoad_) return;
+    takenLoad_ = loadGeneration_;
+    if (loaded->pose && document_) {
+        document_->world = loaded->document.world;
+        document_->time = loaded->document.time;
+        followSceneCamera();
+        if (player.playing) movedAt_ = now_;
+        return;
+    }
+    show(loaded->document);
+}
+
+void Session::show(const Document& document)
+{
+    keepCameras();
+    document_ = std::make_unique<Document>(document);
+    const core::World& world = *document_->world;
+    dropReference();
+    equalTime_.cancel();
+    slots = {};
+    comparing = false;
+    track.clear();
+    player = {};
+    player.time = document_->time;
+    player.duration =
+        world.scene->animations.empty() ? 0 : world.scene->animations.front().duration;
+    sceneCamera_ = 0;
+    fixedSize_ = {};
+    try {
+        navigation.set(chooseCamera(world, options_.camera), static_cast<double>(world.radius));
+    } catch (const core::Error& error) {
+        notices.tell(Severity::error, error.what());
+        navigation.set(world.cameras.front(), static_cast<double>(world.radius));
+    }
+    loadFirstPath();
+    options_.camera.clear();  // was meant for the first scene
+    recallCameras();
+    if (!options_.settings.empty()) settings.addRecent(document_->file);
+    notices.tell(Severity::news, document_->file.filename().string() + ": " +
+                                     plural(world.triangles.size(), "triangle") + ", loaded in " +
+                                     std::to_string(document_->loadSeconds).substr(0, 4) + " s");
+    for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
+    if (pendingReplay_) applyReplay();
+}
+
+void Session::loadFirstPath()
+{
+    if (options_.path.empty()) return;
+    try {
+        track.load(options_.path, navigation.camera(), document_->world->placement);
+    } catch (const core::Error& error) {
+        notices.tell(Severity::error, error.what());
+    }
+    options_.path.clear();
+}
+
+void Session::applyReplay()
+{
+    const Replay replay = std::move(*pendingReplay_);
+    pendingReplay_.reset();
+    if (!replay.sceneHash.empty() && replay.sceneHash != document_->world->scene->hash)
+        notices.tell(
+            Severity::warning,
+            document_->file.string() +
+                ": is not the scene that the picture was made of (its hash differs): the view "
+                "is the same, the picture may not be");
+    settings.path = replay.params;
+    render.method = replay.method;
+    if (replay.samples > 0) render.sppLimit = replay.samples;
+    fixedSize_ = replay.size;
+    try {
+        navigation.set(cameraFromJson(Json::parse(replay.cameraJson), core::Camera{},
+                                      document_->world->placement, "the saved picture"),
+                       static_cast<double>(document_->world->radius));
+        sceneCamera_.reset();
+    } catch (const std::exception& error) {
+        notices.tell(Severity::error, error.what());
+    }
+}
+
+/// Failures of the threads, each told once.
+void Session::tellEnds()
+{
+    const auto tell = [this](const core::JobStatus& job, uint64_t& told) {
+        if (job.active() || job.generation == told || job.state == core::JobState::idle) return;
+        told = job.generation;
+        if (job.state == core::JobState::failed) notices.tell(Severity::error, job.error);
+        if (job.state == core::JobState::cancelled)
+            notices.tell(Severity::news, job.name + ": cancelled");
+        if (job.state == core::JobState::done && job.name.starts_with("export"))
+            notices.tell(Severity::news, job.name + ": done");
+    };
+    tell(loader_.status(), toldLoader_);
+    tell(core_.status(), toldCore_);
+    tell(saver_.status(), toldSaver_);
+    for (const auto& [failed, text] : saves_->takeTold())
+        notices.tell(failed ? Severity::error : Severity::news, text);
+    const RenderThreadStatus rendering = renderThread_.status();
+    if (rendering.errorCount != toldRendering_) {
+        toldRendering_ = rendering.errorCount;
+        if (!rendering.error.empty()) notices.tell(Severity::error, rendering.error);
+    }
+}
+
+// --- what moves by itself
+
+void Session::animate(double seconds)
+{
+    if (track.playing() && track.advance(seconds)) {
+        takeCamera(track.at(track.frame()));
+        movedAt_ = now_;
+    }
+    if (!document_ || player.duration <= 0) return;
+    if (player.playing) {
+        player.time += seconds * player.speed;
+        if (player.time >= player.duration) {
+            player.time = player.loop ? std::fmod(player.time, player.duration) : player.duration;
+            player.playing = player.loop;
+        }
+        player.time = std::max(player.time, 0.0);
+    }
+    if (player.time == document_->time || loader_.status().active()) return;
+    // A scene that has come since takeLoaded() is not to be passed over for a pose of the old one.
+    if (loadGeneration_ != takenLoad_ && loadedBox_->get(loadGeneration_)) return;
+    loadGeneration_ = loader_.start("pose", poseJob(*document_, player.time, loadedBox_));
+}
+
+void Session::followSceneCamera()
+{
+    const std::vector<core::Camera>& cameras = document_->world->cameras;
+    if (sceneCamera_ && *sceneCamera_ < cameras.size() && cameras[*sceneCamera_] != followed_)
+        useSceneCamera(*sceneCamera_);
+}
+
+bool Session::isMoving() const
+{
+    return now_ - movedAt_ < kMovingSeconds;
+}
+
+// --- pictures
+
+void Session::takePicture()
+{
+    const std::shared_ptr<const Picture> newest = renderThread_.newest();
+    if (newest && newest != picture_) {
+        picture_ = newest;
+        convergence_.take(*picture_);
+        if (equalTime_.running()) {
+            const int side = equalTime_.side();
+            if (std::optional<Slot> slot = equalTime_.offer(picture_)) {
+                slots[static_cast<size_t>(side)] = std::move(*slot);
+                if (equalTime_.running()) {
+                    restart();  // the next side's time begins now, also when it equals the first
+                } else {
+                    comparing = true;
+                    notices.tell(Severity::news,
+                                 "both sides have had their time: the slider compares them");
+                }
+            }
+        }
+    }
+    if (pendingSave_ && picture_) {
+        const bool complete =
+            picture_->generation >= generation_ && picture_->variance && !picture_->preview;
+        if (complete || (now_ >= pendingSave_->until && !picture_->preview)) saveNow();
+    }
+}
+
+/// Hands the save that waits to its thread, which finishes it even when the program ends.
+void Session::saveNow()
+{
+    if (!pendingSave_ || !picture_ || !document_) return;
+    saves_->add({pendingSave_->file, picture_, document_->world, document_->file, document_->time,
+                 settings.view});
+    saver_.start("save", saves_->job());
+    pendingSave_.reset();
+}
+
+void Session::save(const fs::path& file)
+{
+    if (!document_ || !picture_) {
+        notices.tell(Severity::error, file.string() + ": there is no picture to save yet");
+        return;
+    }
+    pendingSave_ = PendingSave{file, now_ + kSaveSeconds};
+}
+
+void Session::restart()
+{
+    ++restarts_;
+}
+
+glm::uvec2 Session::pictureSize(glm::uvec2 area)
+{
+    // While a window's edge is dragged its size changes with every frame: the picture waits until
+    // it settles.
+    if (area != area_) {
+        area_ = area;
+        areaSince_ = now_;
+    }
+    unsettled_ = now_ - areaSince_ < kSettlingSeconds;
+    if (fixedSize_.x > 0) return fixedSize_;
+    if (unsettled_ && ordered_.size.x > 0) return ordered_.size;
+    const double scale = static_cast<double>(std::clamp(settings.view.pictureScale, 0.1f, 2.0f));
+    return glm::max(glm::uvec2(glm::round(glm::dvec2(area) * scale)), glm::uvec2(kLeastSide));
+}
+
+void Session::order(glm::uvec2 pictureArea)
+{
+    const glm::uvec2 size = pictureSize(pictureArea);
+    if (!document_ || pictureArea.x == 0 || pictureArea.y == 0) return;
+    RenderRequest wanted;
+    wanted.world = document_->world;
+    wanted.camera = navigation.camera();
+    wanted.size = size;
+    render.path = settings.path;
+    wanted.params = equalTime_.running() ? equalTime_.wanted() : render;
+    wanted.validation = options_.validation;
+    wanted.restarts = restarts_;
+    wanted.moving = isMoving() && !equalTime_.running();
+    wanted.paused = paused && !equalTime_.running();
+    wanted.targetFrameSeconds = 1.0 / static_cast<double>(std::max(settings.view.movingRate, 1.0f));
+    wanted.movingDepth = settings.view.movingDepth;
+    wanted.wantVariance = settings.view.show == Show::deviation || pendingSave_.has_value();
+    wanted.wantAovs = settings.view.show >= Show::depth && settings.view.show <= Show::emitter;
+    if (referenceFits(wanted)) wanted.reference = reference_;
+    if (generation_ != 0 && wanted == ordered_) return;
+    ordered_ = wanted;
+    generation_ = renderThread_.request(std::move(wanted));
+}
+
+}  // namespace app

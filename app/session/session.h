@@ -1,0 +1,197 @@
+// Everything that the viewer is, without a window: the scene, the camera, the parameters, the
+// threads, the pictures. The panel, keys and scripts edit its parts; `update` notices what changed
+// and orders only what that invalidates.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/session/camera_track.h"
+#include "app/session/comparison.h"
+#include "app/session/convergence.h"
+#include "app/session/navigation.h"
+#include "app/session/notices.h"
+#include "app/session/picture.h"
+#include "app/session/reference_job.h"
+#include "app/session/render_thread.h"
+#include "app/session/settings.h"
+#include "app/session/view_params.h"
+#include "core/base/worker.h"
+
+namespace app {
+
+/// A scene that is on show.
+struct Document {
+    std::filesystem::path file;
+    std::shared_ptr<const core::World> world;  // at `time`
+    double time = 0;
+    double loadSeconds = 0;
+    std::vector<std::string> warnings;
+};
+
+/// What the loader hands back: a whole scene, or the present one at another time.
+struct Loaded {
+    Document document;
+    bool pose = false;
+};
+
+class SaveQueue;
+struct Replay;
+
+/// Time of the scene's own animation.
+struct AnimationPlayer {
+    bool playing = false, loop = true;
+    double time = 0, speed = 1;
+    double duration = 0;  // 0: the scene has none
+};
+
+struct SessionOptions {
+    SceneOptions scene;          // what to load first
+    std::string camera;          // name, index or file; empty: the scene's first
+    std::filesystem::path path;  // a camera path to begin with
+    RenderParams render;
+    bool pathGiven = false;  // `render.path` counts; else the kept parameters do
+    bool validation = false;
+    std::filesystem::path settings;  // empty: none are kept
+    bool quiet = false;
+    RendererFactory factory = makeViewRenderer;
+};
+
+class Session {
+public:
+    explicit Session(const SessionOptions& options);
+    ~Session();
+
+    /// Once per frame: takes what the threads have finished, moves what moves by itself (paths,
+    /// animations), orders what changed. `pictureArea` is the window's area in pixels. Never
+    /// blocks.
+    void update(double seconds, glm::uvec2 pictureArea);
+
+    /// Whether something will change without anybody's doing: else the window may sleep until the
+    /// next event.
+    bool busy() const;
+
+    // --- parts that may be edited at any time
+    Settings settings;    // view, panels, path parameters (`settings.path`), presets, recent files
+    RenderParams render;  // `render.path` is settings.path: set there
+    Navigation navigation;
+    CameraTrack track;
+    AnimationPlayer player;
+    Notices notices;
+    bool paused = false;
+    std::array<Slot, 2> slots;  // of the compare slider
+    bool comparing = false;
+    bool flying = false;         // WASD moves; else orbiting
+    bool holdReference = false;  // the reference is shown while it is held
+
+    // --- scene
+    void load(const SceneOptions& scene);
+    void load(const std::filesystem::path& file);  // with the options of the first scene
+    void replay(const std::filesystem::path& picture);
+    void cancel();  // whatever long work runs: loading, the reference, an equal-time run
+    const Document* document() const { return document_.get(); }
+
+    // --- camera
+    bool isMoving() const;  // or has moved a moment ago
+    /// whenever the hand has moved the camera: pictures come small and quick for a moment
+    void moved();
+    void useSceneCamera(size_t index);
+    void saveCamera(const std::string& name);
+    const std::vector<SavedCamera>& savedCameras() const { return savedCameras_; }
+    void useSavedCamera(size_t index);
+    void removeSavedCamera(size_t index);
+    std::string cameraText() const;             // JSON, for the clipboard
+    void pasteCamera(const std::string& json);  // a failure is a notice
+    /// in [0,1]^2 of the picture: pivot and focus go to what is there
+    void focusAt(glm::dvec2 position);
+    void frameScene();
+
+    // --- pictures
+    void restart();
+    std::shared_ptr<const Picture> picture() const { return picture_; }
+    bool hasNews() const;  // a picture newer than that waits for the next update
+    uint64_t generation() const { return generation_; }  // of the newest order
+    void save(const std::filesystem::path& file);
+    /// Renders every frame of the track to numbered files, in the core thread, on the CPU.
+    void exportTrack(const std::filesystem::path& pattern, uint32_t samples);
+
+    // --- reference, comparison
+    void startReference(uint64_t samples);
+    void loadReference(const std::filesystem::path& file);
+    void dropReference();
+    std::shared_ptr<const Reference> reference() const { return reference_; }
+    bool referenceFits() const;  // whether it shows what is rendered: same scene, camera and size
+    void storeSlot(int side);
+    void compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds);
+    const EqualTime& equalTime() const { return equalTime_; }
+    const Convergence& convergence() const { return convergence_; }
+    void clearCurves() { convergence_.clearPast(); }
+
+    // --- what runs
+    core::JobStatus loading() const { return loader_.status(); }
+    core::JobStatus coreThread() const { return core_.status(); }
+    RenderThreadStatus rendering() const { return renderThread_.status(); }
+
+private:
+    struct PendingSave {
+        std::filesystem::path file;
+        double until = 0;
+    };
+
+    void startLoading(const SceneOptions& scene);
+    void takeLoaded();
+    void show(const Document& document);
+    void applyReplay();
+    void loadFirstPath();
+    void takeReference();
+    void takePicture();
+    void saveNow();
+    void tellEnds();
+    void animate(double seconds);
+    void followSceneCamera();
+    void takeCamera(const core::Camera& camera);
+    void keepCameras();
+    void recallCameras();
+    bool referenceFits(const RenderRequest& request) const;
+    glm::uvec2 pictureSize(glm::uvec2 area);
+    void order(glm::uvec2 pictureArea);
+
+    SessionOptions options_;
+    std::unique_ptr<Document> document_;
+    std::vector<SavedCamera> savedCameras_;
+    std::optional<size_t> sceneCamera_;  // the view is this one's, also when it is animated
+    core::Camera followed_;              // as it was when it was taken
+    std::shared_ptr<const Picture> picture_;
+    Convergence convergence_;
+    EqualTime equalTime_;
+
+    std::shared_ptr<const Reference> reference_;
+    std::shared_ptr<const core::World> referenceWorld_;  // what the reference shows
+    core::Camera referenceCamera_;
+
+    RenderRequest ordered_;
+    uint64_t generation_ = 0, restarts_ = 0;
+    double now_ = 0, movedAt_ = -1e9;
+    // Of the window; of a replayed picture until the camera moves
+    glm::uvec2 area_{0}, fixedSize_{0};
+    double areaSince_ = 0;
+    bool unsettled_ = false;
+    std::optional<PendingSave> pendingSave_;
+    std::unique_ptr<Replay> pendingReplay_;
+
+    uint64_t loadGeneration_ = 0, takenLoad_ = 0, referenceGeneration_ = 0;
+    uint64_t toldLoader_ = 0, toldCore_ = 0, toldSaver_ = 0, toldRendering_ = 0;
+
+    // Threads last: they end before what their jobs look at.
+    std::shared_ptr<core::Mailbox<Loaded>> loadedBox_;
+    std::shared_ptr<core::Mailbox<Reference>> referenceBox_;
+    std::shared_ptr<SaveQueue> saves_;
+    core::Worker loader_, core_, saver_;
+    RenderThread renderThread_;
+};
+
+}  // namespace app

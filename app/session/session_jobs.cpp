@@ -1,0 +1,126 @@
+// Jobs of the session's threads. See session_jobs.h.
+#include "app/session/session_jobs.h"
+
+#include "app/base/files.h"
+#include "app/files/load.h"
+#include "app/session/save_picture.h"
+#include "core/base/check.h"
+#include "core/methods/methods.h"
+
+namespace app {
+
+namespace fs = std::filesystem;
+
+core::Worker::Job loadJob(const SceneOptions& scene, std::shared_ptr<core::Mailbox<Loaded>> box)
+{
+    return [scene, box = std::move(box)](core::JobContext& context) {
+        const LoadedWorld loaded = loadWorld(
+            scene, 0,
+            [&context](const char* stage, double fraction) { context.progress(stage, fraction); },
+            context.stop());
+        auto result = std::make_shared<Loaded>();
+        Document& document = result->document;
+        document.file = fs::absolute(scene.file);
+        document.world = loaded.world;
+        document.time = scene.at;
+        document.loadSeconds = loaded.seconds;
+        document.warnings = warningLines(loaded.world->warnings);
+        box->publish(context.generation(), std::move(result));
+    };
+}
+
+core::Worker::Job poseJob(const Document& document, double time,
+                          std::shared_ptr<core::Mailbox<Loaded>> box)
+{
+    return [world = document.world, time, box = std::move(box)](core::JobContext& context) {
+        auto result = std::make_shared<Loaded>();
+        result->pose = true;
+        result->document.world = core::makeWorld(world->scene, time, 0, world->placement);
+        result->document.time = time;
+        box->publish(context.generation(), std::move(result));
+    };
+}
+
+core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
+                            const fs::path& pattern, glm::uvec2 size,
+                            const core::PathParams& params, uint32_t samples,
+                            const ViewParams& view)
+{
+    if (!isNumbered(pattern))
+        throw core::Error(pattern.string() +
+                          ": frames need a place for their number, as in frame-%04d.png");
+    core::requireWritable(numbered(pattern, 0));
+    return [document, track, pattern, size, params, samples, view](core::JobContext& context) {
+        const std::unique_ptr<core::Renderer> renderer = core::makeRenderer("path");
+        renderer->setPace({0.05, true});
+        renderer->setWorld(document.world, [&](const char* stage, double fraction) {
+            context.progress(stage, fraction);
+        });
+        const int first = static_cast<int>(track.firstFrame()),
+                  last = static_cast<int>(track.lastFrame());
+        for (int frame = first; frame <= last && !context.stopped(); ++frame) {
+            context.progress(("frame " + std::to_string(frame)).c_str(),
+                             static_cast<double>(frame - first) / (last - first + 1));
+            const core::Camera camera = track.at(frame);
+            renderer->setView(camera, size.x, size.y, params);
+            renderer->advance(samples, context.stop());
+            if (renderer->samples() < samples) return;  // cancelled: no half frames
+            core::Film film;
+            renderer->readFilm(film);
+            Picture picture;
+            picture.mean = film.mean();
+            picture.variance = std::make_shared<core::Image>(film.varianceOfMean());
+            picture.camera = camera;
+            picture.fullSize = size;
+            picture.params.device = DeviceKind::cpu;
+            picture.params.path = params;
+            picture.params.sppLimit = samples;
+            picture.finished = true;
+            picture.samples = film.samples;
+            picture.stats = renderer->stats();
+            picture.seconds = picture.stats.renderSeconds;
+            picture.counters = film.counters;
+            savePicture(numbered(pattern, static_cast<uint32_t>(frame)), picture, *document.world,
+                        document.file, document.time, view);
+        }
+    };
+}
+
+void SaveQueue::add(Item item)
+{
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(item));
+}
+
+core::Worker::Job SaveQueue::job()
+{
+    return [self = shared_from_this()](core::JobContext&) {
+        while (true) {
+            Item item;
+            {
+                const std::lock_guard lock(self->mutex_);
+                if (self->waiting_.empty()) return;
+                item = std::move(self->waiting_.front());
+                self->waiting_.pop_front();
+            }
+            std::pair<bool, std::string> told{false, item.file.string() + ": saved, " +
+                                                         std::to_string(item.picture->samples) +
+                                                         " samples per pixel"};
+            try {
+                savePicture(item.file, *item.picture, *item.world, item.scene, item.at, item.view);
+            } catch (const std::exception& error) {
+                told = {true, error.what()};
+            }
+            const std::lock_guard lock(self->mutex_);
+            self->told_.push_back(std::move(told));
+        }
+    };
+}
+
+std::vector<std::pair<bool, std::string>> SaveQueue::takeTold()
+{
+    const std::lock_guard lock(mutex_);
+    return std::exchange(told_, {});
+}
+
+}  // namespace app

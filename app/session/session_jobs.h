@@ -1,0 +1,51 @@
+// Work that the session gives to its threads: loading, posing an animated scene, exporting frames,
+// saving files.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/session/session.h"
+#include "core/base/worker.h"
+
+namespace app {
+
+core::Worker::Job loadJob(const SceneOptions& scene, std::shared_ptr<core::Mailbox<Loaded>> box);
+core::Worker::Job poseJob(const Document& document, double time,
+                          std::shared_ptr<core::Mailbox<Loaded>> box);
+
+/// Renders the track's frames one by one with the path tracer on the CPU. Throws core::Error when
+/// the pattern has no place for a number or cannot be written.
+core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
+                            const std::filesystem::path& pattern, glm::uvec2 size,
+                            const core::PathParams& params, uint32_t samples,
+                            const ViewParams& view);
+
+/// Pictures that wait to be written: none is lost when several are saved at once.
+class SaveQueue : public std::enable_shared_from_this<SaveQueue> {
+public:
+    struct Item {
+        std::filesystem::path file;
+        std::shared_ptr<const Picture> picture;
+        std::shared_ptr<const core::World> world;
+        std::filesystem::path scene;
+        double at = 0;
+        ViewParams view;
+    };
+    void add(Item item);
+    core::Worker::Job job();  // writes all that waits
+
+    /// What has been written or failed since the last call: (failed, text).
+    std::vector<std::pair<bool, std::string>> takeTold();
+
+private:
+    std::mutex mutex_;
+    std::deque<Item> waiting_;
+    std::vector<std::pair<bool, std::string>> told_;
+};
+
+}  // namespace app

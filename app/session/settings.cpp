@@ -1,0 +1,231 @@
+// Settings as JSON, from the descriptions of their parts. See settings.h. The folders are those of
+// the XDG Base Directory Specification 0.8.
+#include "app/session/settings.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+
+#include "app/base/files.h"
+#include "app/base/json_file.h"
+#include "app/files/params_json.h"
+#include "core/base/check.h"
+
+namespace app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int64_t kVersion = 1;
+constexpr size_t kMostRecent = 12;
+constexpr uint32_t kSmallestWindow = 64, kLargestWindow = 16384;
+
+/// An environment variable that names an absolute folder, else nothing.
+fs::path folderOf(const char* variable)
+{
+    const char* value = std::getenv(variable);
+    const fs::path folder = value != nullptr ? value : "";
+    return folder.is_absolute() ? folder : fs::path();
+}
+
+/// JSON is UTF-8; names of files need not be.
+bool isUtf8(const std::string& text)
+{
+    try {
+        Json(text).dump();
+        return true;
+    } catch (const Json::type_error&) {
+        return false;
+    }
+}
+
+/// The member, or null when `json` is no object or lacks it.
+Json member(const Json& json, const char* name)
+{
+    return json.is_object() && json.contains(name) ? json[name] : Json();
+}
+
+/// A member that is an array; empty when it is something else.
+Json listOf(const Json& json, const char* name)
+{
+    const Json list = member(json, name);
+    return list.is_array() ? list : Json::array();
+}
+
+glm::uvec2 readWindow(const Json& json, glm::uvec2 fallback)
+{
+    glm::uvec2 size{};
+    const core::Field field{"", "", {kSmallestWindow, kLargestWindow}};
+    if (!json.is_array() || json.size() != 2 || !readMember(json[0], field, size.x).empty() ||
+        !readMember(json[1], field, size.y).empty())
+        return fallback;
+    return size;
+}
+
+Settings settingsOf(const Json& json)
+{
+    Settings s;
+    // What is wrong with single values is not worth a word: each has a default.
+    (void)readParams(member(json, "view"), s.view, "view");
+    (void)readParams(member(json, "panels"), s.panels, "panels");
+    (void)readParams(member(json, "path"), s.path, "path");
+    s.windowSize = readWindow(member(json, "window"), s.windowSize);
+    for (const Json& file : listOf(json, "recent")) {
+        const std::string name = file.is_string() ? file.get<std::string>() : "";
+        if (fs::path(name).is_absolute() && s.recentFiles.size() < kMostRecent &&
+            std::count(s.recentFiles.begin(), s.recentFiles.end(), name) == 0)
+            s.recentFiles.push_back(name);
+    }
+    for (const Json& entry : listOf(json, "presets")) {
+        const Json name = member(entry, "name");
+        if (!name.is_string() || name.get<std::string>().empty()) continue;
+        Preset preset{name.get<std::string>(), {}, {}};
+        (void)readParams(member(entry, "path"), preset.path, preset.name);
+        s.presets.push_back(preset);
+    }
+    const Json cameras = member(json, "cameras");
+    if (cameras.is_object())
+        for (const auto& [hash, list] : cameras.items())
+            if (list.is_array() && !list.empty()) s.cameras[hash] = list.dump();
+    return s;
+}
+
+Json settingsJson(const Settings& s)
+{
+    Json recent = Json::array(), presets = Json::array(), cameras = Json::object();
+    for (const std::string& file : s.recentFiles)
+        if (isUtf8(file)) recent.push_back(file);
+    for (const Preset& preset : s.presets)
+        if (isUtf8(preset.name))
+            presets.push_back({{"name", preset.name}, {"path", paramsJson(preset.path)}});
+    for (const auto& [hash, text] : s.cameras) {
+        const Json list = Json::parse(text, nullptr, false);  // our own text, unless a caller errs
+        if (isUtf8(hash) && list.is_array() && !list.empty()) cameras[hash] = list;
+    }
+    return {{"version", kVersion},
+            {"view", paramsJson(s.view)},
+            {"panels", paramsJson(s.panels)},
+            {"path", paramsJson(s.path)},
+            {"window", {s.windowSize.x, s.windowSize.y}},
+            {"recent", recent},
+            {"presets", presets},
+            {"cameras", cameras}};
+}
+
+/// `file` with `ending` behind its name.
+fs::path besideOf(fs::path file, const char* ending)
+{
+    file += ending;
+    return file;
+}
+
+/// Keeps a file that cannot be understood; returns the end of the sentence about it.
+std::string setAside(const fs::path& file)
+{
+    const fs::path bad = besideOf(file, ".bad");
+    std::error_code error;
+    fs::rename(file, bad, error);
+    return error ? " — it could not be renamed (" + error.message() + "), the defaults are used"
+                 : " — kept as " + bad.string() + ", the defaults are used";
+}
+
+/// The version of a settings file; nothing when there is none that makes sense.
+std::optional<int64_t> versionOf(const Json& json)
+{
+    const Json version = member(json, "version");
+    if (!version.is_number_integer() || version.get<int64_t>() < 1) return {};
+    return version.get<int64_t>();
+}
+
+}  // namespace
+
+void Settings::addRecent(const fs::path& file)
+{
+    std::error_code error;
+    fs::path absolute = fs::absolute(file, error);
+    if (error) return;
+    const std::string name = absolute.lexically_normal().string();
+    std::erase(recentFiles, name);
+    recentFiles.insert(recentFiles.begin(), name);
+    if (recentFiles.size() > kMostRecent) recentFiles.resize(kMostRecent);
+}
+
+fs::path settingsFile()
+{
+    const fs::path name = fs::path("rekindle") / "settings.json";
+    const fs::path configuration = folderOf("XDG_CONFIG_HOME");
+    if (!configuration.empty()) return configuration / name;
+    const fs::path home = folderOf("HOME");
+    return home.empty() ? fs::path() : home / ".config" / name;
+}
+
+Settings readSettings(const fs::path& file, std::string& problem)
+{
+    problem.clear();
+    if (file.empty()) {
+        problem = "settings are not kept: neither XDG_CONFIG_HOME nor HOME names a folder";
+        return {};
+    }
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (status.type() == fs::file_type::not_found) return {};
+    std::string text;
+    try {
+        text = readText(file);
+    } catch (const core::Error& unreadable) {
+        problem = std::string(unreadable.what()) + " — the defaults are used";
+        return {};
+    }
+    Json json;
+    try {
+        json = parseJson(text, file.string());
+        if (!versionOf(json)) throw core::Error(file.string() + ": not settings of this program");
+    } catch (const core::Error& damaged) {
+        problem = damaged.what() + setAside(file);
+        return {};
+    }
+    if (*versionOf(json) > kVersion) {
+        const fs::path kept = besideOf(file, ".newer");
+        fs::copy_file(file, kept, fs::copy_options::overwrite_existing, error);
+        problem = file.string() + ": written by a newer version; read as far as it is understood" +
+                  (error ? "" : " — kept as " + kept.string());
+    }
+    return settingsOf(json);
+}
+
+void writeSettings(const fs::path& file, const Settings& settings)
+{
+    if (file.empty()) throw core::Error("settings: there is no folder to keep them in");
+    std::error_code error;
+    // Behind a link, which people use to keep their settings elsewhere, the file itself is
+    // replaced.
+    fs::path target = fs::is_symlink(file, error) ? fs::weakly_canonical(file, error) : file;
+    if (error) target = file;
+    const fs::path folder = target.parent_path();
+    if (!folder.empty()) fs::create_directories(folder, error);
+    if (error)
+        throw core::Error(target.string() + ": its folder cannot be made: " + error.message());
+    writeText(target, settingsJson(settings).dump(2) + '\n');
+}
+
+const std::vector<Preset>& builtInPresets()
+{
+    using core::PathParams, core::SamplerKind, core::Strategy;
+    static const std::vector<Preset> presets{
+        {"preview", PathParams{.maxDepth = 3}, "light and two bounces: quick, too dark indoors"},
+        {"balanced", PathParams{}, "the defaults: eight events suffice for most rooms"},
+        {"deep glass", PathParams{.maxDepth = 32},
+         "glass in glass, water, mirrors facing each other"},
+        {"direct light", PathParams{.maxDepth = 1}, "emitters and what they light directly"},
+        {"no fireflies", PathParams{.clampIndirect = 10},
+         "bounds indirect samples: calmer, darker, biased"},
+        {"formulas", PathParams{.sampler = SamplerKind::independent},
+         "independent samples: error estimates and slopes hold exactly"},
+    };
+    return presets;
+}
+
+}  // namespace app

@@ -1,0 +1,64 @@
+// What is kept between runs: $XDG_CONFIG_HOME/rekindle/settings.json (or ~/.config). Versioned,
+// written to a temporary name and renamed; a file that cannot be read is kept as settings.json.bad
+// and the defaults are used.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "app/session/view_params.h"
+#include "core/methods/renderer.h"
+
+namespace app {
+
+/// A named set of the method's parameters.
+struct Preset {
+    std::string name;
+    core::PathParams path;
+    std::string help{};  // what it is good for, one line; the user's own have none
+
+    friend bool operator==(const Preset&, const Preset&) = default;
+};
+
+struct SavedCamera {
+    std::string name;
+    core::Camera camera;  // world space of the scene
+};
+
+struct Settings {
+    ViewParams view;
+    PanelParams panels;
+    core::PathParams path;
+    glm::uvec2 windowSize{1280, 720};      // each side from 64 to 16384
+    std::vector<std::string> recentFiles;  // newest first, absolute, at most 12
+    std::vector<Preset> presets;           // the user's own
+    // Scene hash -> JSON array of cameras in the file's space
+    std::map<std::string, std::string> cameras;
+
+    /// Puts the file first; one that is there already is moved.
+    void addRecent(const std::filesystem::path& file);
+
+    friend bool operator==(const Settings&, const Settings&) = default;
+};
+
+/// Where the settings of this user are kept; empty when neither XDG_CONFIG_HOME nor HOME is an
+/// absolute path.
+std::filesystem::path settingsFile();
+
+/// Never throws for bad contents: unknown members are ignored, values outside their range fall back
+/// to the default, and `problem` says what was wrong with the file as a whole (empty: nothing; a
+/// file that does not exist is nothing, an empty name is a problem). A file of a newer version is
+/// read as far as it is understood and kept as settings.json.newer.
+Settings readSettings(const std::filesystem::path& file, std::string& problem);
+
+/// Makes the folders that lack. Throws core::Error when the file cannot be written.
+void writeSettings(const std::filesystem::path& file, const Settings& settings);
+
+/// "preview", "balanced", ...: presets that come with the program.
+const std::vector<Preset>& builtInPresets();
+
+}  // namespace app

@@ -1,0 +1,155 @@
+// Section of the panel: cameras, the lens, how fast one flies.
+#include <algorithm>
+#include <cmath>
+
+#include <glm/gtc/constants.hpp>
+
+#include "app/view/ui/ui_parts.h"
+
+namespace app {
+namespace {
+
+/// A slider of a double in a row of its own; true when it changed.
+bool doubleRow(const char* label, const char* help, double& value, double low, double high,
+               const char* text, bool logarithmic)
+{
+    ImGui::PushID(label);
+    rowLabel(label, help);
+    ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat;
+    if (logarithmic) flags |= ImGuiSliderFlags_Logarithmic;
+    const bool changed =
+        ImGui::SliderScalar("##value", ImGuiDataType_Double, &value, &low, &high, text, flags);
+    tip(std::string(help) + "\n\nCtrl-click to type.");
+    ImGui::SameLine(0, 0);
+    ImGui::Dummy(ImVec2(ImGui::GetFrameHeight(), ImGui::GetFrameHeight()));
+    ImGui::PopID();
+    return changed;
+}
+
+void drawSceneCameras(const UiContext& c)
+{
+    const Document* document = c.session.document();
+    if (document == nullptr) return;
+    const auto& cameras = document->world->cameras;
+    rowLabel("of the scene", "cameras that the scene file has");
+    ImGui::SetNextItemWidth(-1);
+    if (!ImGui::BeginCombo("##scene cameras", cameras.empty() ? "none" : "go to...")) return;
+    for (size_t i = 0; i < cameras.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        const std::string name =
+            cameras[i].name.empty() ? "camera " + std::to_string(i) : cameras[i].name;
+        if (ImGui::Selectable(name.c_str())) c.act("use-camera", {{"index", i}});
+        ImGui::PopID();
+    }
+    ImGui::EndCombo();
+}
+
+void drawSavedCameras(const UiContext& c)
+{
+    int removed = -1;
+    const auto& cameras = c.session.savedCameras();
+    for (size_t i = 0; i < cameras.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        const float cross = buttonWidth("x");
+        const float width =
+            ImGui::GetContentRegionAvail().x - cross - ImGui::GetStyle().ItemSpacing.x;
+        if (ImGui::Selectable(cameras[i].name.c_str(), false, 0,
+                              ImVec2(std::max(width, 1.0f), 0))) {
+            c.act("use-saved-camera", {{"index", i}});
+        }
+        tip("go there");
+        ImGui::SameLine();
+        if (ImGui::SmallButton("x")) removed = static_cast<int>(i);
+        tip("forget this view");
+        ImGui::PopID();
+    }
+    if (removed >= 0) c.act("remove-saved-camera", {{"index", removed}});
+}
+
+void drawKeep(const UiContext& c)
+{
+    const std::string why = c.session.document() ? "" : "there is no scene";
+    rowLabel("this view", "a view that is kept comes back with the scene");
+    ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - buttonWidth("Keep") -
+                                         ImGui::GetStyle().ItemInnerSpacing.x,
+                                     2 * c.em));
+    const bool entered = textInput("##camera name", "name", c.state.cameraName);
+    ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);
+    const bool clicked =
+        actionButton(c, "Keep", "save-camera", why, {{"name", c.state.cameraName}});
+    if (entered && why.empty()) c.act("save-camera", {{"name", c.state.cameraName}});
+    if (clicked || entered) c.state.cameraName.clear();
+}
+
+void drawLens(const UiContext& c)
+{
+    const double radius =
+        c.session.document()
+            ? std::max(static_cast<double>(c.session.document()->world->radius), 1e-3)
+            : 1;
+    core::Camera& camera = c.session.navigation.edit();
+    bool changed = false;
+    if (camera.orthographic) {
+        changed |= doubleRow("height", "half the height of what is seen, in metres", camera.ymag,
+                             1e-3 * radius, 10 * radius, "%.4g m", true);
+    } else {
+        double degrees = camera.yfov * 180 / glm::pi<double>();
+        if (doubleRow("angle of view", "vertical, in degrees", degrees, 2, 150, "%.1f deg",
+                      false)) {
+            camera.yfov = degrees * glm::pi<double>() / 180;
+            changed = true;
+        }
+    }
+    changed |=
+        doubleRow("aperture", "radius of the lens in metres; 0 is a pinhole, where all is sharp",
+                  camera.apertureRadius, 0, 0.1 * radius, "%.4g m", true);
+    changed |= doubleRow(
+        "focus",
+        "distance in metres at which the picture is sharp; a double click on the picture sets it",
+        camera.focusDistance, 1e-3 * radius, 10 * radius, "%.4g m", true);
+    if (changed) c.session.moved();
+}
+
+}  // namespace
+
+void drawCameraSection(const UiContext& c)
+{
+    drawSceneCameras(c);
+    drawSavedCameras(c);
+    drawKeep(c);
+    const std::string why = c.session.document() ? "" : "there is no scene";
+    actionButton(c, "Copy", "copy-camera", why);
+    sameLineIfRoom(buttonWidth("Paste"));
+    actionButton(c, "Paste", "paste-camera", why);
+    sameLineIfRoom(buttonWidth("Whole scene"));
+    actionButton(c, "Whole scene", "focus", why);
+    ImGui::Spacing();
+    drawLens(c);
+    ImGui::PushID("fly");
+    rowLabel("fly", "W A S D, Q and E move, the mouse turns; otherwise the mouse orbits");
+    if (bool flying = c.session.flying; ImGui::Checkbox("##value", &flying)) c.act("fly-mode");
+    tip("fly or orbit  [" + keyOf("fly-mode") + "]");
+    ImGui::PopID();
+    double speed = c.session.navigation.speed();
+    const double usual =
+        c.session.document() ? static_cast<double>(c.session.document()->world->radius) / 4 : 0.25;
+    if (doubleRow("speed",
+                  "metres per second of flying; Shift is four times as fast, Ctrl a quarter; wheel "
+                  "or - and =",
+                  speed, usual * 1e-3, usual * 100, "%.3g m/s", true)) {
+        c.session.navigation.setSpeed(speed);
+    }
+}
+
+void drawAnimationSection(const UiContext& c)
+{
+    AnimationPlayer& player = c.session.player;
+    actionButton(c, player.playing ? "Stop" : "Play", "animation", {}, {}, 5 * c.em);
+    ImGui::SameLine();
+    ImGui::Checkbox("loop", &player.loop);
+    doubleRow("time", "seconds of the scene's animation", player.time, 0, player.duration, "%.2f s",
+              false);
+    doubleRow("pace", "seconds of the animation per second", player.speed, 0.01, 100, "%.2f", true);
+}
+
+}  // namespace app

@@ -1,0 +1,83 @@
+// Over the picture: the colours of a view of numbers, with the numbers.
+#include <algorithm>
+#include <cmath>
+
+#include "app/view/ui/ui_parts.h"
+#include "shared/display.h"
+
+namespace app {
+namespace {
+
+static_assert(static_cast<uint32_t>(ColourMap::viridis) == shared::kMapViridis &&
+              static_cast<uint32_t>(ColourMap::magma) == shared::kMapMagma &&
+              static_cast<uint32_t>(ColourMap::grey) == shared::kMapGrey);
+
+ImU32 scaleColour(const UiContext& c, float t)
+{
+    const auto map = static_cast<uint32_t>(c.session.settings.view.map);
+    const glm::vec3 rgb =
+        c.frame.scale.isSigned ? shared::displaySigned(2 * t - 1) : shared::displayMap(map, t);
+    return ImGui::GetColorU32(ImVec4(rgb.x, rgb.y, rgb.z, 1));
+}
+
+/// The value at the fraction t of a scale.
+double scaleValue(const Scale& scale, double t)
+{
+    const auto low = static_cast<double>(scale.low), high = static_cast<double>(scale.high);
+    return scale.logarithmic && low > 0 ? low * std::pow(high / low, t) : low + t * (high - low);
+}
+
+void drawScale(const UiContext& c, float width)
+{
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const float height = 0.9f * c.em;
+    constexpr int kSteps = 64;
+    for (int i = 0; i < kSteps; ++i) {
+        const float a = static_cast<float>(i) / kSteps, b = static_cast<float>(i + 1) / kSteps;
+        const ImU32 left = scaleColour(c, a), right = scaleColour(c, b);
+        list.AddRectFilledMultiColor({corner.x + a * width, corner.y},
+                                     {corner.x + b * width, corner.y + height}, left, right, right,
+                                     left);
+    }
+    ImGui::Dummy(ImVec2(width, height));
+    constexpr int kNumbers = 5;
+    const float top = ImGui::GetCursorScreenPos().y;
+    for (int i = 0; i < kNumbers; ++i) {
+        const float t = static_cast<float>(i) / (kNumbers - 1);
+        const std::string text = digitsText(scaleValue(c.frame.scale, static_cast<double>(t)));
+        const float half = ImGui::CalcTextSize(text.c_str()).x / 2;
+        const float x =
+            std::clamp(corner.x + t * width - half, corner.x, corner.x + width - 2 * half);
+        list.AddLine({corner.x + t * (width - 1), corner.y + height},
+                     {corner.x + t * (width - 1), corner.y + height + 3},
+                     ImGui::GetColorU32(ImGuiCol_Text));
+        list.AddText({x, top}, ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
+    }
+    ImGui::Dummy(ImVec2(width, ImGui::GetTextLineHeight()));
+}
+
+}  // namespace
+
+void drawColourBar(const UiContext& c)
+{
+    if (!c.frame.scale.shown && c.frame.problem.empty()) return;
+    const float room = c.window.x - c.state.panelWidth;
+    const float width = std::min(24 * c.em, room - 3 * c.em);
+    if (width < 8 * c.em) return;
+    ImGui::SetNextWindowPos(
+        ImVec2(c.state.panelWidth + 0.7f * c.em, c.window.y - c.state.statusHeight - 0.7f * c.em),
+        ImGuiCond_Always, ImVec2(0, 1));
+    ImGui::SetNextWindowBgAlpha(0.72f);
+    if (ImGui::Begin("##colour bar", nullptr, kOverlay | ImGuiWindowFlags_AlwaysAutoResize)) {
+        if (!c.frame.problem.empty())
+            ImGui::TextColored(kWarningColour, "%s", c.frame.problem.c_str());
+        if (c.frame.scale.shown) {
+            ImGui::TextUnformatted(c.frame.scale.label.c_str());
+            drawScale(c, width);
+        }
+    }
+    ImGui::End();
+}
+
+}  // namespace app

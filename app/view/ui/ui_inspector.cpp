@@ -1,0 +1,77 @@
+// Over the picture: the numbers of the pixel under the mouse, while Alt is held.
+#include <algorithm>
+#include <cmath>
+
+#include "app/view/ui/ui_parts.h"
+
+namespace app {
+namespace {
+
+/// The value of an image at (u, v) in [0,1]^2, or null for an image that is not there.
+const float* valueAt(const core::Image& image, float u, float v)
+{
+    if (image.width == 0 || image.height == 0 || image.pixels.empty()) return nullptr;
+    const auto index = [](float t, uint32_t count) {
+        return std::min(static_cast<uint32_t>(std::max(t, 0.0f) * static_cast<float>(count)),
+                        count - 1);
+    };
+    return image.at(index(u, image.width), index(v, image.height));
+}
+
+std::string rgbText(const float* rgb)
+{
+    return format("%9.4g %9.4g %9.4g", static_cast<double>(rgb[0]), static_cast<double>(rgb[1]),
+                  static_cast<double>(rgb[2]));
+}
+
+void row(const char* name, const std::string& value)
+{
+    dimText(name);
+    ImGui::SameLine(6.5f * ImGui::GetFontSize());
+    ImGui::TextUnformatted(value.c_str());
+}
+
+void aovRows(const core::Aovs& aovs, float u, float v)
+{
+    if (const float* depth = valueAt(aovs.depth, u, v)) {
+        row("distance",
+            depth[0] > 0 ? format("%.5g m", static_cast<double>(depth[0])) : "nothing hit");
+    }
+    if (const float* normal = valueAt(aovs.normal, u, v)) row("normal", rgbText(normal));
+    if (const float* albedo = valueAt(aovs.albedo, u, v)) row("albedo", rgbText(albedo));
+    if (const float* ids = valueAt(aovs.ids, u, v)) {
+        row("ids", format("triangle %.0f, material %.0f, emitter %.0f", static_cast<double>(ids[0]),
+                          static_cast<double>(ids[1]), static_cast<double>(ids[2])));
+    }
+}
+
+}  // namespace
+
+void drawInspector(const UiContext& c)
+{
+    const ImGuiIO& io = ImGui::GetIO();
+    const auto picture = shownPicture(c);
+    if (!io.KeyAlt || !picture || io.WantCaptureMouse || c.window.x <= 0 || c.window.y <= 0) return;
+    const float u = io.MousePos.x / c.window.x, v = io.MousePos.y / c.window.y;
+    if (!(u >= 0 && u < 1 && v >= 0 && v < 1)) return;
+    const float* radiance = valueAt(picture->mean, u, v);
+    if (radiance == nullptr) return;
+    ImGui::BeginTooltip();
+    row("pixel", format("%.0f, %.0f", std::floor(static_cast<double>(u) * picture->fullSize.x),
+                        std::floor(static_cast<double>(v) * picture->fullSize.y)));
+    row("radiance", rgbText(radiance));
+    if (picture->variance) {
+        if (const float* variance = valueAt(*picture->variance, u, v)) {
+            const float deviation[3] = {std::sqrt(variance[0]), std::sqrt(variance[1]),
+                                        std::sqrt(variance[2])};
+            row("\xC2\xB1", rgbText(deviation));
+        }
+    }
+    if (const auto reference = c.session.reference()) {
+        if (const float* value = valueAt(reference->mean, u, v)) row("reference", rgbText(value));
+    }
+    if (picture->aovs) aovRows(*picture->aovs, u, v);
+    ImGui::EndTooltip();
+}
+
+}  // namespace app

@@ -1,0 +1,263 @@
+// Sections of the panel: method, device and parameters; when a picture is done.
+#include <algorithm>
+
+#include "app/view/ui/ui_parts.h"
+#include "core/methods/methods.h"
+
+namespace app {
+namespace {
+
+/// Why a method cannot be chosen; empty when it can.
+std::string whyNotMethod(Method method, DeviceKind device)
+{
+    for (const core::Method& known : core::methods()) {
+        if (known.name != core::enumName(method)) continue;
+        if (device == DeviceKind::vulkan && method != Method::path)
+            return "this method runs on the CPU only";
+        return {};
+    }
+    return "this version does not have it";
+}
+
+std::string methodHelp(Method method)
+{
+    for (const core::Method& known : core::methods()) {
+        if (known.name == core::enumName(method)) return known.help;
+    }
+    return {};
+}
+
+/// A choice that says why it cannot be made, when so.
+bool choice(const char* name, bool chosen, const std::string& help, const std::string& whyNot)
+{
+    const bool clicked = ImGui::Selectable(
+        name, chosen, whyNot.empty() ? ImGuiSelectableFlags_None : ImGuiSelectableFlags_Disabled);
+    tip(whyNot.empty() ? help : help + (help.empty() ? "" : "\n\n") + "Not now: " + whyNot);
+    return clicked;
+}
+
+void drawMethod(const UiContext& c)
+{
+    RenderParams& render = c.session.render;
+    ImGui::PushID("method");
+    rowLabel("method", "how light is found");
+    if (ImGui::BeginCombo("##value", core::enumName(render.method).data())) {
+        const auto names = core::enumNames<Method>();
+        for (size_t i = 0; i < names.size(); ++i) {
+            const auto method = static_cast<Method>(i);
+            if (choice(names[i].data(), render.method == method, methodHelp(method),
+                       whyNotMethod(method, render.device))) {
+                render.method = method;
+            }
+        }
+        ImGui::EndCombo();
+    }
+    ImGui::PopID();
+}
+
+std::string deviceName(const UiContext& c)
+{
+    const RenderParams& render = c.session.render;
+    if (render.device == DeviceKind::cpu) return "CPU (Embree)";
+    if (render.deviceIndex < 0) return "Vulkan, first suitable";
+    const auto index = static_cast<size_t>(render.deviceIndex);
+    if (index < c.frame.devices.size()) return c.frame.devices[index].name;
+    return "Vulkan device " + std::to_string(index);
+}
+
+void chooseDevice(const UiContext& c, DeviceKind kind, int index)
+{
+    c.session.render.device = kind;
+    c.session.render.deviceIndex = index;
+}
+
+void drawVulkanChoice(const UiContext& c, size_t i)
+{
+    const gpu::DeviceInfo& info = c.frame.devices[i];
+    std::string missing;
+    for (const std::string& what : info.missing)
+        missing += (missing.empty() ? "it lacks " : ", ") + what;
+    const RenderParams& render = c.session.render;
+    const bool chosen =
+        render.device == DeviceKind::vulkan && render.deviceIndex == static_cast<int>(i);
+    const std::string help =
+        info.type + ", " + info.driver + "\n" + bytesText(info.heapBytes) + " of device memory";
+    ImGui::PushID(static_cast<int>(i));
+    if (choice(info.name.c_str(), chosen, help, missing))
+        chooseDevice(c, DeviceKind::vulkan, static_cast<int>(i));
+    ImGui::PopID();
+}
+
+void drawDevice(const UiContext& c)
+{
+    const RenderParams& render = c.session.render;
+    ImGui::PushID("device");
+    rowLabel("device", "where it is rendered");
+    if (ImGui::BeginCombo("##value", deviceName(c).c_str())) {
+        if (choice("CPU (Embree)", render.device == DeviceKind::cpu, "all cores", {})) {
+            chooseDevice(c, DeviceKind::cpu, -1);
+        }
+        const bool first = render.device == DeviceKind::vulkan && render.deviceIndex < 0;
+        if (choice("Vulkan, first suitable", first, "real GPUs before software", {})) {
+            chooseDevice(c, DeviceKind::vulkan, -1);
+        }
+        for (size_t i = 0; i < c.frame.devices.size(); ++i) drawVulkanChoice(c, i);
+        ImGui::EndCombo();
+    }
+    ImGui::PopID();
+}
+
+/// The preset that the parameters equal, or null.
+const Preset* presentPreset(const Settings& settings)
+{
+    for (const std::vector<Preset>* list : {&settings.presets, &builtInPresets()}) {
+        for (const Preset& preset : *list) {
+            if (preset.path == settings.path) return &preset;
+        }
+    }
+    return nullptr;
+}
+
+/// Returns the index of one's own preset that is to be removed, or -1.
+int presetChoices(const UiContext& c)
+{
+    int removed = -1;
+    const Preset* const now = presentPreset(c.session.settings);
+    for (const Preset& preset : builtInPresets()) {
+        if (ImGui::Selectable(preset.name.c_str(), &preset == now))
+            c.act("preset", {{"name", preset.name}});
+    }
+    const std::vector<Preset>& own = c.session.settings.presets;
+    if (!own.empty()) ImGui::Separator();
+    for (size_t i = 0; i < own.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        const float cross = ImGui::GetFrameHeight();
+        if (ImGui::Selectable(own[i].name.c_str(), &own[i] == now,
+                              ImGuiSelectableFlags_AllowItemOverlap)) {
+            c.act("preset", {{"name", own[i].name}});
+        }
+        ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - cross);
+        if (ImGui::SmallButton("x")) removed = static_cast<int>(i);
+        tip("delete this preset");
+        ImGui::PopID();
+    }
+    return removed;
+}
+
+void savePreset(const UiContext& c)
+{
+    std::vector<Preset>& own = c.session.settings.presets;
+    const auto same = std::find_if(own.begin(), own.end(), [&](const Preset& preset) {
+        return preset.name == c.state.presetName;
+    });
+    if (same != own.end())
+        same->path = c.session.settings.path;
+    else
+        own.push_back({c.state.presetName, c.session.settings.path});
+    c.state.presetName.clear();
+}
+
+void drawPresets(const UiContext& c)
+{
+    const Preset* const now = presentPreset(c.session.settings);
+    ImGui::PushID("presets");
+    rowLabel("preset", "a named set of all parameters below; one's own can be added");
+    if (ImGui::BeginCombo("##value", now != nullptr ? now->name.c_str() : "changed by hand")) {
+        const int removed = presetChoices(c);
+        if (removed >= 0)
+            c.session.settings.presets.erase(c.session.settings.presets.begin() + removed);
+        ImGui::EndCombo();
+    }
+    ImGui::PopID();
+}
+
+void drawPresetName(const UiContext& c)
+{
+    ImGui::PushID("preset name");
+    rowLabel("keep as", "a name for these parameters");
+    ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - buttonWidth("Keep") -
+                                         ImGui::GetStyle().ItemInnerSpacing.x,
+                                     2 * c.em));
+    const bool entered = textInput("##name", "name", c.state.presetName);
+    ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);
+    const std::string why = c.state.presetName.empty() ? "type a name first" : "";
+    if (plainButton("Keep", "keep the parameters as a preset of this name", why) ||
+        (entered && why.empty())) {
+        savePreset(c);
+    }
+    ImGui::PopID();
+}
+
+/// A limit's bar; nothing without a limit.
+void limitBar(double fraction, const std::string& text)
+{
+    ImGui::ProgressBar(static_cast<float>(std::clamp(fraction, 0.0, 1.0)),
+                       ImVec2(-ImGui::GetFrameHeight(), ImGui::GetFontSize() * 0.95f),
+                       text.c_str());
+}
+
+void limitRow(const char* label, const char* help, double& value, double most, const char* text)
+{
+    ImGui::PushID(label);
+    rowLabel(label, help);
+    auto shown = static_cast<float>(value);
+    if (ImGui::InputFloat("##value", &shown, 0, 0, text) && shown >= 0) {
+        value = std::min(static_cast<double>(shown), most);
+    }
+    tip(help);
+    if (value == 0) zeroHint("no limit");
+    if (rowReset(value != 0, "no limit")) value = 0;
+    ImGui::PopID();
+}
+
+}  // namespace
+
+void drawMethodSection(const UiContext& c)
+{
+    drawMethod(c);
+    drawDevice(c);
+    drawPresets(c);
+    ImGui::Spacing();
+    editParams(c.session.settings.path);
+    ImGui::Spacing();
+    drawPresetName(c);
+}
+
+void drawLimitsSection(const UiContext& c)
+{
+    RenderParams& render = c.session.render;
+    const auto picture = shownPicture(c);
+    ImGui::PushID("samples");
+    const char* const help = "stops after so many samples per pixel; 0 never does";
+    rowLabel("samples", help);
+    countInput("##value", render.sppLimit, "no limit");
+    tip(help);
+    if (rowReset(render.sppLimit != 0, "no limit")) render.sppLimit = 0;
+    ImGui::PopID();
+    limitRow("seconds", "stops after so many seconds of rendering; 0 never does",
+             render.secondsLimit, 1e7, "%.6g");
+    limitRow("error",
+             "stops at this RMSE: against the reference, or else as estimated from the samples; 0 "
+             "never does",
+             render.errorLimit, 1e6, "%.6g");
+    if (!picture || picture->preview) return;
+    if (render.sppLimit > 0) {
+        limitBar(static_cast<double>(picture->samples) / static_cast<double>(render.sppLimit),
+                 std::to_string(picture->samples) + " of " + std::to_string(render.sppLimit) +
+                     " spp");
+    }
+    if (render.secondsLimit > 0) {
+        limitBar(picture->seconds / render.secondsLimit,
+                 secondsText(picture->seconds) + " of " + secondsText(render.secondsLimit));
+    }
+    if (render.errorLimit > 0 && !picture->curve.empty()) {
+        const ErrorPoint& last = picture->curve.back();
+        const double error = last.rmse > 0 ? last.rmse : last.estimated;
+        // Of the samples that the law of the root asks for.
+        const double ratio = error > 0 ? render.errorLimit / error : 0;
+        limitBar(ratio * ratio,
+                 "error " + digitsText(error) + " of " + digitsText(render.errorLimit));
+    }
+}
+
+}  // namespace app

@@ -1,0 +1,161 @@
+// What the parts of the panel share: the context of a frame, what is typed but not yet done, and
+// small pieces.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <imgui.h>
+#include <nlohmann/json.hpp>
+
+#include "app/view/ui/param_widgets.h"
+#include "app/view/ui/ui.h"
+#include "app/view/ui/ui_text.h"
+
+namespace app {
+
+/// A notice on its way out.
+struct Toast {
+    Notice notice;
+    double since = 0;  // ImGui's time of its first frame
+};
+
+/// A line to type a file's name into, with what it could be completed to.
+struct PathBox {
+    std::string text;
+    std::string completedFor;  // the text that `completions` belong to
+    std::vector<std::string> completions;
+    bool focus = false;  // give it the keyboard
+    bool open = false;   // whether the completions are on show
+};
+
+/// What lives from frame to frame and belongs to nobody else.
+struct UiState {
+    PathBox scene, reference, path, picture;
+    std::string cameraName, presetName, exportPattern = "frames/frame-%04d.exr";
+    uint64_t referenceSamples = 1024, exportSamples = 64;
+    double equalSeconds = 5;
+    double targetError = 0;  // of the plot's time to go when no limit is set
+    int selectedKey = -1;
+    bool draggingKey = false;
+    double editedFrame = 0;  // of the key whose frame is being typed
+    std::vector<Toast> toasts;
+    uint64_t seenNotices = 0;
+    bool openBox = false, inspector = false, logAtEnd = true;
+    uint64_t loggedNotices = 0;
+    std::vector<std::string> unknownActions;
+    glm::uvec2 area{0};
+    float panelWidth = 0;   // as drawn last; 0: hidden or collapsed
+    float chosenWidth = 0;  // of the panel, by the user's hand; 0: never touched
+    float statusHeight = 0;
+    float overlayTop = 0;   // below what stands at the top left of the picture
+    ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
+};
+
+struct UiContext {
+    Session& session;
+    AppRequests& app;
+    const UiFrame& frame;
+    UiState& state;
+    float em = 13;        // height of a letter
+    ImVec2 window{0, 0};  // size
+
+    /// Runs an action; what it refuses becomes a notice.
+    void act(const char* action,
+             const nlohmann::ordered_json& arguments = nlohmann::ordered_json::object()) const;
+};
+
+/// Flags of what lies over the picture and takes no part in the order of windows.
+inline constexpr ImGuiWindowFlags kOverlay =
+    ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav |
+    ImGuiWindowFlags_NoBringToFrontOnFocus;
+
+// --- pieces (ui_pieces.cpp)
+
+/// A button that runs an action: its key and help are the tool-tip. A non-empty `whyNot` disables
+/// it and says why. `width` 0: as wide as the text; negative: up to that far from the right edge.
+bool actionButton(const UiContext& c, const char* label, const char* action,
+                  const std::string& whyNot = {},
+                  const nlohmann::ordered_json& arguments = nlohmann::ordered_json::object(),
+                  float width = 0);
+
+/// The same for what no action does: true when clicked.
+bool plainButton(const char* label, const std::string& help, const std::string& whyNot = {},
+                 float width = 0);
+
+/// Goes on in the same line when `width` more pixels have room there, else in the next.
+void sameLineIfRoom(float width);
+
+/// The width of a button with this text.
+float buttonWidth(const char* label);
+
+/// A collapsible section; `open` at first. Push an id of the same name around its contents.
+bool section(const char* title, bool open);
+
+/// Small text in the colour of disabled things, wrapped.
+void dimText(const std::string& text);
+
+/// A line to type a path into, completed with Tab or by the mouse; true when Enter was pressed.
+/// `extensions`: lower case with dots; folders are always offered.
+bool pathInput(PathBox& box, const char* id, const char* hint,
+               const std::vector<std::string>& extensions);
+
+/// A line of text; true when Enter was pressed.
+bool textInput(const char* id, const char* hint, std::string& text);
+
+/// Beside the 0 in the input that was drawn last: what it means.
+void zeroHint(const char* text);
+
+/// Whole number without bounds, typed or stepped; 0 reads as `zero` when that is not null. True
+/// when it changed.
+bool countInput(const char* id, uint64_t& value, const char* zero = nullptr);
+
+/// "Ctrl+S" of an action, or "".
+std::string keyOf(const char* action);
+
+/// " (3 times)" for a message that was repeated.
+std::string timesText(const Notice& notice);
+
+/// The picture's biasing parameters, as names.
+std::vector<std::string> biases(const RenderParams& params);
+
+/// The picture that is on show, or null.
+std::shared_ptr<const Picture> shownPicture(const UiContext& c);
+
+/// Why the plot cannot be shown now; empty when it can.
+std::string whyNoPlot(const UiContext& c);
+
+// --- sections of the panel
+
+void drawSceneSection(const UiContext& c);
+void drawMethodSection(const UiContext& c);
+void drawLimitsSection(const UiContext& c);
+void drawCameraSection(const UiContext& c);
+void drawPathSection(const UiContext& c);
+void drawAnimationSection(const UiContext& c);
+void drawViewSection(const UiContext& c);
+void drawCompareSection(const UiContext& c);
+void drawReferenceSection(const UiContext& c);
+void drawSaveSection(const UiContext& c);
+
+// --- over the picture
+
+void drawCompareSlider(const UiContext& c);
+void drawStatusLine(const UiContext& c);
+void drawColourBar(const UiContext& c);
+void drawProgress(const UiContext& c);
+void drawToasts(const UiContext& c);
+void drawInspector(const UiContext& c);
+void drawOpenBox(const UiContext& c);
+void drawQuitQuestion(const UiContext& c);
+void drawHelpWindow(const UiContext& c);
+void drawLogWindow(const UiContext& c);
+void drawPlotWindow(const UiContext& c);
+void drawProfilerWindow(const UiContext& c);
+
+/// Begins a window that floats over the picture: `corner` in [0,1]^2 says where in the free area it
+/// first stands, and it is held inside the window whatever happens. Call ImGui::End() in any case.
+bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 size, ImVec2 corner);
+
+}  // namespace app

@@ -1,0 +1,241 @@
+// Small pieces that the parts of the panel share. See ui_parts.h.
+#include <algorithm>
+#include <cstring>
+
+#include "app/files/params_json.h"
+#include "app/files/path_completion.h"
+#include "app/view/ui/ui_parts.h"
+#include "core/base/check.h"
+
+#include <imgui_stdlib.h>  // after imgui.h, on which it stands
+
+namespace app {
+namespace {
+
+const Action* findAction(const char* name)
+{
+    for (const Action& action : actions()) {
+        if (std::strcmp(action.name, name) == 0) return &action;
+    }
+    return nullptr;
+}
+
+/// Disables until the end of its life when there is a reason to.
+class Disabled {
+public:
+    explicit Disabled(bool disabled) { ImGui::BeginDisabled(disabled); }
+    ~Disabled() { ImGui::EndDisabled(); }
+    Disabled(const Disabled&) = delete;
+    Disabled& operator=(const Disabled&) = delete;
+};
+
+int completePressed(ImGuiInputTextCallbackData* data)
+{
+    auto& box = *static_cast<PathBox*>(data->UserData);
+    const std::string typed(data->Buf, static_cast<size_t>(data->BufTextLen));
+    if (box.completions.empty() || box.completedFor != typed) return 0;
+    // As far as all of them agree; the first one when that is no farther than what is typed.
+    std::string common = box.completions.front();
+    for (const std::string& other : box.completions) {
+        const auto ends = std::mismatch(common.begin(), common.end(), other.begin(), other.end());
+        common.erase(ends.first, common.end());
+    }
+    const std::string& text = common.size() > typed.size() ? common : box.completions.front();
+    data->DeleteChars(0, data->BufTextLen);
+    data->InsertChars(0, text.c_str());
+    return 0;
+}
+
+/// The list under the line. It outlives the line's hold of the keyboard, which a click into the
+/// list ends.
+void drawCompletions(PathBox& box, bool typing)
+{
+    const bool known = box.completions.size() == 1 && box.completions.front() == box.text;
+    if (box.completions.empty() || known) return;
+    const float rows = std::min(static_cast<float>(box.completions.size()), 6.0f);
+    ImGui::BeginChild("##completions", ImVec2(0, rows * ImGui::GetTextLineHeightWithSpacing() + 8),
+                      true);
+    for (const std::string& completion : box.completions) {
+        if (!ImGui::Selectable(completion.c_str())) continue;
+        box.text = completion;
+        box.focus = true;
+    }
+    const bool here = ImGui::IsWindowHovered();
+    ImGui::EndChild();
+    if (!typing && !here && !box.focus && ImGui::IsMouseClicked(ImGuiMouseButton_Left))
+        box.open = false;
+}
+
+/// Keeps the present window's place relative to the edges that it belongs to, and all of it in
+/// sight.
+void holdInside(const UiContext& c, ImVec2 corner)
+{
+    ImVec2 place = ImGui::GetWindowPos();
+    const ImVec2 extent = ImGui::GetWindowSize();
+    const ImVec2 fit(std::min(extent.x, c.window.x), std::min(extent.y, c.window.y));
+    if (c.state.area != c.frame.area && c.state.area.x > 0 && !ImGui::IsWindowAppearing()) {
+        place.x += (c.window.x - static_cast<float>(c.state.area.x)) * corner.x;
+        place.y += (c.window.y - static_cast<float>(c.state.area.y)) * corner.y;
+    }
+    const ImVec2 held(std::clamp(place.x, 0.0f, c.window.x - fit.x),
+                      std::clamp(place.y, 0.0f, c.window.y - fit.y));
+    if (fit.x != extent.x || fit.y != extent.y) ImGui::SetWindowSize(fit);
+    const ImVec2 now = ImGui::GetWindowPos();
+    if (held.x != now.x || held.y != now.y) ImGui::SetWindowPos(held);
+}
+
+}  // namespace
+
+void UiContext::act(const char* action, const nlohmann::ordered_json& arguments) const
+{
+    try {
+        runAction(action, session, app, arguments);
+    } catch (const core::Error& error) {
+        session.notices.tell(Severity::error, error.what());
+    }
+}
+
+bool plainButton(const char* label, const std::string& help, const std::string& whyNot, float width)
+{
+    bool clicked;
+    {
+        const Disabled disabled(!whyNot.empty());
+        clicked = ImGui::Button(label, ImVec2(width, 0));
+    }
+    tip(whyNot.empty() ? help : help + "\n\nNot now: " + whyNot);
+    return clicked;
+}
+
+bool actionButton(const UiContext& c, const char* label, const char* action,
+                  const std::string& whyNot, const nlohmann::ordered_json& arguments, float width)
+{
+    const Action* found = findAction(action);
+    if (found == nullptr) {
+        auto& unknown = c.state.unknownActions;
+        if (std::find(unknown.begin(), unknown.end(), action) == unknown.end())
+            unknown.emplace_back(action);
+        return false;
+    }
+    std::string help = found->help;
+    if (found->key[0] != '\0') help += std::string("  [") + found->key + "]";
+    const bool clicked = plainButton(label, help, whyNot, width);
+    if (clicked) c.act(action, arguments);
+    return clicked;
+}
+
+float buttonWidth(const char* label)
+{
+    return ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
+}
+
+void sameLineIfRoom(float width)
+{
+    const float right = ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x;
+    if (ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x + width <= right)
+        ImGui::SameLine();
+}
+
+bool section(const char* title, bool open)
+{
+    ImGui::SetNextItemOpen(open, ImGuiCond_FirstUseEver);
+    return ImGui::CollapsingHeader(title);
+}
+
+void dimText(const std::string& text)
+{
+    ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(text.data(), text.data() + text.size());
+    ImGui::PopTextWrapPos();
+    ImGui::PopStyleColor();
+}
+
+bool pathInput(PathBox& box, const char* id, const char* hint,
+               const std::vector<std::string>& extensions)
+{
+    ImGui::PushID(id);
+    if (box.focus) ImGui::SetKeyboardFocusHere();
+    box.focus = false;
+    ImGui::SetNextItemWidth(-1);
+    const bool entered = ImGui::InputTextWithHint("##path", hint, &box.text,
+                                                  ImGuiInputTextFlags_EnterReturnsTrue |
+                                                      ImGuiInputTextFlags_CallbackCompletion,
+                                                  completePressed, &box);
+    const bool typing = ImGui::IsItemActive();
+    if (ImGui::IsItemActivated() || (typing && box.completedFor != box.text)) {
+        box.completions = completePath(box.text, extensions);
+        box.completedFor = box.text;
+        box.open = true;
+    }
+    if (entered) box.open = false;
+    if (box.open) drawCompletions(box, typing);
+    ImGui::PopID();
+    if (!entered || box.text.empty()) return false;
+    box.text = expandHome(box.text);
+    return true;
+}
+
+bool textInput(const char* id, const char* hint, std::string& text)
+{
+    return ImGui::InputTextWithHint(id, hint, &text, ImGuiInputTextFlags_EnterReturnsTrue);
+}
+
+void zeroHint(const char* text)
+{
+    if (ImGui::IsItemActive()) return;
+    const ImVec2 low = ImGui::GetItemRectMin(), padding = ImGui::GetStyle().FramePadding;
+    const float digit = ImGui::CalcTextSize("0").x;
+    ImGui::GetWindowDrawList()->AddText(ImVec2(low.x + padding.x + 1.5f * digit, low.y + padding.y),
+                                        ImGui::GetColorU32(ImGuiCol_TextDisabled), text);
+}
+
+bool countInput(const char* id, uint64_t& value, const char* zero)
+{
+    const uint64_t step = 1, fast = 64;
+    const bool changed = ImGui::InputScalar(id, ImGuiDataType_U64, &value, &step, &fast, "%llu");
+    if (value == 0 && zero != nullptr) zeroHint(zero);
+    return changed;
+}
+
+std::string keyOf(const char* action)
+{
+    const Action* found = findAction(action);
+    return found != nullptr ? found->key : "";
+}
+
+std::string timesText(const Notice& notice)
+{
+    return notice.times > 1 ? " (" + std::to_string(notice.times) + " times)" : "";
+}
+
+std::vector<std::string> biases(const RenderParams& params)
+{
+    return biasedParams(params.path);
+}
+
+std::shared_ptr<const Picture> shownPicture(const UiContext& c)
+{
+    return c.session.picture();
+}
+
+bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 size, ImVec2 corner)
+{
+    const float left = c.state.panelWidth, bottom = c.window.y - c.state.statusHeight,
+                gap = c.em * 0.6f;
+    const ImVec2 room(std::max(c.window.x - left - 2 * gap, 60.0f),
+                      std::max(bottom - 2 * gap, 40.0f));
+    size = {std::min(size.x, room.x), std::min(size.y, room.y)};
+    const ImVec2 place(left + gap + (room.x - size.x) * corner.x,
+                       gap + (room.y - size.y) * corner.y);
+    ImGui::SetNextWindowSize(size, ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowPos(place, ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSizeConstraints(
+        ImVec2(std::min(8 * c.em, room.x), std::min(5 * c.em, room.y)),
+        ImVec2(c.window.x, c.window.y));
+    ImGui::SetNextWindowBgAlpha(std::max(c.session.settings.panels.opacity, 0.96f));
+    const bool visible = ImGui::Begin(title, open, ImGuiWindowFlags_NoCollapse);
+    holdInside(c, corner);
+    return visible;
+}
+
+}  // namespace app

@@ -1,0 +1,161 @@
+// Over the picture: what takes long, with its way out, and what has just been told.
+#include <algorithm>
+#include <cmath>
+
+#include "app/view/ui/ui_parts.h"
+
+namespace app {
+namespace {
+
+constexpr ImGuiWindowFlags kNote = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                                   ImGuiWindowFlags_NoSavedSettings |
+                                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav |
+                                   ImGuiWindowFlags_AlwaysAutoResize;
+constexpr size_t kMostToasts = 4;
+
+/// Something that takes its time.
+struct Strip {
+    std::string name, stage;
+    double fraction = 0, seconds = 0;
+    bool cancel = false;
+};
+
+void addJob(const core::JobStatus& job, std::vector<Strip>& strips)
+{
+    if (!job.active()) return;
+    strips.push_back({job.name, job.state == core::JobState::waiting ? "waiting" : job.stage,
+                      job.fraction, job.seconds, true});
+}
+
+std::vector<Strip> presentStrips(const UiContext& c)
+{
+    std::vector<Strip> strips;
+    addJob(c.session.loading(), strips);
+    addJob(c.session.coreThread(), strips);
+    const EqualTime& run = c.session.equalTime();
+    if (run.running()) {
+        strips.push_back({"equal time", run.side() == 0 ? "rendering A" : "rendering B",
+                          run.fraction(), run.fraction() * run.seconds(), true});
+    }
+    const RenderThreadStatus status = c.session.rendering();
+    const bool quiet = status.stage.empty() || status.stage == "idle" || status.stage == "render";
+    if (!quiet && !status.rendering && status.error.empty()) {
+        strips.push_back({"renderer", status.stage, status.fraction, -1, false});
+    }
+    return strips;
+}
+
+void drawStrip(const UiContext& c, const Strip& strip, float width)
+{
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(strip.name.c_str());
+    std::string text = strip.stage.empty() ? "" : strip.stage + "  ";
+    text += format("%.0f %%", 100 * std::clamp(strip.fraction, 0.0, 1.0));
+    if (strip.seconds >= 0) text += "  " + secondsText(std::floor(strip.seconds * 10) / 10);
+    ImGui::SameLine(6 * c.em);
+    const float button = strip.cancel ? buttonWidth("Cancel") + ImGui::GetStyle().ItemSpacing.x : 0;
+    ImGui::ProgressBar(static_cast<float>(std::clamp(strip.fraction, 0.0, 1.0)),
+                       ImVec2(std::max(width - 6 * c.em - button, 4 * c.em), 0), text.c_str());
+    if (!strip.cancel) return;
+    ImGui::SameLine();
+    actionButton(c, "Cancel", "cancel");
+}
+
+double lifetime(Severity severity)
+{
+    return severity == Severity::news ? 5 : severity == Severity::warning ? 9 : INFINITY;
+}
+
+void takeNotices(const UiContext& c)
+{
+    const uint64_t count = c.session.notices.count();
+    UiState& state = c.state;
+    if (count == state.seenNotices) return;
+    for (const Notice& notice : c.session.notices.list()) {
+        if (notice.number <= state.seenNotices) continue;
+        std::erase_if(state.toasts,
+                      [&](const Toast& old) { return old.notice.text == notice.text; });
+        state.toasts.push_back({notice, ImGui::GetTime()});
+    }
+    state.seenNotices = count;
+    while (state.toasts.size() > 50) state.toasts.erase(state.toasts.begin());
+}
+
+/// Draws one; false when it is to go.
+bool drawToast(const UiContext& c, const Toast& toast, float width, float& bottom)
+{
+    const double age = ImGui::GetTime() - toast.since, life = lifetime(toast.notice.severity);
+    const auto alpha = static_cast<float>(std::clamp((life - age) / 0.6, 0.0, 1.0));
+    bool stays = age < life;
+    const ImVec4 colour = toast.notice.severity == Severity::error ? kErrorColour
+                          : toast.notice.severity == Severity::warning
+                              ? kWarningColour
+                              : ImGui::GetStyleColorVec4(ImGuiCol_Text);
+    ImGui::SetNextWindowPos(ImVec2(c.window.x - 0.7f * c.em, bottom), ImGuiCond_Always,
+                            ImVec2(1, 0));
+    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, c.window.y * 0.5f));
+    ImGui::SetNextWindowBgAlpha(0.96f);
+    ImGui::PushStyleVar(ImGuiStyleVar_Alpha, std::max(alpha, 0.02f));
+    const std::string id = "##toast" + std::to_string(toast.notice.number);
+    if (ImGui::Begin(id.c_str(), nullptr, kNote)) {
+        ImGui::PushStyleColor(ImGuiCol_Text, colour);
+        ImGui::PushTextWrapPos(width - ImGui::GetStyle().WindowPadding.x);
+        ImGui::TextUnformatted((toast.notice.text + timesText(toast.notice)).c_str());
+        ImGui::PopTextWrapPos();
+        ImGui::PopStyleColor();
+        if (toast.notice.severity != Severity::news) {
+            if (ImGui::SmallButton("Copy")) ImGui::SetClipboardText(toast.notice.text.c_str());
+            ImGui::SameLine();
+            if (ImGui::SmallButton("Close")) stays = false;
+        } else if (ImGui::IsWindowHovered() && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
+            stays = false;
+        }
+    }
+    bottom = ImGui::GetWindowPos().y + ImGui::GetWindowSize().y + 0.4f * c.em;
+    ImGui::End();
+    ImGui::PopStyleVar();
+    return stays;
+}
+
+}  // namespace
+
+void drawProgress(const UiContext& c)
+{
+    const std::vector<Strip> strips = presentStrips(c);
+    c.state.progress = ImVec2(0, 0);
+    if (strips.empty()) return;
+    const float room = c.window.x - c.state.panelWidth - 1.4f * c.em;
+    const float width =
+        std::min(34 * c.em, std::max(room - 2 * ImGui::GetStyle().WindowPadding.x, 12 * c.em));
+    ImGui::SetNextWindowPos(
+        ImVec2(c.state.panelWidth + 0.7f * c.em, c.state.overlayTop + 0.7f * c.em));
+    ImGui::SetNextWindowBgAlpha(0.96f);
+    if (ImGui::Begin("##progress", nullptr, kNote)) {
+        for (size_t i = 0; i < strips.size(); ++i) {
+            ImGui::PushID(static_cast<int>(i));
+            drawStrip(c, strips[i], width);
+            ImGui::PopID();
+        }
+        const ImVec2 place = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+        c.state.progress = ImVec2(place.x + size.x, place.y + size.y);
+    }
+    ImGui::End();
+}
+
+void drawToasts(const UiContext& c)
+{
+    takeNotices(c);
+    std::vector<Toast>& toasts = c.state.toasts;
+    const float room = c.window.x - c.state.panelWidth - 1.4f * c.em;
+    const float width = std::min({28 * c.em, std::max(room, 14 * c.em), c.window.x - 1.4f * c.em});
+    const bool besideProgress = c.window.x - width - 1.4f * c.em > c.state.progress.x;
+    float bottom = 0.7f * c.em + (besideProgress ? 0 : c.state.progress.y);
+    size_t shown = 0;
+    for (size_t i = toasts.size(); i-- > 0 && shown < kMostToasts && bottom < 0.7f * c.window.y;
+         ++shown) {
+        if (!drawToast(c, toasts[i], width, bottom))
+            toasts.erase(toasts.begin() + static_cast<ptrdiff_t>(i));
+    }
+}
+
+}  // namespace app

@@ -1,0 +1,109 @@
+// Sections of the panel: the scene, and pictures as files.
+#include <algorithm>
+#include <filesystem>
+
+#include "app/view/ui/ui_parts.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string fileName(const std::string& path)
+{
+    const fs::path file(path);
+    return file.filename().empty() ? path : file.filename().string();
+}
+
+void drawDocument(const Document& document)
+{
+    const core::World& world = *document.world;
+    const std::string name =
+        document.file.empty() ? "built-in scene" : fileName(document.file.string());
+    ImGui::TextUnformatted(name.c_str());
+    tip(document.file.string() + "\nloaded in " + secondsText(document.loadSeconds));
+    dimText(countText(static_cast<double>(world.triangles.size())) + " triangles, " +
+            countText(static_cast<double>(world.emitters.size())) + " emitters, " +
+            std::to_string(world.materials.size()) + " materials");
+    if (world.emitters.empty()) {
+        ImGui::TextColored(kWarningColour, "nothing emits light");
+        tip("No emissive material, light, environment or sun: every picture of this scene is "
+            "black.");
+    }
+}
+
+void drawWarnings(const std::vector<std::string>& warnings)
+{
+    if (warnings.empty()) return;
+    ImGui::PushStyleColor(ImGuiCol_Text, kWarningColour);
+    const bool open =
+        ImGui::TreeNodeEx("##warnings", ImGuiTreeNodeFlags_SpanAvailWidth, "%zu warning%s",
+                          warnings.size(), warnings.size() == 1 ? "" : "s");
+    ImGui::PopStyleColor();
+    tip("What the loader repaired or left out.");
+    if (!open) return;
+    const float rows = std::min(static_cast<float>(warnings.size()) * 2, 8.0f);
+    ImGui::BeginChild("##list", ImVec2(0, rows * ImGui::GetTextLineHeightWithSpacing()), true);
+    for (const std::string& warning : warnings) dimText(warning);
+    ImGui::EndChild();
+    if (plainButton("Copy##warnings", "all warnings to the clipboard")) {
+        std::string all;
+        for (const std::string& warning : warnings) all += warning + "\n";
+        ImGui::SetClipboardText(all.c_str());
+    }
+    ImGui::TreePop();
+}
+
+void drawRecent(const UiContext& c)
+{
+    // A copy: loading puts the file to the front of the list that is being walked.
+    const std::vector<std::string> recent = c.session.settings.recentFiles;
+    ImGui::SetNextItemWidth(-1);
+    if (!ImGui::BeginCombo("##recent", recent.empty() ? "No recent files" : "Recent files",
+                           ImGuiComboFlags_HeightLarge)) {
+        return;
+    }
+    for (size_t i = 0; i < recent.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        if (ImGui::Selectable(fileName(recent[i]).c_str())) c.act("load", {{"file", recent[i]}});
+        tip(recent[i]);
+        ImGui::PopID();
+    }
+    ImGui::EndCombo();
+}
+
+}  // namespace
+
+void drawSceneSection(const UiContext& c)
+{
+    if (const Document* document = c.session.document()) {
+        drawDocument(*document);
+        drawWarnings(document->warnings);
+    } else {
+        dimText(c.session.loading().active() ? "loading..." : "no scene");
+    }
+    if (pathInput(c.state.scene, "scene", "path of a .gltf or .glb, Enter loads",
+                  {".gltf", ".glb"})) {
+        c.act("load", {{"file", c.state.scene.text}});
+    }
+    drawRecent(c);
+    dimText("Or drop a file on the window: a scene, a .png to return to its view, a reference "
+            "(.exr), a camera path (.json).");
+}
+
+void drawSaveSection(const UiContext& c)
+{
+    const std::string none = shownPicture(c) ? "" : "there is no picture yet";
+    if (pathInput(c.state.picture, "picture", "name.exr or name.png; Enter saves",
+                  {".exr", ".png"})) {
+        c.act("save", {{"file", c.state.picture.text}});
+    }
+    actionButton(c, "Save EXR", "save", none);
+    sameLineIfRoom(buttonWidth("Screenshot"));
+    actionButton(c, "Screenshot", "screenshot");
+    sameLineIfRoom(buttonWidth("Without panel"));
+    actionButton(c, "Without panel", "screenshot-picture");
+    dimText("Every picture carries what is needed to render it again: view --replay FILE.");
+}
+
+}  // namespace app

@@ -1,0 +1,213 @@
+// Over the picture: the line that says how far it is, and the compare slider.
+#include <algorithm>
+#include <cmath>
+
+#include "app/view/ui/ui_parts.h"
+
+namespace app {
+namespace {
+
+/// One thing that the status line says. What matters least is left out first where there is no
+/// room.
+struct StatusItem {
+    std::string text, help;
+    ImVec4 colour;
+    int importance = 0;
+};
+
+ImVec4 textColour()
+{
+    return ImGui::GetStyleColorVec4(ImGuiCol_Text);
+}
+ImVec4 dimColour()
+{
+    return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
+}
+
+StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThreadStatus& status)
+{
+    if (!status.error.empty()) return {"stopped", status.error, kErrorColour, 9};
+    if (c.session.paused)
+        return {"paused", "goes on with  [" + keyOf("pause") + "]", kWarningColour, 9};
+    if (picture == nullptr) {
+        return {status.stage.empty() ? "no picture" : status.stage, "no picture yet", dimColour(),
+                9};
+    }
+    if (picture->preview) {
+        const std::string help = format("coarse while the camera moves: %u x %u pixels",
+                                        picture->mean.width, picture->mean.height);
+        return {"preview", help, kWarningColour, 9};
+    }
+    if (picture->finished) return {"done", "a limit is reached", kGoodColour, 9};
+    if (status.rendering) return {"rendering", "samples are being taken", textColour(), 9};
+    return {status.stage.empty() ? "waiting" : status.stage, "what the render thread does",
+            dimColour(), 9};
+}
+
+void errorItem(const Picture& picture, const Reference* reference, std::vector<StatusItem>& items)
+{
+    if (picture.curve.empty()) return;
+    const ErrorPoint& last = picture.curve.back();
+    if (last.rmse > 0 && reference != nullptr) {
+        std::string help = "root mean square error against the reference (" + reference->origin +
+                           ") at " + std::to_string(last.samples) + " spp, with its standard error";
+        if (const double noise = referenceNoise(*reference); noise > 0) {
+            help += "; the reference's own noise is " + digitsText(noise);
+        }
+        std::string text = "RMSE " + digitsText(last.rmse);
+        if (last.rmseSe > 0) text += " \xC2\xB1 " + format("%.1g", last.rmseSe);
+        items.push_back({text, help, textColour(), 7});
+    } else if (last.estimated > 0) {
+        items.push_back({"noise " + digitsText(last.estimated),
+                         "root of the mean variance, estimated from the samples' own spread at " +
+                             std::to_string(last.samples) +
+                             " spp; with the Sobol sampler an upper bound",
+                         textColour(), 7});
+    }
+}
+
+void counterItem(const core::FilmCounters& counters, std::vector<StatusItem>& items)
+{
+    if (counters.clean()) return;
+    std::string text;
+    const auto add = [&](uint64_t count, const char* name) {
+        if (count > 0)
+            text += (text.empty() ? "" : ", ") + countText(static_cast<double>(count)) + " " + name;
+    };
+    add(counters.nan, "NaN");
+    add(counters.inf, "infinite");
+    add(counters.negative, "negative");
+    add(counters.stackOverflow, "stack overflows");
+    items.push_back(
+        {text,
+         "samples that were dropped because they were no valid radiance; there should be none",
+         kErrorColour, 8});
+}
+
+std::vector<StatusItem> statusItems(const UiContext& c)
+{
+    const auto picture = shownPicture(c);
+    const RenderThreadStatus status = c.session.rendering();
+    std::vector<StatusItem> items{stateItem(c, picture.get(), status)};
+    if (!picture) return items;
+    const ImVec4 text = textColour(), dim = dimColour();
+    items.push_back(
+        {countText(static_cast<double>(picture->samples)) + " spp", "samples per pixel", text, 8});
+    items.push_back(
+        {secondsText(picture->seconds), "of rendering, since this picture began", text, 5});
+    errorItem(*picture, c.session.reference().get(), items);
+    for (const std::string& name : biases(picture->params)) {
+        items.push_back({"biased: " + name,
+                         "this parameter keeps the picture from converging to the right one",
+                         kWarningColour, 8});
+    }
+    counterItem(picture->counters, items);
+    if (picture->stats.rays > 0 && picture->seconds > 0) {
+        const double rate = static_cast<double>(picture->stats.rays) / picture->seconds;
+        items.push_back(
+            {countText(rate) + " rays/s", "rays traced per second of rendering", dim, 3});
+    }
+    items.push_back({format("%u x %u", picture->fullSize.x, picture->fullSize.y),
+                     "pixels of the full picture", dim, 2});
+    items.push_back(
+        {std::string(core::enumName(picture->params.method)) + ", " + picture->stats.device,
+         paramsLabel(picture->params), dim, 1});
+    return items;
+}
+
+/// Drops the least important items until the rest has room.
+void fitItems(std::vector<StatusItem>& items, float room, float gap)
+{
+    const auto width = [&] {
+        float sum = 0;
+        for (const StatusItem& item : items) sum += ImGui::CalcTextSize(item.text.c_str()).x + gap;
+        return sum;
+    };
+    while (items.size() > 1 && width() > room) {
+        items.erase(std::min_element(
+            items.begin(), items.end(),
+            [](const StatusItem& a, const StatusItem& b) { return a.importance < b.importance; }));
+    }
+}
+
+void drawSlotLabel(const UiContext& c, size_t side, float x)
+{
+    const Slot& slot = c.session.slots[side];
+    std::string text =
+        std::string(side == 0 ? "A: " : "B: ") + (slot.picture ? slot.label : "live");
+    const float gap = 0.7f * c.em, left = c.state.panelWidth;
+    const float room = side == 0 ? x - left - 2 * gap : c.window.x - x - 2 * gap;
+    if (ImGui::CalcTextSize(text.c_str()).x > room) text.resize(1);
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    if (size.x > room) return;
+    const ImVec2 place(side == 0 ? x - gap - size.x : x + gap,
+                       c.window.y - c.state.statusHeight - 2.2f * c.em);
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.AddRectFilled({place.x - 0.4f * gap, place.y - 2},
+                       {place.x + size.x + 0.4f * gap, place.y + size.y + 2},
+                       IM_COL32(0, 0, 0, 150), 3);
+    list.AddText(place, IM_COL32(240, 240, 240, 255), text.c_str());
+}
+
+}  // namespace
+
+void drawStatusLine(const UiContext& c)
+{
+    const float left = c.state.panelWidth, height = ImGui::GetFrameHeight() + 0.3f * c.em;
+    c.state.statusHeight = height;
+    ImGui::SetNextWindowPos(ImVec2(left, c.window.y - height));
+    ImGui::SetNextWindowSize(ImVec2(std::max(c.window.x - left, 1.0f), height));
+    ImGui::SetNextWindowBgAlpha(0.72f);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.7f * c.em, 0.15f * c.em));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0.0f);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
+    if (ImGui::Begin("##status", nullptr, kOverlay)) {
+        std::vector<StatusItem> items = statusItems(c);
+        const float gap = 1.2f * c.em;
+        fitItems(items, ImGui::GetContentRegionAvail().x, gap);
+        ImGui::AlignTextToFramePadding();
+        for (size_t i = 0; i < items.size(); ++i) {
+            if (i > 0) ImGui::SameLine(0, gap);
+            ImGui::TextColored(items[i].colour, "%s", items[i].text.c_str());
+            tip(items[i].help);
+        }
+    }
+    ImGui::End();
+    ImGui::PopStyleVar(4);
+}
+
+void drawCompareSlider(const UiContext& c)
+{
+    if (!c.session.comparing || c.session.holdReference || !shownPicture(c)) return;
+    float& at = c.session.settings.view.compareAt;
+    const float x = at * c.window.x, reach = 0.6f * c.em;
+    drawSlotLabel(c, 0, x);
+    drawSlotLabel(c, 1, x);
+    ImGui::SetNextWindowPos(ImVec2(x - reach, 0));
+    ImGui::SetNextWindowSize(ImVec2(2 * reach, std::max(c.window.y - c.state.statusHeight, 1.0f)));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
+    if (ImGui::Begin("##slider", nullptr, kOverlay | ImGuiWindowFlags_NoBackground)) {
+        ImGui::InvisibleButton("##line", ImGui::GetWindowSize());
+        const bool held = ImGui::IsItemActive();
+        if (held)
+            at = std::clamp(ImGui::GetIO().MousePos.x / std::max(c.window.x, 1.0f), 0.0f, 1.0f);
+        if (held || ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+        const ImVec2 grip(x, c.window.y / 2);
+        ImDrawList& list = *ImGui::GetWindowDrawList();
+        list.PushClipRectFullScreen();
+        list.AddCircleFilled(grip, 0.75f * c.em, IM_COL32(20, 22, 26, 200));
+        list.AddCircle(grip, 0.75f * c.em, IM_COL32(240, 240, 240, 255), 0, 1.5f);
+        const float s = 0.22f * c.em;
+        list.AddTriangleFilled({grip.x - s, grip.y - s}, {grip.x - s, grip.y + s},
+                               {grip.x - 2.2f * s, grip.y}, IM_COL32(240, 240, 240, 255));
+        list.AddTriangleFilled({grip.x + s, grip.y - s}, {grip.x + s, grip.y + s},
+                               {grip.x + 2.2f * s, grip.y}, IM_COL32(240, 240, 240, 255));
+        list.PopClipRect();
+    }
+    ImGui::End();
+    ImGui::PopStyleVar(2);
+}
+
+}  // namespace app

@@ -1,0 +1,49 @@
+// Section of the panel: how the picture is looked at, and how the window behaves.
+#include <cstring>
+#include <initializer_list>
+
+#include "app/view/ui/ui_parts.h"
+
+namespace app {
+namespace {
+
+bool among(const core::Field& field, std::initializer_list<const char*> names)
+{
+    for (const char* name : names) {
+        if (std::strcmp(field.name, name) == 0) return true;
+    }
+    return false;
+}
+
+void group(const char* title)
+{
+    ImGui::Spacing();
+    dimText(title);
+}
+
+}  // namespace
+
+void drawViewSection(const UiContext& c)
+{
+    ViewParams& view = c.session.settings.view;
+    const FieldOptions options{.onCommandLine = false};
+    const auto some = [&](std::initializer_list<const char*> names) {
+        editParams(view, options, [&](const core::Field& field) { return among(field, names); });
+    };
+    some({"show", "exposure", "tone"});
+    if (!c.frame.problem.empty()) {
+        ImGui::PushStyleColor(ImGuiCol_Text, kWarningColour);
+        ImGui::TextWrapped("%s", c.frame.problem.c_str());
+        ImGui::PopStyleColor();
+    }
+    group("Maps and errors");
+    some({"map", "error-kind", "error-range"});
+    group("Resolution and motion");
+    some({"picture-scale", "moving-rate", "moving-depth", "frame-limit"});
+    group("Window");
+    editParams(c.session.settings.panels, options, [](const core::Field& field) {
+        return among(field, {"ui-scale", "opacity"});  // the others have buttons at the top
+    });
+}
+
+}  // namespace app

@@ -1,0 +1,48 @@
+# The floor plan: which room (folder) may include from which, and which foreign headers it may name. Arrows point down
+# only: a room sees what is listed above it and named here, nothing else. cmake/floors.cmake checks every include against
+# this table in each build; tests/floors_test.cpp plants faults that it must find. docs/architecture.md gives the picture.
+#
+#   room(FOLDER [SEES rooms…] [FOREIGN prefixes of headers…])
+#
+# `glm/` and the standard library are free to all. A room sees itself; `tests` sees everything.
+
+room(shaders/shared FOREIGN immintrin.h)
+room(shaders SEES shaders/shared)
+foreach(kernels bench display film path)
+    room(shaders/${kernels} SEES shaders shaders/shared)
+endforeach()
+
+set(base core/base shaders/shared)
+room(core/base FOREIGN tbb/)
+room(core/image SEES ${base} FOREIGN OpenImageIO/)
+room(core/scene SEES ${base} core/image)
+room(core/gltf SEES ${base} core/image core/scene FOREIGN nlohmann/ OpenImageIO/)
+room(core/trace SEES ${base} core/scene FOREIGN embree3/ tbb/)
+room(core/reuse SEES ${base})
+room(core/guiding SEES ${base} core/reuse)
+room(core/methods SEES ${base} core/image core/scene core/trace core/reuse core/guiding FOREIGN xmmintrin.h pmmintrin.h)
+
+set(gpu_base ${base} core/image core/scene app/gpu/base)
+room(app/gpu/base SEES ${base} FOREIGN vulkan/)
+room(app/gpu/window SEES ${gpu_base} FOREIGN spirv/)
+room(app/gpu SEES ${gpu_base} core/trace core/methods FOREIGN spirv/)
+room(app/gpu/methods SEES ${gpu_base} core/methods app/gpu FOREIGN spirv/)
+
+set(core ${base} core/image core/scene core/gltf core/methods)
+room(app/base SEES ${base} core/methods FOREIGN nlohmann/)
+room(app/report SEES ${base})
+room(app/lab SEES ${base} core/reuse core/guiding app/base app/report FOREIGN nlohmann/)
+room(app/args SEES ${core} app/base app/lab FOREIGN CLI/ embree3/ nlohmann/ OpenImageIO/ tbb/ vulkan/)
+room(app/files SEES ${core} app/base app/args FOREIGN nlohmann/)
+room(app/bench SEES ${core} core/trace app/base app/args app/files app/report app/gpu/base app/gpu app/gpu/methods
+     FOREIGN embree3/ nlohmann/)
+room(app/commands SEES ${core} app/base app/args app/files app/lab app/gpu/base app/gpu/methods FOREIGN nlohmann/)
+room(app/session SEES ${core} app/base app/args app/files app/gpu/base app/gpu/methods FOREIGN nlohmann/)
+room(app/view/ui SEES ${core} app/base app/files app/session app/gpu/base FOREIGN imgui nlohmann/)
+room(app/view SEES ${core} app/base app/args app/files app/commands app/session app/view/ui app/gpu/base app/gpu/window
+     FOREIGN GLFW/ imgui backends/ nlohmann/ vulkan/)
+room(app SEES core/base app/args app/bench app/commands app/view)
+
+room(assets/generator SEES ${base} core/image FOREIGN nlohmann/)
+room(assets SEES core/base assets/generator)
+room(bench SEES ${base} core/reuse FOREIGN benchmark/)

@@ -1,0 +1,141 @@
+// Keyframe interpolation as appendix C of the glTF 2.0 specification writes it, and the walk over
+// the node forest.
+#include "core/scene/animation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace core {
+
+namespace {
+
+glm::dquat asQuaternion(const glm::dvec4& v)
+{
+    return {v.w, v.x, v.y, v.z};
+}
+
+/// Unit quaternion; the identity where there is no direction to keep.
+glm::dquat normalised(const glm::dquat& q)
+{
+    const double length = std::sqrt(glm::dot(q, q));
+    if (!(length > 1e-12) || !std::isfinite(length)) return {1, 0, 0, 0};
+    return q * (1.0 / length);
+}
+
+/// Spherical interpolation the short way round.
+glm::dvec4 slerp(const glm::dvec4& a, const glm::dvec4& b, double t)
+{
+    const glm::dquat q = glm::slerp(normalised(asQuaternion(a)), normalised(asQuaternion(b)), t);
+    return {q.x, q.y, q.z, q.w};
+}
+
+glm::dmat4 localMatrix(const Transform& t)
+{
+    if (t.matrix) return *t.matrix;
+    const glm::dmat4 translation = glm::translate(glm::dmat4(1), t.translation);
+    return translation * glm::mat4_cast(normalised(t.rotation)) *
+           glm::scale(glm::dmat4(1), t.scale);
+}
+
+void apply(const AnimationChannel& channel, double time, std::vector<Transform>& locals)
+{
+    if (channel.node < 0 || static_cast<size_t>(channel.node) >= locals.size()) return;
+    glm::dvec4 value;
+    if (!evaluateChannel(channel, time, value)) return;
+    Transform& local = locals[static_cast<size_t>(channel.node)];
+    local.matrix.reset();  // glTF forbids animating a node that has a matrix
+    switch (channel.path) {
+    case AnimationChannel::Path::translation:
+        local.translation = glm::dvec3(value);
+        break;
+    case AnimationChannel::Path::scale:
+        local.scale = glm::dvec3(value);
+        break;
+    case AnimationChannel::Path::rotation:
+        local.rotation = asQuaternion(value);
+        break;
+    }
+}
+
+}  // namespace
+
+bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& value)
+{
+    const bool cubic = channel.interpolation == AnimationChannel::Interpolation::cubicSpline;
+    const size_t stride = cubic ? 3 : 1;
+    const size_t keys = std::min(channel.times.size(), channel.values.size() / stride);
+    if (keys == 0) return false;
+    const auto at = [&](size_t key, size_t part) {
+        return glm::dvec4(channel.values[key * stride + part]);
+    };
+    const bool rotation = channel.path == AnimationChannel::Path::rotation;
+    const auto begin = channel.times.begin();
+    const auto next = std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(keys), time);
+    const size_t after = static_cast<size_t>(next - begin);
+    if (after == 0 || after == keys ||
+        channel.interpolation == AnimationChannel::Interpolation::step) {
+        value = at(after == 0 ? 0 : after - 1, cubic ? 1 : 0);
+    } else {
+        const double t0 = static_cast<double>(channel.times[after - 1]);
+        const double span = static_cast<double>(channel.times[after]) - t0;
+        const double t = span > 0 ? (time - t0) / span : 0;
+        if (cubic) {
+            const double t2 = t * t, t3 = t2 * t;
+            value = (2 * t3 - 3 * t2 + 1) * at(after - 1, 1) +
+                    span * (t3 - 2 * t2 + t) * at(after - 1, 2) +
+                    (-2 * t3 + 3 * t2) * at(after, 1) + span * (t3 - t2) * at(after, 0);
+        } else if (rotation) {
+            value = slerp(at(after - 1, 0), at(after, 0), t);
+        } else {
+            value = glm::mix(at(after - 1, 0), at(after, 0), t);
+        }
+    }
+    if (rotation) {
+        const glm::dquat q = normalised(asQuaternion(value));
+        value = {q.x, q.y, q.z, q.w};
+    }
+    return true;
+}
+
+Pose poseAt(const Scene& scene, double time)
+{
+    std::vector<Transform> locals;
+    locals.reserve(scene.nodes.size());
+    for (const Node& node : scene.nodes) locals.push_back(node.local);
+    if (!scene.animations.empty()) {
+        for (const AnimationChannel& channel : scene.animations.front().channels) {
+            apply(channel, time, locals);
+        }
+    }
+
+    Pose pose;
+    pose.toFile.assign(scene.nodes.size(), glm::dmat4(1));
+    std::vector<bool> reached(scene.nodes.size(), false);
+    struct Visit {
+        int node;
+        int parent;
+    };
+    std::vector<Visit> stack;
+    const auto push = [&](const std::vector<int>& nodes, int parent) {
+        for (auto it = nodes.rbegin(); it != nodes.rend(); ++it) stack.push_back({*it, parent});
+    };
+    push(scene.roots, -1);
+    while (!stack.empty()) {
+        const Visit visit = stack.back();
+        stack.pop_back();
+        if (visit.node < 0 || static_cast<size_t>(visit.node) >= scene.nodes.size()) continue;
+        const size_t n = static_cast<size_t>(visit.node);
+        if (reached[n]) continue;
+        reached[n] = true;
+        pose.order.push_back(visit.node);
+        const glm::dmat4 local = localMatrix(locals[n]);
+        pose.toFile[n] =
+            visit.parent < 0 ? local : pose.toFile[static_cast<size_t>(visit.parent)] * local;
+        push(scene.nodes[n].children, visit.node);
+    }
+    return pose;
+}
+
+}  // namespace core

@@ -1,0 +1,27 @@
+// Where every node stands at one instant: keyframes of glTF 2.0 (appendix C of its specification)
+// and the node forest.
+#pragma once
+
+#include <vector>
+
+#include "core/scene/scene.h"
+
+namespace core {
+
+/// Nodes that the roots reach, parents first, and their matrices into the file's space. Entries of
+/// `toFile` of nodes that are not in `order` mean nothing.
+struct Pose {
+    std::vector<int> order;
+    std::vector<glm::dmat4> toFile;
+};
+
+/// Value of a channel at `time` seconds, held outside its keys: xyz, or a unit quaternion as xyzw
+/// (rotations go the short way round). A channel without keys gives no value (false).
+bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& value);
+
+/// The pose at `time` seconds of the first animation; the rest pose when there is none. Rotations
+/// are normalised, one without length is the identity. A node that is reached twice (a cycle, two
+/// parents) keeps its first place.
+Pose poseAt(const Scene& scene, double time);
+
+}  // namespace core

@@ -1,0 +1,25 @@
+// What lies under the cursor: the nearest triangle along one ray, found by looking at all of them.
+#pragma once
+
+#include <optional>
+
+#include <glm/glm.hpp>
+
+#include "core/scene/camera.h"
+#include "core/scene/world.h"
+
+namespace core {
+
+struct Picked {
+    glm::dvec3 position{0};  // world space
+    double distance = 0;     // from the camera, metres
+    uint32_t triangle = 0, material = 0;
+};
+
+/// The surface seen through the middle of the picture's point `position` in [0,1]^2 (y down) by the
+/// camera without its lens. Alpha is not looked at. A click does not need a hierarchy: a million
+/// triangles take some milliseconds.
+std::optional<Picked> pick(const World& world, const Camera& camera, glm::uvec2 imageSize,
+                           glm::dvec2 position);
+
+}  // namespace core

@@ -1,0 +1,167 @@
+// A scene as a file describes it: meshes, a forest of nodes, materials, textures, cameras, lights,
+// animation. Plain data, immutable once loaded. What renderers read is made from it at one instant:
+// see world.h.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "shared/layout.h"
+
+namespace core {
+
+/// Four half floats: linear Rec.709 and alpha, or plain data (normal maps, roughness).
+struct Texel {
+    uint16_t r, g, b, a;
+};
+
+/// A decoded texture: rows from top to bottom, as glTF's coordinates have it.
+struct Texture {
+    std::string name;
+    uint32_t width = 0, height = 0;
+    std::vector<Texel> texels;
+};
+
+/// A material with its use of textures: indices into Scene::textureReferences, -1 = none.
+struct Material {
+    std::string name;
+    shared::Material data{};
+    std::array<int, shared::kTextureSlotCount> textures{-1, -1, -1, -1, -1, -1, -1, -1, -1};
+};
+
+/// A texture as a material uses it; `record.firstTexel` is filled in when the pool is laid out.
+struct TextureUse {
+    int texture = -1;  // index into Scene::textures
+    shared::TextureReference record{};
+};
+
+/// Triangles of one material. Attributes are packed as renderers read them; `extra` is empty or as
+/// long as positions. `hasNormals` false: flat shading, the normals in `attributes` are unused.
+struct Mesh {
+    std::string name;
+    int material = 0;
+    bool hasNormals = false, hasTexCoords = false, hasTangents = false;
+    std::vector<glm::vec3> positions;
+    std::vector<shared::VertexAttributes> attributes;  // empty when nothing needs them
+    std::vector<shared::VertexExtra> extra;
+    std::vector<glm::uvec3> triangles;
+};
+
+struct Transform {
+    glm::dvec3 translation{0};
+    glm::dquat rotation{1, 0, 0, 0};
+    glm::dvec3 scale{1};
+    std::optional<glm::dmat4> matrix;  // used instead of the three when present
+};
+
+struct Node {
+    std::string name;
+    int parent = -1;
+    std::vector<int> children;
+    Transform local;
+    std::vector<int> meshes;  // one glTF mesh may become several (one per primitive)
+    int camera = -1, light = -1;
+};
+
+/// Perspective or orthographic; angles in radians, lengths in the file's units.
+struct SceneCamera {
+    std::string name;
+    int node = -1;
+    bool orthographic = false;
+    double yfov = 0.9, aspect = 0;  // aspect 0: that of the image
+    double ymag = 1;
+    double apertureRadius = 0, focusDistance = 0;  // from extras; 0 = pinhole
+};
+
+/// KHR_lights_punctual, in the file's units; `color` times `intensity` is W/sr or, for directional,
+/// W/m^2.
+struct PunctualLight {
+    std::string name;
+    uint32_t kind = shared::kEmitterPoint;
+    glm::vec3 color{1};
+    float intensity = 1, range = 0, innerCone = 0, outerCone = 0.7853982f;
+};
+
+/// A latitude-longitude map, rows from +Y down: column fraction u looks to (sin 2 pi u, ., -cos 2
+/// pi u).
+struct Environment {
+    std::string file;
+    uint32_t width = 0, height = 0;
+    // Linear radiance, already times nothing: `intensity` multiplies
+    std::vector<glm::vec4> texels;
+    float intensity = 1;
+};
+
+struct Sun {
+    glm::vec3 directionTowards{0, 1, 0};
+    float angularRadius = 0.004625f;
+    glm::vec3 radiance{0};
+};
+
+/// Keyframes of one node's property. `values` holds vec3 in xyz or quaternions as xyzw; cubic
+/// splines store (in-tangent, value, out-tangent) per key.
+struct AnimationChannel {
+    enum class Path { translation, rotation, scale };
+    enum class Interpolation { step, linear, cubicSpline };
+    int node = -1;
+    Path path = Path::translation;
+    Interpolation interpolation = Interpolation::linear;
+    std::vector<float> times;
+    std::vector<glm::vec4> values;
+};
+
+struct Animation {
+    std::string name;
+    double duration = 0;  // seconds
+    std::vector<AnimationChannel> channels;
+};
+
+/// One finding of the loader; equal codes are counted, the first ten of each are kept.
+struct Warning {
+    std::string code;     // after the Khronos validator's names where it has one
+    std::string pointer;  // JSON pointer of the place
+    std::string message;
+};
+
+/// What the loader repaired or ignored: every warning is counted, the first of each code are
+/// spelled out.
+struct Warnings {
+    struct Count {
+        std::string code;
+        uint64_t count = 0;
+    };
+    std::vector<Warning> listed;
+    std::vector<Count> counts;
+
+    /// Counts the warning and keeps its text while fewer than ten of its code are kept.
+    void add(std::string code, std::string pointer, std::string message);
+    uint64_t total() const;
+};
+
+struct Scene {
+    std::filesystem::path file;
+    std::string name, hash;  // hash: 16 hex digits over the content of every file read
+    std::vector<Mesh> meshes;
+    std::vector<Node> nodes;
+    std::vector<int> roots;
+    std::vector<Material> materials;  // at least one; 0 is glTF's default when a mesh names none
+    std::vector<TextureUse> textureUses;
+    std::vector<Texture> textures;
+    std::vector<SceneCamera> cameras;
+    std::vector<PunctualLight> lights;
+    std::vector<Animation> animations;
+    std::optional<Environment> environment;
+    std::optional<Sun> sun;
+    Warnings warnings;
+    uint64_t fileBytes = 0;
+};
+
+}  // namespace core

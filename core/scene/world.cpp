@@ -1,0 +1,269 @@
+// From a scene to what renderers read: the order of the steps, materials and cameras.
+#include "core/scene/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/scene/features.h"
+#include "core/scene/world_parts.h"
+
+namespace core {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+std::vector<int> sortedUnique(std::vector<int> values)
+{
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return values;
+}
+
+/// The scene without what the world holds its own copy of, so that a caller who lets go of the
+/// scene frees it.
+std::shared_ptr<const Scene> withoutBulk(const Scene& scene)
+{
+    auto slim = std::make_shared<Scene>();
+    slim->file = scene.file;
+    slim->name = scene.name;
+    slim->hash = scene.hash;
+    slim->nodes = scene.nodes;
+    slim->roots = scene.roots;
+    slim->materials = scene.materials;
+    slim->textureUses = scene.textureUses;
+    slim->cameras = scene.cameras;
+    slim->lights = scene.lights;
+    slim->sun = scene.sun;
+    slim->warnings = scene.warnings;
+    slim->fileBytes = scene.fileBytes;
+    for (const Mesh& mesh : scene.meshes) {
+        Mesh copy;
+        copy.name = mesh.name;
+        copy.material = mesh.material;
+        copy.hasNormals = mesh.hasNormals;
+        copy.hasTexCoords = mesh.hasTexCoords;
+        copy.hasTangents = mesh.hasTangents;
+        slim->meshes.push_back(std::move(copy));
+    }
+    for (const Texture& texture : scene.textures) {
+        slim->textures.push_back({texture.name, texture.width, texture.height, {}});
+    }
+    if (scene.environment) {
+        const Environment& e = *scene.environment;
+        slim->environment = Environment{e.file, e.width, e.height, {}, e.intensity};
+    }
+    return slim;
+}
+
+/// A vector made unit; `fallback` where it has no direction.
+glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback)
+{
+    const double length = glm::length(v);
+    return length > 1e-300 && std::isfinite(length) ? v / length : fallback;
+}
+
+/// Camera of a node: looks along -Z with +Y up; the node's scale does not matter
+/// (glTF 2.0, 3.10.2).
+Camera cameraOfNode(const SceneCamera& camera, const glm::dmat4& toFile, const Placement& placement)
+{
+    Camera c;
+    c.name = camera.name;
+    c.position = toWorldPoint(placement, glm::dvec3(toFile[3]));
+    c.forward = unitOr(-glm::dvec3(toFile[2]), {0, 0, -1});
+    const glm::dvec3 up = glm::dvec3(toFile[1]);
+    const glm::dvec3 fallback =
+        std::abs(c.forward.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
+    const auto upright = [&](const glm::dvec3& v) {
+        return v - c.forward * glm::dot(v, c.forward);
+    };
+    c.up = unitOr(upright(up), unitOr(upright(fallback), {0, 1, 0}));
+    c.yfov = std::clamp(camera.yfov, 1e-5, kPi - 1e-3);
+    c.aspect = camera.aspect;
+    c.orthographic = camera.orthographic;
+    c.ymag = camera.ymag * placement.scale;
+    c.apertureRadius = camera.apertureRadius * placement.scale;
+    c.focusDistance = camera.focusDistance > 0 ? camera.focusDistance * placement.scale
+                                               : std::max(glm::length(c.position), 1e-3);
+    return c;
+}
+
+/// Looks at the scene from the front, a little from the right and above, with a margin of a tenth.
+Camera framingCamera(const World& world)
+{
+    const glm::dvec3 centre = 0.5 * (glm::dvec3(world.boundsLow) + glm::dvec3(world.boundsHigh));
+    const double yfov = 0.7;
+    const double distance = 1.1 * static_cast<double>(world.radius) / std::sin(0.5 * yfov);
+    const glm::dvec3 towards = glm::normalize(glm::dvec3(0.5, 0.35, 1.0));
+    Camera camera = lookAt(centre + distance * towards, centre, {0, 1, 0}, yfov);
+    camera.name = "default";
+    return camera;
+}
+
+/// Triangles whose alpha is tested come last, so that devices can keep them apart.
+void putAlphaLast(const Scene& scene, std::vector<Instance>& instances)
+{
+    const uint32_t flags = shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend;
+    std::stable_partition(instances.begin(), instances.end(), [&](const Instance& instance) {
+        const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
+        return (scene.materials[static_cast<size_t>(mesh.material)].data.flags & flags) == 0;
+    });
+}
+
+void warnAboutPrecision(World& world)
+{
+    double shortest = std::numeric_limits<double>::infinity(), largest = 0;
+    for (const WorldTriangle& t : world.triangles) {
+        const glm::vec3 a = world.positions[t.v0], b = world.positions[t.v1],
+                        c = world.positions[t.v2];
+        const glm::vec3 ab = b - a, bc = c - b, ca = a - c;
+        const float edge2 = std::min({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
+        shortest = std::min(shortest, static_cast<double>(edge2));
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        largest = std::max({largest, std::abs(static_cast<double>(world.boundsLow[axis])),
+                            std::abs(static_cast<double>(world.boundsHigh[axis]))});
+    }
+    shortest = std::sqrt(shortest);
+    if (world.triangles.empty() || largest <= 1048576.0 * shortest) return;
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the shortest edge is %.3g at coordinates up to %.3g: fewer than four bits of "
+                  "single precision "
+                  "are left for its shape — scenes this uneven show rounding",
+                  shortest / world.placement.scale, largest / world.placement.scale);
+    world.warnings.add("PRECISION", "", text);
+}
+
+}  // namespace
+
+std::string nodePointer(int node)
+{
+    return "/nodes/" + std::to_string(node);
+}
+
+void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& used)
+{
+    std::vector<bool> needed(scene.textures.size(), false);
+    for (const int m : used) {
+        for (const int use : scene.materials[static_cast<size_t>(m)].textures) {
+            if (use < 0) continue;
+            const int texture = scene.textureUses[static_cast<size_t>(use)].texture;
+            if (texture >= 0) needed[static_cast<size_t>(texture)] = true;
+        }
+    }
+    uint64_t total = 0;
+    std::vector<uint32_t> firstTexel(scene.textures.size(), 0);
+    for (size_t i = 0; i < scene.textures.size(); ++i) {
+        if (!needed[i]) continue;
+        firstTexel[i] = static_cast<uint32_t>(total);
+        total += scene.textures[i].texels.size();
+        if (total > 0xffffffffull) {
+            throw Error(scene.file.string() +
+                        ": textures hold more than 2^32 texels — use smaller images");
+        }
+    }
+    world.texels.reserve(total);
+    for (size_t i = 0; i < scene.textures.size(); ++i) {
+        if (!needed[i]) continue;
+        const std::vector<Texel>& texels = scene.textures[i].texels;
+        world.texels.insert(world.texels.end(), texels.begin(), texels.end());
+    }
+    for (const TextureUse& use : scene.textureUses) {
+        shared::TextureReference record = use.record;
+        if (use.texture >= 0) {
+            const Texture& texture = scene.textures[static_cast<size_t>(use.texture)];
+            record.firstTexel = firstTexel[static_cast<size_t>(use.texture)];
+            record.width = texture.width;
+            record.height = texture.height;
+        }
+        world.textureReferences.push_back(record);
+    }
+    if (world.textureReferences.size() > 0xffffu) {
+        throw Error(scene.file.string() + ": " + std::to_string(world.textureReferences.size()) +
+                    " uses of textures, at most 65535 fit a material's record");
+    }
+    for (const Material& material : scene.materials) {
+        shared::Material m = material.data;
+        m.absorption /= static_cast<float>(world.placement.scale);
+        uint32_t* const pairs[5] = {&m.textures0, &m.textures1, &m.textures2, &m.textures3,
+                                    &m.textures4};
+        for (uint32_t* pair : pairs) *pair = 0;
+        for (uint32_t slot = 0; slot < shared::kTextureSlotCount; ++slot) {
+            const int use = material.textures[slot];
+            if (use < 0 || scene.textureUses[static_cast<size_t>(use)].texture < 0) continue;
+            *pairs[slot / 2] |= static_cast<uint32_t>(use + 1) << (slot % 2 * 16);
+        }
+        world.materials.push_back(m);
+    }
+}
+
+void placeCameras(World& world, const Scene& scene, const Pose& pose)
+{
+    for (const int n : pose.order) {
+        const int camera = scene.nodes[static_cast<size_t>(n)].camera;
+        if (camera < 0 || static_cast<size_t>(camera) >= scene.cameras.size()) continue;
+        Camera placed = cameraOfNode(scene.cameras[static_cast<size_t>(camera)],
+                                     pose.toFile[static_cast<size_t>(n)], world.placement);
+        if (placed.name.empty()) placed.name = scene.nodes[static_cast<size_t>(n)].name;
+        if (placed.name.empty()) placed.name = "camera " + std::to_string(world.cameras.size());
+        if (placed.apertureRadius > 0) world.features |= shared::kFeatureThinLens;
+        const double sum = glm::dot(placed.position, placed.position);
+        if (!std::isfinite(sum)) {
+            world.warnings.add("CAMERA_NOT_FINITE", nodePointer(n),
+                               "camera without a finite position — ignored");
+            continue;
+        }
+        world.cameras.push_back(std::move(placed));
+    }
+    if (world.cameras.empty()) world.cameras.push_back(framingCamera(world));
+}
+
+std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time,
+                                       uint32_t forcedFeatures,
+                                       const std::optional<Placement>& placement)
+{
+    auto world = std::make_shared<World>();
+    world->warnings = scene->warnings;
+    const Pose pose = poseAt(*scene, time);
+    std::vector<Instance> instances = findInstances(*scene, pose, world->warnings);
+    std::vector<int> meshes, materials;
+    for (const Instance& instance : instances) meshes.push_back(instance.mesh);
+    meshes = sortedUnique(std::move(meshes));
+    for (const int mesh : meshes)
+        materials.push_back(scene->meshes[static_cast<size_t>(mesh)].material);
+    materials = sortedUnique(std::move(materials));
+
+    world->features = forcedFeatures | materialFeatures(*scene, materials);
+    world->features |= meshFeatures(*scene, meshes, world->features);
+    if ((world->features & shared::kFeatureAlpha) != 0) putAlphaLast(*scene, instances);
+    world->placement = placement ? *placement : placeScene(*scene, instances);
+    flattenInstances(*world, *scene, instances);
+    warnAboutPrecision(*world);
+    layOutMaterials(*world, *scene, materials);
+    placeCameras(*world, *scene, pose);
+    collectEmitters(*world, *scene, pose);
+    // An animated scene is flattened again at other times and needs its meshes.
+    world->scene = scene->animations.empty() ? withoutBulk(*scene) : std::move(scene);
+    return world;
+}
+
+shared::PathSettings worldSettings(const World& world)
+{
+    shared::PathSettings settings{};
+    settings.emitterCount = static_cast<uint32_t>(world.emitters.size());
+    settings.environmentEmitter = world.environmentEmitter;
+    settings.sunEmitter = world.sunEmitter;
+    settings.environmentWidth = world.environmentWidth;
+    settings.environmentHeight = world.environmentHeight;
+    settings.environmentIntensity = world.environmentIntensity;
+    settings.sceneRadius = world.radius;
+    return settings;
+}
+
+}  // namespace core

@@ -1,0 +1,276 @@
+// The table of emitters: emissive triangles, punctual lights (KHR_lights_punctual), the
+// environment, the sun; and the CDF by which one is chosen, proportional to emitted power. Light
+// from far away counts with what it sends through the scene's disc, pi R^2.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/base/check.h"
+#include "core/scene/light_table.h"
+#include "core/scene/world_parts.h"
+#include "shared/surface.h"
+
+namespace core {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+double asPower(const glm::vec3& c)
+{
+    return std::max(0.0, static_cast<double>(shared::luminance(c)));
+}
+
+/// Mean luminance of emissive textures, over whole textures and over the part that a triangle
+/// shows.
+class EmissiveTextures {
+public:
+    explicit EmissiveTextures(const World& world)
+        : world_(world), means_(world.textureReferences.size(), -1.0)
+    {}
+
+    /// Over the texture of `reference`.
+    double mean(uint32_t reference)
+    {
+        double& known = means_[reference];
+        if (known >= 0) return known;
+        const shared::TextureReference& r = world_.textureReferences[reference];
+        known = 0;
+        for (uint32_t y = 0; y < r.height; ++y) {
+            for (uint32_t x = 0; x < r.width; ++x) known += texel(r, x, y);
+        }
+        known /= std::max(1.0, static_cast<double>(r.width) * r.height);
+        return known;
+    }
+
+    /// Over the triangle with these coordinates (already transformed), from at most 64 x 64 texels
+    /// of their bounds; a hundredth of the whole mean is added for what lies between.
+    double meanOver(uint32_t reference, glm::dvec2 a, glm::dvec2 b, glm::dvec2 c)
+    {
+        const double floor = 0.01 * mean(reference);
+        const shared::TextureReference& r = world_.textureReferences[reference];
+        const glm::dvec2 size(r.width, r.height);
+        const glm::dvec2 low = glm::min(a, glm::min(b, c)) * size - 0.5;
+        const glm::dvec2 high = glm::max(a, glm::max(b, c)) * size + 0.5;
+        if (!(std::abs(low.x) + std::abs(low.y) + std::abs(high.x) + std::abs(high.y) < 1e9)) {
+            return mean(reference);
+        }
+        const glm::dvec2 step = glm::max((high - low) / 64.0, glm::dvec2(1));
+        double sum = 0, count = 0;
+        for (double y = std::floor(low.y) + 0.5; y < high.y + 0.5; y += step.y) {
+            for (double x = std::floor(low.x) + 0.5; x < high.x + 0.5; x += step.x) {
+                if (!nearTriangle({x, y}, a * size, b * size, c * size)) continue;
+                sum += texel(r, foldTexel(x, r.width, r.flags >> shared::kTextureWrapSShift),
+                             foldTexel(y, r.height, r.flags >> shared::kTextureWrapTShift));
+                count += 1;
+            }
+        }
+        return count > 0 ? sum / count + floor : mean(reference);
+    }
+
+private:
+    double texel(const shared::TextureReference& r, uint32_t x, uint32_t y) const
+    {
+        const Texel& t = world_.texels[r.firstTexel + size_t(y) * r.width + x];
+        return asPower(
+            {shared::halfAsFloat(t.r), shared::halfAsFloat(t.g), shared::halfAsFloat(t.b)});
+    }
+
+    /// Index of the texel that a coordinate (in texels) falls on.
+    static uint32_t foldTexel(double x, uint32_t size, uint32_t wrap)
+    {
+        const float u = shared::foldCoordinate(static_cast<float>(x / size), wrap & 3u);
+        return std::min(static_cast<uint32_t>(u * static_cast<float>(size)), size - 1);
+    }
+
+    /// Inside the triangle, or within a texel of its edges.
+    static bool nearTriangle(glm::dvec2 p, glm::dvec2 a, glm::dvec2 b, glm::dvec2 c)
+    {
+        const auto cross = [](glm::dvec2 u, glm::dvec2 v) { return u.x * v.y - u.y * v.x; };
+        const double sign = cross(b - a, c - a) < 0 ? -1 : 1;
+        const auto inside = [&](glm::dvec2 from, glm::dvec2 to) {
+            return sign * cross(to - from, p - from) >= -glm::length(to - from);
+        };
+        return inside(a, b) && inside(b, c) && inside(c, a);
+    }
+
+    const World& world_;
+    std::vector<double> means_;
+};
+
+/// Coordinates of a vertex as the reference reads them.
+glm::dvec2 textureCoordinates(const World& world, const shared::TextureReference& r,
+                              uint32_t vertex)
+{
+    glm::dvec2 uv(world.attributes[vertex].u, world.attributes[vertex].v);
+    if ((r.flags & shared::kTextureTexCoord1) != 0 && !world.extra.empty()) {
+        uv = {world.extra[vertex].u1, world.extra[vertex].v1};
+    }
+    if ((r.flags & shared::kTextureTransformed) == 0) return uv;
+    const glm::dvec3 row0(r.row0), row1(r.row1), h(uv, 1);
+    return {glm::dot(row0, h), glm::dot(row1, h)};
+}
+
+void addTriangles(World& world, std::vector<double>& powers)
+{
+    EmissiveTextures textures(world);
+    for (uint32_t i = 0; i < world.triangles.size(); ++i) {
+        const WorldTriangle& t = world.triangles[i];
+        const shared::Material& m = world.materials[t.material];
+        if (!(asPower(m.emissive) > 0)) continue;
+        const glm::vec3 a = world.positions[t.v0], b = world.positions[t.v1],
+                        c = world.positions[t.v2];
+        const glm::dvec3 n =
+            glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
+        const bool twoSided = (m.flags & shared::kMaterialDoubleSided) != 0;
+        double mean = 1;
+        const uint32_t slot = m.textures1 >> 16;  // kTextureEmissive
+        static_assert(shared::kTextureEmissive == 3u);
+        if (slot != 0) {
+            const uint32_t reference = slot - 1;
+            const shared::TextureReference& r = world.textureReferences[reference];
+            if (!(textures.mean(reference) > 0)) continue;
+            mean = textures.meanOver(reference, textureCoordinates(world, r, t.v0),
+                                     textureCoordinates(world, r, t.v1),
+                                     textureCoordinates(world, r, t.v2));
+        }
+        shared::Emitter e{};
+        e.kind = shared::kEmitterTriangle | (twoSided ? shared::kEmitterTwoSided : 0u) |
+                 (slot != 0 ? shared::kEmitterTextured : 0u);
+        e.a = a;
+        e.b = b;
+        e.c = c;
+        e.slot = i;
+        e.radiance = m.emissive;
+        if (world.triangleEmitter.empty())
+            world.triangleEmitter.assign(world.triangles.size(), shared::kNone);
+        world.triangleEmitter[i] = static_cast<uint32_t>(world.emitters.size());
+        world.emitters.push_back(e);
+        powers.push_back(0.5 * glm::length(n) * kPi * asPower(m.emissive) * mean *
+                         (twoSided ? 2 : 1));
+        world.features |= shared::kFeatureEmissiveTriangles;
+        if (slot != 0) world.features |= shared::kFeatureEmissiveTextures;
+    }
+}
+
+/// Record of a punctual light at a node; its power. Directional lights count through the scene's
+/// disc.
+double makePunctual(const PunctualLight& light, const glm::dmat4& toFile, const World& world,
+                    shared::Emitter& e)
+{
+    const double scale2 = world.placement.scale * world.placement.scale;
+    const double disc = kPi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
+    const glm::vec3 strength = light.color * light.intensity;
+    glm::dvec3 axis = -glm::dvec3(toFile[2]);
+    axis /= glm::length(axis);
+    e.kind = light.kind;
+    e.a = glm::vec3(toWorldPoint(world.placement, glm::dvec3(toFile[3])));
+    if (light.kind == shared::kEmitterDirectional) {
+        e.b = glm::vec3(-axis);
+        e.radiance = strength;
+        return asPower(strength) * disc;
+    }
+    e.radiance = strength * static_cast<float>(scale2);  // W/sr: distances change with the scale
+    if (light.kind == shared::kEmitterPoint) return 4 * kPi * asPower(e.radiance);
+    const double inner = std::cos(static_cast<double>(light.innerCone));
+    const double outer = std::cos(static_cast<double>(light.outerCone));
+    const double slope = 1 / std::max(0.001, inner - outer);
+    e.b = glm::vec3(axis);
+    e.scale = static_cast<float>(slope);
+    e.offset = static_cast<float>(-outer * slope);
+    const double solidAngle = 2 * kPi * ((1 - inner) + (inner - outer) / 3);
+    return asPower(e.radiance) * std::max(solidAngle, 1e-6);
+}
+
+void addPunctual(World& world, const Scene& scene, const Pose& pose, std::vector<double>& powers)
+{
+    for (const int n : pose.order) {
+        const int index = scene.nodes[static_cast<size_t>(n)].light;
+        if (index < 0 || static_cast<size_t>(index) >= scene.lights.size()) continue;
+        const PunctualLight& light = scene.lights[static_cast<size_t>(index)];
+        shared::Emitter e{};
+        const double power = makePunctual(light, pose.toFile[static_cast<size_t>(n)], world, e);
+        const double sum = static_cast<double>(glm::dot(e.a, e.a) + glm::dot(e.b, e.b)) + power;
+        if (!std::isfinite(sum)) {
+            world.warnings.add("LIGHT_NOT_FINITE", nodePointer(n),
+                               "position, direction or intensity is not finite — light dropped");
+            continue;
+        }
+        if (light.range > 0) {
+            world.warnings.add("LIGHT_RANGE_IGNORED", nodePointer(n),
+                               "range is a hint that ends light abruptly — ignored, light falls "
+                               "off with the square "
+                               "of the distance");
+        }
+        if (!(power > 0)) continue;
+        world.emitters.push_back(e);
+        powers.push_back(power);
+        world.features |= shared::kFeaturePunctualLights;
+    }
+}
+
+void addEnvironment(World& world, const Scene& scene, double disc, std::vector<double>& powers)
+{
+    if (!scene.environment || scene.environment->texels.empty()) return;
+    const Environment& environment = *scene.environment;
+    const std::vector<double> weights =
+        environmentWeights(environment.texels, environment.width, environment.height);
+    const double power = disc * std::accumulate(weights.begin(), weights.end(), 0.0) *
+                         static_cast<double>(environment.intensity);
+    if (!(power > 0)) return;
+    world.environment = environment.texels;
+    world.environmentWidth = environment.width;
+    world.environmentHeight = environment.height;
+    world.environmentIntensity = environment.intensity;
+    world.environmentCdf = makeEnvironmentCdf(weights, environment.width, environment.height);
+    world.environmentEmitter = static_cast<uint32_t>(world.emitters.size());
+    shared::Emitter e{};
+    e.kind = shared::kEmitterEnvironment;
+    world.emitters.push_back(e);
+    powers.push_back(power);
+    world.features |= shared::kFeatureEnvironment;
+}
+
+void addSun(World& world, const Scene& scene, double disc, std::vector<double>& powers)
+{
+    if (!scene.sun) return;
+    const double half = std::sin(0.5 * static_cast<double>(scene.sun->angularRadius));
+    const double oneMinusCos = 2 * half * half;
+    const double power = asPower(scene.sun->radiance) * 2 * kPi * oneMinusCos * disc;
+    const glm::dvec3 towards(scene.sun->directionTowards);
+    if (!(power > 0) || !(glm::length(towards) > 0)) return;
+    shared::Emitter e{};
+    e.kind = shared::kEmitterSun;
+    e.b = glm::vec3(glm::normalize(towards));
+    e.scale = static_cast<float>(oneMinusCos);
+    e.radiance = scene.sun->radiance;
+    world.sunEmitter = static_cast<uint32_t>(world.emitters.size());
+    world.emitters.push_back(e);
+    powers.push_back(power);
+    world.features |= shared::kFeatureSun;
+}
+
+}  // namespace
+
+void collectEmitters(World& world, const Scene& scene, const Pose& pose)
+{
+    std::vector<double> powers;
+    const double disc = kPi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
+    addTriangles(world, powers);
+    addPunctual(world, scene, pose, powers);
+    addEnvironment(world, scene, disc, powers);
+    addSun(world, scene, disc, powers);
+    if (powers.size() > kMaxCdfEntries) {
+        throw Error(scene.file.string() + ": " + std::to_string(powers.size()) +
+                    " emitters, at most " + std::to_string(kMaxCdfEntries) +
+                    " fit — let fewer triangles emit");
+    }
+    if (powers.size() > 1) world.features |= shared::kFeatureManyEmitters;
+    if ((world.features & shared::kFeatureEmissiveTriangles) != 0 &&
+        world.triangleEmitter.empty()) {
+        world.triangleEmitter.assign(world.triangles.size(), shared::kNone);  // forced on, reads it
+    }
+    if (!powers.empty()) world.emitterCdf = makeCdf(powers);
+}
+
+}  // namespace core

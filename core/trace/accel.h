@@ -1,0 +1,66 @@
+// Ray tracing on the CPU: the nearest hit, and whether anything is in between. Embree inside, none
+// of it here.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <stop_token>
+
+#include "core/scene/world.h"
+#include "shared/surface.h"
+
+namespace core {
+
+/// Distances count in lengths of `direction`; `seed` decides about surfaces of
+/// blended alpha.
+struct Ray {
+    glm::vec3 origin{0};
+    float tMax = shared::kInfinity;
+    glm::vec3 direction{0, 0, 1};
+    uint32_t seed = 0;
+};
+
+struct AccelStats {
+    double buildSeconds = 0;
+    size_t bytes = 0, peakBytes = 0;  // held by the hierarchy; most during its build
+};
+
+/// How a hierarchy is built. `automatic`: spatial splits up to four million triangles.
+enum class AccelQuality { automatic, high, medium, compact };
+
+class Accel {
+public:
+    /// Builds over the world's own arrays, which are not copied. `progress` hears "accelerate" with
+    /// the fraction done. Throws core::Error when memory runs out, and (interrupted) when `stop` is
+    /// requested meanwhile. What `progress` throws ends the build and is passed on.
+    explicit Accel(std::shared_ptr<const World> world,
+                   const std::function<void(const char*, double)>& progress = {},
+                   std::stop_token stop = {}, AccelQuality quality = AccelQuality::automatic);
+    ~Accel();
+    Accel(const Accel&) = delete;
+    Accel& operator=(const Accel&) = delete;
+
+    /// The nearest hit in (0, tMax]; false when there is none (`hit` then holds no meaning). Rays
+    /// that are no numbers meet nothing.
+    bool closest(const Ray& ray, shared::Hit& hit) const;
+
+    /// True when something lies in (0, tMax).
+    bool occluded(const Ray& ray) const;
+
+    /// The same for many rays at once, in packets of 16: hits[i].slot is kNone where there is none;
+    /// blocked[i] is 1 or 0. Which rays stand together may decide the last bit of a hit: keep it a
+    /// function of the image alone.
+    /// `coherent`: neighbours go much the same way, as camera rays do, which is faster if true.
+    void closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent = false) const;
+    void occluded(std::span<const Ray> rays, uint8_t* blocked) const;
+
+    AccelStats stats() const;
+    const World& world() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace core

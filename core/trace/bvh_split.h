@@ -1,0 +1,144 @@
+// The work on ranges of references inside the BVH builder: finding an object or a spatial split,
+// and carrying it out. A reference is a box and the triangle that it is (a part of) the bounds of.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+
+#include "core/scene/world.h"
+
+namespace core::bvh {
+
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = int32_t __attribute__((vector_size(16)));
+
+inline Float4 minimum(Float4 a, Float4 b)
+{
+    return a < b ? a : b;
+}
+inline Float4 maximum(Float4 a, Float4 b)
+{
+    return a > b ? a : b;
+}
+
+constexpr float kHuge = 3.0e38f;
+
+/// Bounds; the fourth lane is not part of it. Starts empty.
+struct Box {
+    Float4 low{kHuge, kHuge, kHuge, kHuge};
+    Float4 high{-kHuge, -kHuge, -kHuge, -kHuge};
+
+    void grow(Float4 p)
+    {
+        low = minimum(low, p);
+        high = maximum(high, p);
+    }
+    void grow(const Box& b)
+    {
+        low = minimum(low, b.low);
+        high = maximum(high, b.high);
+    }
+    bool empty() const { return !(low[0] <= high[0] && low[1] <= high[1] && low[2] <= high[2]); }
+    /// Half the surface; 0 when empty.
+    float halfArea() const
+    {
+        const Float4 e = high - low;
+        return empty() ? 0.0f : e[0] * (e[1] + e[2]) + e[1] * e[2];
+    }
+};
+
+inline Box intersection(const Box& a, const Box& b)
+{
+    return {maximum(a.low, b.low), minimum(a.high, b.high)};
+}
+
+/// 32 bytes. The triangle sits in the fourth lane of `low`, offset so that as a float it is a
+/// normal number: arithmetic on the lane is then meaningless but not slow.
+struct Reference {
+    Float4 low, high;
+
+    static constexpr uint32_t kTag = 0x40000000u;
+    static Reference make(const Box& box, uint32_t triangle)
+    {
+        Reference r{box.low, box.high};
+        r.low[3] = std::bit_cast<float>(triangle + kTag);
+        r.high[3] = 0;
+        return r;
+    }
+    uint32_t triangle() const { return std::bit_cast<uint32_t>(low[3]) - kTag; }
+    Float4 centroidTwice() const { return low + high; }
+    Box box() const { return {low, high}; }
+};
+
+/// Bounds of references and of their (doubled) centroids.
+struct RangeBounds {
+    Box box, centroids;
+
+    void grow(const Reference& r)
+    {
+        box.grow(r.box());
+        centroids.grow(r.centroidTwice());
+    }
+    void grow(const RangeBounds& b)
+    {
+        box.grow(b.box);
+        centroids.grow(b.centroids);
+    }
+};
+
+/// References [begin, end) of the builder's array, with free room up to `capacity` for duplicates.
+struct Range {
+    size_t begin = 0, end = 0, capacity = 0;
+
+    size_t size() const { return end - begin; }
+    size_t room() const { return capacity - end; }
+};
+
+/// A candidate: cost is leftArea * leftCount + rightArea * rightCount. axis < 0: none found.
+struct Split {
+    float cost = kHuge;
+    int axis = -1;
+    int bin = 0;                  // object: the left side holds the bins below
+    float origin = 0, scale = 0;  // object: bin = (doubled centroid - origin) * scale
+    float plane = 0;              // spatial: where it cuts
+    size_t leftCount = 0, rightCount = 0;
+    Box left, right;
+};
+
+/// What the splits read besides references.
+struct Mesh {
+    std::span<const glm::vec3> positions;
+    std::span<const WorldTriangle> triangles;
+};
+
+/// Bounds of all references of a range.
+RangeBounds boundsOf(std::span<const Reference> references);
+
+/// Best split of the references into two sets by centroid.
+Split findObjectSplit(std::span<const Reference> references, const RangeBounds& bounds);
+
+/// Best split of the box by a plane; references across it go to both sides.
+Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, const Box& bounds);
+
+/// Carries out an object split; returns where the right side begins.
+size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left,
+                        RangeBounds& right);
+
+/// Carries out a spatial split on `all[range]`, appending the parts of cut references to its end
+/// (range.end grows, at most to range.capacity; references that find no room, or that cost less
+/// whole, stay whole on one side). Returns where the right side begins.
+size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, const Split& split,
+                      RangeBounds& left, RangeBounds& right);
+
+/// Splits in the middle of the order of centroids along the widest axis: always possible from two
+/// references on.
+size_t partitionMedian(std::span<Reference> references, const RangeBounds& bounds,
+                       RangeBounds& left, RangeBounds& right);
+
+/// Bounds of the part of a triangle between two planes perpendicular to `axis`, cut to `box`;
+/// conservative.
+Box clipTriangle(const Mesh& mesh, uint32_t triangle, const Box& box, int axis, float low,
+                 float high);
+
+}  // namespace core::bvh

@@ -1,0 +1,28 @@
+// The pointers through which the shared text reads a World in C++.
+#pragma once
+
+#include "core/scene/world.h"
+#include "shared/scene.h"
+
+namespace core {
+
+/// Valid as long as `world` lives.
+inline shared::SceneView sceneView(const World& world)
+{
+    const auto orNull = [](const auto& v) { return v.empty() ? nullptr : v.data(); };
+    static_assert(sizeof(Texel) == 4 * sizeof(uint16_t));
+    return {world.positions.data(),
+            orNull(world.attributes),
+            orNull(world.extra),
+            world.triangles.data(),
+            orNull(world.triangleEmitter),
+            world.materials.data(),
+            world.textureReferences.data(),
+            world.texels.empty() ? nullptr : &world.texels.front().r,
+            world.emitters.data(),
+            world.emitterCdf.data(),
+            world.environment.data(),
+            world.environmentCdf.data()};
+}
+
+}  // namespace core

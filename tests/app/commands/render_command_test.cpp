@@ -1,0 +1,128 @@
+// What the render command does when the renderer behind it fails: partial results are saved and
+// said.
+#include "app/commands/render_command.h"
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "core/base/check.h"
+#include "core/image/image.h"
+
+namespace {
+
+/// Constant radiance 2, 0.3 seconds a sample, and a device that is lost after `life` samples.
+class MortalRenderer : public core::Renderer {
+public:
+    explicit MortalRenderer(uint64_t life) : life_(life) {}
+    void setWorld(std::shared_ptr<const core::World>, const core::Progress&) override {}
+    void setView(const core::Camera&, uint32_t width, uint32_t height,
+                 const core::PathParams&) override
+    {
+        width_ = width;
+        height_ = height;
+    }
+    void setPace(const core::Pace&) override {}
+    void advance(uint32_t samples, std::stop_token) override
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(300) * samples);
+        samples_ += samples;
+        if (samples_ > life_) throw core::Error("the device was lost", core::ExitCode::deviceLost);
+    }
+    uint64_t samples() const override { return samples_; }
+    void readFilm(core::Film& film) override
+    {
+        ASSERT_LE(samples_, life_) << "a lost device was read";
+        film.reset(width_, height_);
+        film.samples = samples_;
+        film.counters.nan = 3;
+        const double n = static_cast<double>(samples_);
+        for (glm::dvec3& sum : film.sum) sum = glm::dvec3(2 * n);
+        for (glm::dvec3& sum : film.sumOfSquares) sum = glm::dvec3(4 * n);
+    }
+    core::Aovs aovs() override { return {}; }
+    core::RenderStats stats() const override { return {}; }
+
+private:
+    uint64_t life_, samples_ = 0;
+    uint32_t width_ = 0, height_ = 0;
+};
+
+class RenderCommand : public testing::Test {
+protected:
+    RenderCommand()
+    {
+        folder_ = std::filesystem::path(testing::TempDir()) /
+                  ("rekindle-command-" + std::to_string(getpid()));
+        std::filesystem::create_directories(folder_);
+        options_.scene.file =
+            std::filesystem::path(REKINDLE_SOURCE_DIR) / "assets" / "cornell-diffuse.gltf";
+        options_.output = folder_ / "x.exr";
+        options_.stats = folder_ / "stats.json";
+        options_.size = glm::uvec2(6, 5);
+        options_.quiet = true;
+    }
+    ~RenderCommand() override { std::filesystem::remove_all(folder_); }
+
+    int render(uint64_t life)
+    {
+        return app::renderWith(options_, {},
+                               [life] { return std::make_unique<MortalRenderer>(life); });
+    }
+
+    app::RenderOptions options_;
+    std::filesystem::path folder_;
+};
+
+TEST_F(RenderCommand, ALostDeviceLeavesWhatWasCopied)
+{
+    options_.spp = 100;
+    try {
+        render(5);
+        FAIL() << "the loss went unnoticed";
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.code(), core::ExitCode::deviceLost);
+        EXPECT_NE(std::string(error.what()).find("x.exr"), std::string::npos) << error.what();
+    }
+    const core::ImageFile file = core::readExr(options_.output);
+    EXPECT_EQ(file.metadata.at("ended"), "device lost");
+    EXPECT_GE(std::stoi(file.metadata.at("spp")), 1);
+    EXPECT_LE(std::stoi(file.metadata.at("spp")), 5);
+    for (const float value : file.layer("").pixels) EXPECT_EQ(value, 2.0f);
+}
+
+TEST_F(RenderCommand, ALossBeforeAnythingWasCopiedLeavesNothing)
+{
+    options_.spp = 100;
+    EXPECT_THROW(render(0), core::Error);
+    EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(RenderCommand, DroppedSamplesAreCounted)
+{
+    options_.spp = 2;
+    EXPECT_EQ(render(100), 0);
+    std::ifstream stream(options_.stats);
+    const nlohmann::json stats = nlohmann::json::parse(stream);
+    EXPECT_EQ(stats.at("counters").at("nan"), 3);
+    EXPECT_EQ(stats.at("spp"), 2);
+}
+
+TEST_F(RenderCommand, TheReferenceIsMeasuredWithoutATarget)
+{
+    core::Image reference(6, 5, 3);
+    for (float& value : reference.pixels) value = 1.5f;
+    options_.reference = folder_ / "ref.exr";
+    core::writeExr(options_.reference, {{{"", reference}}, {}});
+    options_.spp = 1;
+    EXPECT_EQ(render(100), 0);
+    std::ifstream stream(options_.stats);
+    EXPECT_NEAR(nlohmann::json::parse(stream).at("rmse").get<double>(), 0.5, 1e-6);
+}
+
+}  // namespace

@@ -1,0 +1,246 @@
+// How long a submission holds the device (V3): the rule alone, and the renderer on a device that
+// says it is a hundred times slower than it is; what a stop leaves behind; the mean beside the
+// film; views that cost no kernels.
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "app/gpu/base/api.h"
+#include "app/gpu/base/batch_pace.h"
+#include "app/gpu/methods/path.h"
+#include "core/gltf/gltf.h"
+
+namespace {
+
+TEST(BatchPace, ReachesTheWantedTimeFromNothing)
+{
+    for (const double secondsPerLane : {1e-9, 1e-7, 1e-5}) {
+        gpu::BatchPace pace;
+        EXPECT_EQ(pace.lanes(0.05, 1u << 18), gpu::BatchPace::kFirst);
+        double seconds = 0;
+        for (int i = 0; i < 8; ++i) {
+            const uint32_t lanes = pace.lanes(0.05, 1u << 18);
+            seconds = 2e-4 + lanes * secondsPerLane;
+            pace.measured(lanes, seconds);
+        }
+        const double most = 2e-4 + (1u << 18) * secondsPerLane;
+        EXPECT_LE(seconds, 0.055);
+        EXPECT_GE(seconds, std::min(0.04, 0.99 * most)) << secondsPerLane;
+    }
+}
+
+TEST(BatchPace, ASlowPartIsRememberedForAWhile)
+{
+    gpu::BatchPace pace;
+    const auto run = [&](double secondsPerLane) {
+        const uint32_t lanes = pace.lanes(0.05, 1u << 20);
+        pace.measured(lanes, lanes * secondsPerLane);
+        return lanes;
+    };
+    for (int i = 0; i < 8; ++i) run(1e-6);
+    const uint32_t before = pace.lanes(0.05, 1u << 20);
+    run(4e-6);
+    const uint32_t slow = pace.lanes(0.05, 1u << 20);
+    EXPECT_LE(slow, before / 3);
+    run(1e-6);
+    EXPECT_LE(pace.lanes(0.05, 1u << 20), slow * 5 / 4);
+    for (int i = 0; i < 20; ++i) run(1e-6);
+    EXPECT_GE(pace.lanes(0.05, 1u << 20), before * 9 / 10);
+}
+
+TEST(BatchPace, StaysWithinItsBounds)
+{
+    gpu::BatchPace pace;
+    pace.measured(64, 10);
+    EXPECT_EQ(pace.lanes(0.008, 1u << 18), 64u);
+    pace.restart();
+    for (int i = 0; i < 10; ++i) pace.measured(pace.lanes(1, 1000), 1e-6);
+    EXPECT_EQ(pace.lanes(1, 1000), 960u);  // whole groups
+    pace.again();
+    EXPECT_EQ(pace.lanes(1, 1000), 960u);  // a quarter, grown by four
+    EXPECT_EQ(pace.lanes(0, 1000), 64u);
+}
+
+std::shared_ptr<const core::World> asset(const std::string& name)
+{
+    return core::makeWorld(
+        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
+}
+
+// A device whose clock goes by the work it is given, so that other work on the machine does not
+// count.
+double secondsPerLane = 0;
+uint64_t groups = 0;             // dispatched since the last look at the clock
+std::vector<double> dispatches;  // seconds of each submission by that clock
+
+void countedDispatch(VkCommandBuffer commands, uint32_t x, uint32_t y, uint32_t z)
+{
+    groups += uint64_t(x) * y * z;
+    vkCmdDispatch(commands, x, y, z);
+}
+
+VkResult countedTime(VkDevice device, VkQueryPool pool, uint32_t first, uint32_t count,
+                     size_t bytes, void* data, VkDeviceSize stride, VkQueryResultFlags flags)
+{
+    const VkResult result =
+        vkGetQueryPoolResults(device, pool, first, count, bytes, data, stride, flags);
+    const double seconds = secondsPerLane * double(groups) * 64;
+    auto* ticks = static_cast<uint64_t*>(data);
+    ticks[1] = ticks[0] +
+               static_cast<uint64_t>(seconds * 1e9);  // Mesa's software device counts nanoseconds
+    dispatches.push_back(seconds);
+    groups = 0;
+    return result;
+}
+
+/// A renderer on that device; Vulkan's table is put back at the end.
+class GpuPace : public testing::Test {
+protected:
+    static void SetUpTestSuite()
+    {
+        gpu::vk.CmdDispatch = countedDispatch;
+        gpu::vk.GetQueryPoolResults = countedTime;
+        renderer = gpu::makePathRenderer({});
+        world = asset("cornell-glossy");
+    }
+    static void TearDownTestSuite()
+    {
+        renderer.reset();
+        world.reset();
+        gpu::vk.GetQueryPoolResults = vkGetQueryPoolResults;
+        gpu::vk.CmdDispatch = vkCmdDispatch;
+    }
+    void SetUp() override
+    {
+        secondsPerLane = 1e-6;  // about that of Mesa's software device on two cores
+        renderer->setPace({});
+        renderer->setWorld(world, {});
+    }
+    static void view(uint32_t width, uint32_t height, uint32_t depth = 8)
+    {
+        core::PathParams params;
+        params.maxDepth = depth;
+        params.kernel = core::Kernel::megakernel;  // its dispatches say how many lanes they have
+        renderer->setView(world->cameras.at(0), width, height, params);
+        dispatches.clear();
+    }
+
+    static inline std::unique_ptr<core::Renderer> renderer;
+    static inline std::shared_ptr<const core::World> world;
+};
+
+TEST_F(GpuPace, ADeviceAHundredTimesSlowerIsHeldForAFifthOfASecondAtMost)
+{
+    for (const double wanted : {0.008, 0.05, 10.0}) {
+        secondsPerLane = 1e-6;
+        renderer->setWorld(world, {});
+        renderer->setPace({.dispatchSeconds = wanted});
+        view(256, 256);
+        renderer->advance(4, {});
+        const double before = *std::max_element(dispatches.begin(), dispatches.end());
+        EXPECT_GE(before, std::min(0.9 * wanted, 0.06)) << "batches stayed small";
+        EXPECT_LE(before, std::min(1.01 * wanted, 0.101));
+
+        secondsPerLane = 1e-4;
+        renderer->setWorld(world, {});  // nothing is known of the new scene
+        view(64, 64);
+        renderer->advance(2, {});
+        ASSERT_GT(dispatches.size(), 10u);
+        for (size_t i = 0; i < dispatches.size(); ++i)
+            EXPECT_LE(dispatches[i], i < 3 ? 0.5 : 0.2) << i;
+        EXPECT_LE(dispatches.back(), std::max(1.01 * wanted, 128 * secondsPerLane));
+    }
+}
+
+TEST_F(GpuPace, FirstHitsAreFoundInPieces)
+{
+    secondsPerLane = 1e-5;
+    renderer->setPace({.dispatchSeconds = 0.05});
+    view(400, 240);
+    renderer->aovs();
+    ASSERT_GT(dispatches.size(), 10u);
+    EXPECT_LE(*std::max_element(dispatches.begin(), dispatches.end()), 0.051);
+}
+
+TEST_F(GpuPace, AStopBetweenBatchesLeavesNoFilm)
+{
+    core::Film alone, after;
+    view(64, 64);
+    renderer->advance(5, {});
+    renderer->readFilm(alone);
+    for (const bool discard : {true, false}) {
+        renderer->setPace({.dispatchSeconds = 0.002, .discardOnStop = discard});
+        view(256, 256);
+        renderer->advance(1, {});
+        ASSERT_EQ(renderer->samples(), 1u);
+        std::stop_source stop;
+        std::jthread later([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(30));
+            stop.request_stop();
+        });
+        renderer->advance(10000, stop.get_token());
+        later.join();
+        core::Film film;
+        renderer->readFilm(film);
+        EXPECT_EQ(film.samples, renderer->samples());
+        if (discard) {
+            EXPECT_EQ(renderer->samples(), 0u);
+            EXPECT_EQ(film.mean().pixels, core::Image(256, 256, 3).pixels);
+        } else {
+            EXPECT_GE(renderer->samples(), 1u);
+            EXPECT_LT(renderer->samples(), 10000u);
+        }
+    }
+    // What a stop has left does not show in the next picture.
+    view(64, 64);
+    renderer->advance(5, {});
+    renderer->readFilm(after);
+    EXPECT_EQ(after.sum, alone.sum);
+    EXPECT_TRUE(after.counters.clean());
+}
+
+TEST_F(GpuPace, TheMeanIsThatOfTheFilm)
+{
+    for (const glm::uvec2 size :
+         {glm::uvec2(64, 48), glm::uvec2(31, 7), glm::uvec2(100, 90), glm::uvec2(9, 9)}) {
+        view(size.x, size.y);
+        core::Image mean;
+        renderer->readMean(mean);
+        EXPECT_EQ(mean.pixels, core::Image(size.x, size.y, 3).pixels) << "before the first sample";
+        renderer->advance(7, {});
+        renderer->readMean(mean);
+        core::Film film;
+        renderer->readFilm(film);
+        const core::Image expected = film.mean();
+        ASSERT_EQ(mean.pixels.size(), expected.pixels.size());
+        for (size_t i = 0; i < mean.pixels.size(); ++i) {
+            ASSERT_NEAR(mean.pixels[i], expected.pixels[i], 1e-6f * expected.pixels[i] + 1e-30f)
+                << i;
+        }
+        EXPECT_GT(*std::max_element(mean.pixels.begin(), mean.pixels.end()), 0);
+    }
+}
+
+TEST_F(GpuPace, AnotherCameraNeedsNoNewKernelsBuffersOrChoice)
+{
+    renderer->setView(world->cameras.at(0), 320, 180, {});
+    renderer->advance(60, {});  // the kernel is chosen
+    const core::RenderStats before = renderer->stats();
+    for (int i = 0; i < 10; ++i) {
+        core::Camera camera = world->cameras.at(0);
+        camera.position.x += 0.01 * i;
+        core::PathParams params;
+        dispatches.clear();
+        renderer->setView(camera, i % 2 == 0 ? 320 : 160, i % 2 == 0 ? 180 : 90, params);
+        EXPECT_LE(dispatches.size(), 1u);  // the film is cleared, nothing is measured
+        renderer->advance(1, {});
+    }
+    EXPECT_EQ(renderer->stats().compileSeconds, before.compileSeconds);
+    EXPECT_EQ(renderer->stats().peakDeviceBytes, before.peakDeviceBytes);
+    EXPECT_EQ(renderer->stats().kernel, before.kernel);
+}
+
+}  // namespace

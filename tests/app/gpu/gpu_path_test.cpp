@@ -1,0 +1,226 @@
+// The Vulkan path tracer against the Embree one (T18), against itself (T23, T24), its first hits
+// (T26), its counters (T25), with validation and synchronization validation on throughout (V1), and
+// refusals with numbers (V13).
+#include <gtest/gtest.h>
+
+#include "app/gpu/base/memory.h"
+#include "app/gpu/methods/path.h"
+#include "core/gltf/gltf.h"
+#include "core/methods/methods.h"
+#include "tests/support/compare_films.h"
+
+namespace {
+
+/// One device for all tests: making one costs compilation.
+core::Renderer& gpuRenderer()
+{
+    static const std::unique_ptr<core::Renderer> renderer =
+        gpu::makePathRenderer({.index = -1, .validation = true});
+    return *renderer;
+}
+
+std::shared_ptr<const core::World> asset(const std::string& name)
+{
+    return core::makeWorld(
+        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
+}
+
+core::PathParams independent(uint32_t seed, uint32_t depth = 6)
+{
+    core::PathParams params;
+    params.sampler = core::SamplerKind::independent;
+    params.seed = seed;
+    params.maxDepth = depth;
+    return params;
+}
+
+core::Film render(core::Renderer& renderer, const core::World& world, uint32_t width,
+                  uint32_t height, uint32_t samples, const core::PathParams& params)
+{
+    renderer.setView(world.cameras.at(0), width, height, params);
+    renderer.advance(samples, {});
+    core::Film film;
+    renderer.readFilm(film);
+    return film;
+}
+
+/// An asset, the samples per pixel that its test takes, and the relative bias of the mean that they
+/// can show.
+struct Case {
+    const char* name;
+    uint32_t samples;
+    double detectable;
+};
+
+class GpuPath : public testing::TestWithParam<Case> {
+protected:
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
+};
+
+void expectAgreement(const char* name, uint32_t samples, double detectable)
+{
+    const auto world = asset(name);
+    gpuRenderer().setWorld(world, {});
+    const auto cpu = core::makeRenderer("path");
+    cpu->setWorld(world, {});
+    const core::Film a = render(gpuRenderer(), *world, 64, 64, samples, independent(1));
+    const core::Film b = render(*cpu, *world, 64, 64, samples, independent(2));
+    const tests::FilmComparison c = tests::compareFilms(a, b);
+    EXPECT_TRUE(c.agree()) << name << ": " << c.describe();
+    EXPECT_LT(c.detectable, detectable) << name << " is underpowered: " << c.describe();
+    EXPECT_GT(c.meanA, 0) << name;
+    EXPECT_TRUE(a.counters.clean()) << name;
+    EXPECT_TRUE(b.counters.clean()) << name;
+}
+
+TEST_P(GpuPath, AgreesWithCpu)
+{
+    const Case c = GetParam();
+    expectAgreement(c.name, c.samples, c.detectable);
+}
+
+TEST_P(GpuPath, SlowAgreesWithCpu)
+{
+    const Case c = GetParam();
+    const double factor = std::max(c.detectable / 0.01, 1.0);  // to see 1 %, with a tenth to spare
+    expectAgreement(c.name, static_cast<uint32_t>(1.1 * factor * factor * c.samples) + 1,
+                    std::min(c.detectable, 0.01));
+}
+
+TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
+{
+    const auto world = asset(GetParam().name);
+    const size_t size = 256;
+    gpuRenderer().setWorld(world, {});
+    gpuRenderer().setView(world->cameras.at(0), 256, 256, {});
+    const core::Aovs a = gpuRenderer().aovs();
+    const auto cpu = core::makeRenderer("path");
+    cpu->setWorld(world, {});
+    cpu->setView(world->cameras.at(0), 256, 256, {});
+    const core::Aovs b = cpu->aovs();
+    // Pixel centres on an edge that triangles share (the corners of a box, say) may name any of
+    // them: equal depth is a tie.
+    size_t otherIds = 0, otherDepths = 0, otherNormals = 0, otherAlbedos = 0, hits = 0;
+    for (size_t p = 0; p < size * size; ++p) {
+        const bool deeper =
+            std::abs(a.depth.pixels[p] - b.depth.pixels[p]) > 1e-5f * b.depth.pixels[p];
+        const bool same = a.ids.pixels[3 * p] == b.ids.pixels[3 * p];
+        otherIds += !same && deeper ? 1u : 0u;
+        if (!same) continue;
+        hits += a.depth.pixels[p] > 0 ? 1u : 0u;
+        otherDepths += deeper ? 1u : 0u;
+        for (size_t k = 3 * p; k < 3 * p + 3; ++k) {
+            otherNormals += std::abs(a.normal.pixels[k] - b.normal.pixels[k]) > 1e-3f ? 1u : 0u;
+            otherAlbedos += std::abs(a.albedo.pixels[k] - b.albedo.pixels[k]) > 1e-3f ? 1u : 0u;
+        }
+    }
+    EXPECT_GT(hits, 1000u);
+    EXPECT_LE(otherIds, 7u);  // 1e-4 of the pixels
+    EXPECT_LE(otherDepths, 7u);
+    EXPECT_LE(otherNormals, 21u);
+    EXPECT_LE(otherAlbedos, 21u);
+}
+
+// The door's light comes through a gap: what a quick test can see of it is little, the slow one
+// sees 1 %.
+INSTANTIATE_TEST_SUITE_P(Assets, GpuPath,
+                         testing::Values(Case{"cornell-diffuse", 900, 0.02},
+                                         Case{"cornell-glossy", 1500, 0.02},
+                                         Case{"textured-box", 512, 0.02}, Case{"glass", 512, 0.02},
+                                         Case{"lights", 1200, 0.02}, Case{"hall", 1000, 0.03},
+                                         Case{"door-ajar", 1900, 0.1}, Case{"sky", 512, 0.02},
+                                         Case{"furnace-sphere", 128, 0.01}),
+                         [](const auto& instance) {
+                             std::string name = instance.param.name;
+                             std::replace(name.begin(), name.end(), '-', '_');
+                             return name;
+                         });
+
+class GpuPathAlone : public testing::Test {
+protected:
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
+};
+
+TEST_F(GpuPathAlone, SameSeedGivesTheSameBitsHoweverItIsCutUp)
+{
+    const auto world = asset("cornell-glossy");
+    gpuRenderer().setWorld(world, {});
+    for (const core::SamplerKind sampler :
+         {core::SamplerKind::sobol, core::SamplerKind::independent}) {
+        core::PathParams params;
+        params.sampler = sampler;
+        const core::Film once = render(gpuRenderer(), *world, 100, 75, 13, params);
+        const core::Film twice = render(gpuRenderer(), *world, 100, 75, 13, params);
+        EXPECT_EQ(once.sum, twice.sum);
+
+        render(gpuRenderer(), *world, 31, 17, 2, params);  // another size in between
+        gpuRenderer().setView(world->cameras.at(0), 100, 75, params);
+        for (const uint32_t part : {1u, 4u, 1u, 5u, 2u}) gpuRenderer().advance(part, {});
+        core::Film parts;
+        gpuRenderer().readFilm(parts);
+        EXPECT_EQ(once.sum, parts.sum);
+        EXPECT_EQ(once.sumOfSquares, parts.sumOfSquares);
+        EXPECT_EQ(parts.samples, 13u);
+
+        params.seed = 2;
+        EXPECT_NE(once.sum, render(gpuRenderer(), *world, 100, 75, 13, params).sum);
+    }
+}
+
+TEST_F(GpuPathAlone, BothKernelsGiveTheSameImage)
+{
+    for (const char* name : {"cornell-glossy", "glass", "lights"}) {
+        const auto world = asset(name);
+        gpuRenderer().setWorld(world, {});
+        core::PathParams params;
+        params.maxDepth = 32;  // more bounces than one submission holds, fewer than Mesa's loops
+                               // allow a whole path
+        params.kernel = core::Kernel::wavefront;
+        const core::Film a = render(gpuRenderer(), *world, 96, 64, 8, params);
+        params.kernel = core::Kernel::megakernel;
+        const core::Film b = render(gpuRenderer(), *world, 96, 64, 8, params);
+        EXPECT_EQ(a.sum, b.sum) << name;
+    }
+}
+
+TEST_F(GpuPathAlone, DepthLimitsMeanWhatTheySay)
+{
+    // A closed box of albedo 0.5 that emits 1 everywhere: depth n gives 2 - 2^-n, every path, every
+    // pixel.
+    const auto world = asset("furnace-50");
+    gpuRenderer().setWorld(world, {});
+    for (const uint32_t depth : {0u, 1u, 2u, 5u, 17u, 40u}) {
+        core::PathParams params = independent(3, depth);
+        params.rouletteDepth = 4096;
+        params.strategy = core::Strategy::bsdf;
+        const core::Film film = render(gpuRenderer(), *world, 16, 16, 4, params);
+        for (const glm::dvec3& sum : film.sum)
+            ASSERT_NEAR(sum.x / 4, 2 - std::pow(0.5, depth), 2e-5) << depth;
+    }
+}
+
+TEST_F(GpuPathAlone, ASceneThatDoesNotFitIsRefusedWithTheNumbers)
+{
+    gpu::Device device({});
+    try {
+        const gpu::Buffer buffer(device, "the BVH",
+                                 uint64_t(device.limits().maxTexelBufferElements) * 16 + 16,
+                                 VK_FORMAT_R32G32B32A32_UINT);
+        FAIL() << "a buffer beyond the device's limit was made";
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.code(), core::ExitCode::deviceLost);
+        EXPECT_NE(
+            std::string(error.what()).find(std::to_string(device.limits().maxTexelBufferElements)),
+            std::string::npos)
+            << error.what();
+    }
+    EXPECT_EQ(device.allocatedBytes, 0u);
+}
+
+}  // namespace

@@ -1,0 +1,280 @@
+// The traversal kernel on the device: the triangles that Embree finds (T17), nothing slips through
+// closed surfaces (T15), rays that are none hit nothing, degenerate scenes (N24). Validation is on.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "app/bench/bench_rays.h"
+#include "app/gpu/rays.h"
+#include "core/trace/bvh.h"
+#include "tests/support/meshes.h"
+
+namespace {
+
+using glm::vec3;
+using gpu::DeviceHit;
+using gpu::DeviceRay;
+using tests::Mesh;
+
+gpu::Device& device()
+{
+    static gpu::Device instance({.index = -1, .validation = true});
+    return instance;
+}
+
+std::shared_ptr<const core::World> worldOf(const Mesh& mesh)
+{
+    auto world = std::make_shared<core::World>();
+    world->positions = mesh.positions;
+    world->positions.emplace_back(0);
+    world->triangles = mesh.triangles;
+    world->materials.resize(1);
+    world->boundsLow = vec3(3e38f);
+    world->boundsHigh = vec3(-3e38f);
+    for (const vec3& p : mesh.positions) {
+        world->boundsLow = glm::min(world->boundsLow, p);
+        world->boundsHigh = glm::max(world->boundsHigh, p);
+    }
+    return world;
+}
+
+class Random {
+public:
+    explicit Random(uint32_t seed) : engine_(seed) {}
+    float operator()() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
+    vec3 cube() { return {(*this)(), (*this)(), (*this)()}; }
+    uint32_t below(size_t n) { return static_cast<uint32_t>(engine_() % n); }
+
+private:
+    std::mt19937 engine_;
+};
+
+std::vector<DeviceRay> raysThrough(const core::World& world, size_t count, uint32_t seed)
+{
+    Random random(seed);
+    const vec3 size = world.boundsHigh - world.boundsLow;
+    std::vector<DeviceRay> rays(count);
+    for (DeviceRay& ray : rays) {
+        const vec3 target = world.boundsLow + size * random.cube();
+        ray.origin = world.boundsLow + size * (2.0f * random.cube() - 0.5f);
+        ray.direction = glm::normalize(target - ray.origin);
+        if (random() < 0.1f) {  // parallel to an axis: two zero components
+            const int axis = static_cast<int>(random.below(3));
+            ray.direction = vec3(0);
+            ray.direction[axis] = random() < 0.5f ? 1.0f : -1.0f;
+        }
+    }
+    return rays;
+}
+
+class GpuTraverse : public testing::Test {
+protected:
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
+};
+
+/// Distances must agree with the CPU traversal of the same tree but for rounding (compilers
+/// contract and reorder what is not marked precise), and with Embree's triangle or its distance:
+/// mismatches at most 1e-5.
+void expectSameHits(const Mesh& mesh, size_t count, uint32_t seed)
+{
+    const auto world = worldOf(mesh);
+    gpu::GpuRays onDevice(device(), *world, true);
+    const app::EmbreeRays embree(world);
+    const std::vector<DeviceRay> rays = raysThrough(*world, count, seed);
+    onDevice.setRays(rays);
+    onDevice.traceClosest();
+    const std::vector<DeviceHit> hits = onDevice.hits();
+    onDevice.traceAny();
+    const std::vector<DeviceHit> blocked = onDevice.hits();
+    std::vector<DeviceHit> expected(count);
+    embree.closest1(rays, expected);
+    const core::Bvh bvh = core::buildBvh(world->positions, world->triangles);
+
+    const float size = glm::length(world->boundsHigh - world->boundsLow);
+    size_t found = 0, unlikeEmbree = 0, unlikeCpu = 0, unlikeAny = 0;
+    for (size_t i = 0; i < count; ++i) {
+        const bool hit = hits[i].triangle != shared::kNone;
+        found += hit;
+        unlikeAny += (blocked[i].triangle == 1) != hit;
+        core::BvhHit cpu;
+        const bool cpuHit =
+            core::traceClosest(bvh, world->positions, world->triangles, rays[i].origin,
+                               rays[i].direction, 0, shared::kInfinity, cpu);
+        unlikeCpu += hit != cpuHit || (hit && std::abs(hits[i].t - cpu.t) > 1e-6f * size);
+        const bool other = expected[i].triangle != shared::kNone;
+        const bool near = hit && other && std::abs(hits[i].t - expected[i].t) <= 1e-5f * size;
+        unlikeEmbree += hit != other ||
+                        (hit && hits[i].triangle != expected[i].triangle && !near) ||
+                        (hit && hits[i].triangle == expected[i].triangle && !near);
+    }
+    const size_t allowed = 1 + count / 100000;
+    EXPECT_GT(found, count / 20);
+    EXPECT_LE(unlikeEmbree, allowed) << "of " << count;
+    EXPECT_LE(unlikeCpu, allowed) << "of " << count;
+    EXPECT_EQ(unlikeAny, 0u) << "closest and any hit disagree about whether there is one";
+}
+
+void expectSameHitsEverywhere(size_t count)
+{
+    expectSameHits(tests::roomMesh(101), count, 111);
+    expectSameHits(tests::soupMesh(20000, 0.2f, 102), count, 112);
+    expectSameHits(tests::sphereMesh(60, 2, 0.1f, vec3(0)), count, 113);
+}
+
+TEST_F(GpuTraverse, FindsWhatEmbreeFinds)
+{
+    expectSameHitsEverywhere(100000);
+}
+
+TEST_F(GpuTraverse, SlowFindsWhatEmbreeFinds)
+{
+    expectSameHitsEverywhere(1000000);
+}
+
+TEST_F(GpuTraverse, FewTriangles)
+{
+    for (uint32_t n = 1; n <= 9; ++n) {
+        const Mesh mesh = tests::soupMesh(n, 2.0f, 120 + n);
+        const auto world = worldOf(mesh);
+        gpu::GpuRays onDevice(device(), *world, true);
+        const app::EmbreeRays embree(world);
+        const std::vector<DeviceRay> rays = raysThrough(*world, 2000, n);
+        onDevice.setRays(rays);
+        onDevice.traceClosest();
+        const std::vector<DeviceHit> hits = onDevice.hits();
+        std::vector<DeviceHit> expected(rays.size());
+        embree.closest1(rays, expected);
+        size_t different = 0, found = 0;
+        for (size_t i = 0; i < rays.size(); ++i) {
+            different += hits[i].triangle != expected[i].triangle;
+            found += hits[i].triangle != shared::kNone;
+        }
+        EXPECT_LE(different, 1u) << n << " triangles";
+        EXPECT_GT(found, 20u) << n << " triangles";
+    }
+}
+
+/// T15 on the device: rays from inside at vertices and at points of edges; counts those that
+/// escape. A million at a time, which fits the smallest storage range.
+size_t escapes(const Mesh& mesh, vec3 centre, bool vertices, size_t count, uint32_t seed)
+{
+    const auto world = worldOf(mesh);
+    gpu::GpuRays onDevice(device(), *world, true);
+    Random random(seed);
+    size_t escaped = 0;
+    for (size_t begin = 0; begin < count; begin += 1000000) {
+        std::vector<DeviceRay> rays(std::min<size_t>(1000000, count - begin));
+        for (DeviceRay& ray : rays) {
+            const core::WorldTriangle& t = mesh.triangles[random.below(mesh.triangles.size())];
+            const uint32_t index[3] = {t.v0, t.v1, t.v2};
+            const uint32_t k = random.below(3);
+            const vec3 a = mesh.positions[index[k]], b = mesh.positions[index[(k + 1) % 3]];
+            ray.origin = centre + 0.5f * (random.cube() - 0.5f);
+            ray.direction = (vertices ? a : glm::mix(a, b, random())) - ray.origin;
+        }
+        onDevice.setRays(rays);
+        onDevice.traceClosest();
+        for (const DeviceHit& hit : onDevice.hits()) escaped += hit.triangle == shared::kNone;
+    }
+    return escaped;
+}
+
+void expectWatertight(size_t count)
+{
+    const vec3 far(148376, 1234, -223423);
+    for (const float bump : {0.0f, 0.05f}) {
+        for (const bool vertices : {true, false}) {
+            EXPECT_EQ(
+                escapes(tests::sphereMesh(100, 2, bump, vec3(0)), vec3(0), vertices, count, 131),
+                0u);
+            EXPECT_LE(escapes(tests::sphereMesh(100, 2, bump, far), far, vertices, count, 132),
+                      static_cast<size_t>(2e-5 * static_cast<double>(count)));
+        }
+    }
+}
+
+TEST_F(GpuTraverse, Watertight)
+{
+    expectWatertight(200000);
+}
+
+TEST_F(GpuTraverse, SlowWatertight)
+{
+    expectWatertight(10000000);
+}
+
+TEST_F(GpuTraverse, RaysThatAreNoneHitNothing)
+{
+    const auto world = worldOf(tests::sphereMesh(10, 2, 0, vec3(0)));
+    gpu::GpuRays onDevice(device(), *world, true);
+    const float nan = std::numeric_limits<float>::quiet_NaN(),
+                inf = std::numeric_limits<float>::infinity();
+    // Every other ray is sound, so that lanes with and without work mix.
+    std::vector<DeviceRay> rays;
+    const DeviceRay sound{vec3(0), 0, {0.1f, 0.2f, 1}, shared::kInfinity};
+    const auto add = [&](const DeviceRay& bad) {
+        rays.push_back(sound);
+        rays.push_back(bad);
+    };
+    add({vec3(0), 0, vec3(0), shared::kInfinity});
+    add({vec3(0), 5, {0, 0, 1}, shared::kInfinity});
+    add({vec3(0), 0, {0, 0, 1}, 1});
+    for (const float bad : {nan, inf, -inf}) {
+        for (int axis = 0; axis < 3; ++axis) {
+            vec3 v(0.1f, 0.2f, 0.3f);
+            v[axis] = bad;
+            add({vec3(0), 0, v, shared::kInfinity});
+            add({v, 0, {0, 0, 1}, shared::kInfinity});
+        }
+    }
+    onDevice.setRays(rays);
+    onDevice.traceClosest();
+    const std::vector<DeviceHit> closest = onDevice.hits();
+    onDevice.traceAny();
+    const std::vector<DeviceHit> any = onDevice.hits();
+    for (size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_EQ(closest[i].triangle != shared::kNone, i % 2 == 0) << "ray " << i;
+        EXPECT_EQ(any[i].triangle, i % 2 == 0 ? 1u : 0u) << "ray " << i;
+    }
+}
+
+TEST_F(GpuTraverse, IdenticalAndNestedTriangles)
+{
+    for (const Mesh& mesh :
+         {tests::identicalMesh(2000), tests::nestedMesh(2000), tests::lineMesh(2000, 1.01f)}) {
+        const auto world = worldOf(mesh);
+        gpu::GpuRays onDevice(device(), *world, true);
+        const app::EmbreeRays embree(world);
+        Random random(141);
+        std::vector<DeviceRay> rays(2000);
+        for (DeviceRay& ray : rays) {  // at the middles of triangles, from close by, not grazing
+            const core::WorldTriangle& t = mesh.triangles[random.below(mesh.triangles.size())];
+            const vec3 a = mesh.positions[t.v0], b = mesh.positions[t.v1], c = mesh.positions[t.v2];
+            const vec3 middle = (a + b + c) / 3.0f;
+            const vec3 n = glm::normalize(glm::cross(b - a, c - a));
+            ray.origin = middle + glm::length(b - a) * (0.3f * (random.cube() - 0.5f) + 0.5f * n);
+            ray.direction = middle - ray.origin;
+        }
+        onDevice.setRays(rays);
+        onDevice.traceClosest();
+        const std::vector<DeviceHit> hits = onDevice.hits();
+        std::vector<DeviceHit> expected(rays.size());
+        embree.closest1(rays, expected);
+        size_t different = 0;
+        for (size_t i = 0; i < rays.size(); ++i) {
+            const bool hit = hits[i].triangle != shared::kNone;
+            const bool other = expected[i].triangle != shared::kNone;
+            const float difference = std::abs(hits[i].t - expected[i].t);
+            different += hit != other || (hit && difference > 1e-4f * expected[i].t + 1e-5f);
+        }
+        EXPECT_LE(different, 1u);
+    }
+}
+
+}  // namespace

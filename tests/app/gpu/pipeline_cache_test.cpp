@@ -1,0 +1,281 @@
+// The cache of compiled kernels (V14): what is damaged, cut off, foreign or unreadable counts as
+// absent, processes may write at once, and kernels that do not compile are told.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <thread>
+
+#include <sys/wait.h>
+
+#include "app/gpu/base/pipeline.h"
+#include "app/gpu/base/pipeline_cache.h"
+#include "spirv/accumulate.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vulkan_faults.h"
+
+namespace {
+
+using gpu::Api;
+using tests::TemporaryFolder;
+using tests::VulkanFaults;
+
+std::vector<std::byte> bytesOf(const std::string& text)
+{
+    const auto bytes = std::as_bytes(std::span(text));
+    return {bytes.begin(), bytes.end()};
+}
+
+gpu::CacheKey someKey()
+{
+    gpu::CacheKey key;
+    key.cacheUuid[3] = 7;
+    key.driverVersion = 5;
+    key.kernel = 0x1234567890u;
+    return key;
+}
+
+std::filesystem::path onlyFile(const TemporaryFolder& folder)
+{
+    EXPECT_EQ(folder.count(), 1u);
+    return std::filesystem::directory_iterator(folder.path())->path();
+}
+
+std::string slurp(const std::filesystem::path& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void spill(const std::filesystem::path& file, const std::string& text)
+{
+    std::ofstream(file, std::ios::binary) << text;
+}
+
+TEST(PipelineCache, GivesBackWhatItWasGiven)
+{
+    const TemporaryFolder folder;
+    const auto data = bytesOf("what the driver said");
+    EXPECT_TRUE(gpu::readCache(folder.path(), someKey()).empty());
+    gpu::writeCache(folder.path(), someKey(), data);
+    EXPECT_EQ(gpu::readCache(folder.path(), someKey()), data);
+    EXPECT_EQ(folder.count(), 1u);  // nothing unfinished is left
+    gpu::writeCache(folder.path(), someKey(), bytesOf("something newer"));
+    EXPECT_EQ(gpu::readCache(folder.path(), someKey()), bytesOf("something newer"));
+}
+
+TEST(PipelineCache, EveryDamageCountsAsAbsence)
+{
+    const TemporaryFolder folder;
+    gpu::writeCache(folder.path(), someKey(), bytesOf("what the driver said"));
+    const std::filesystem::path file = onlyFile(folder);
+    const std::string whole = slurp(file);
+    ASSERT_EQ(whole.size(), 64u + 20u);
+    for (size_t cut = 0; cut < whole.size(); ++cut) {
+        spill(file, whole.substr(0, cut));
+        EXPECT_TRUE(gpu::readCache(folder.path(), someKey()).empty()) << "cut off at " << cut;
+    }
+    for (size_t i = 0; i < whole.size(); ++i) {
+        std::string damaged = whole;
+        damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
+        spill(file, damaged);
+        EXPECT_TRUE(gpu::readCache(folder.path(), someKey()).empty())
+            << "another bit in byte " << i;
+    }
+    spill(file, whole + "x");
+    EXPECT_TRUE(gpu::readCache(folder.path(), someKey()).empty());
+    spill(file, whole);
+    EXPECT_FALSE(gpu::readCache(folder.path(), someKey()).empty());
+}
+
+TEST(PipelineCache, AnotherDeviceOrDriverOrKernelHasItsOwn)
+{
+    const TemporaryFolder folder;
+    gpu::writeCache(folder.path(), someKey(), bytesOf("mine"));
+    const auto differs = [&folder](auto change) {
+        gpu::CacheKey key = someKey();
+        change(key);
+        EXPECT_TRUE(gpu::readCache(folder.path(), key).empty());
+    };
+    differs([](gpu::CacheKey& k) { k.cacheUuid[15] = 1; });
+    differs([](gpu::CacheKey& k) { k.vendor = 1; });
+    differs([](gpu::CacheKey& k) { k.device = 1; });
+    differs([](gpu::CacheKey& k) { k.driverVersion = 6; });
+    differs([](gpu::CacheKey& k) { k.kernel ^= uint64_t(1) << 40; });
+    // A file of that other key's name with our content is foreign, too.
+    gpu::CacheKey other = someKey();
+    other.driverVersion = 6;
+    const std::filesystem::path mine = onlyFile(folder);
+    gpu::writeCache(folder.path(), other, bytesOf("theirs"));
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+        if (entry.path() != mine)
+            std::filesystem::copy_file(mine, entry.path(),
+                                       std::filesystem::copy_options::overwrite_existing);
+    }
+    EXPECT_TRUE(gpu::readCache(folder.path(), other).empty());
+}
+
+TEST(PipelineCache, PlacesThatCannotBeWrittenOrReadAreNoError)
+{
+    const TemporaryFolder folder;
+    spill(folder / "file", "");
+    gpu::writeCache(folder / "file", someKey(), bytesOf("x"));  // a folder that is a file
+    EXPECT_TRUE(gpu::readCache(folder / "file", someKey()).empty());
+    gpu::writeCache("", someKey(), bytesOf("x"));
+    EXPECT_TRUE(gpu::readCache("", someKey()).empty());
+    gpu::writeCache("/proc/nowhere", someKey(), bytesOf("x"));
+    gpu::writeCache(folder / "deep/deeper", someKey(), bytesOf("x"));  // made on demand
+    EXPECT_EQ(gpu::readCache(folder / "deep/deeper", someKey()), bytesOf("x"));
+    // A folder where the file should be: neither reading nor writing may stumble.
+    const std::filesystem::path file =
+        std::filesystem::directory_iterator(folder / "deep/deeper")->path();
+    std::filesystem::remove(file);
+    std::filesystem::create_directories(file / "occupied");
+    gpu::writeCache(folder / "deep/deeper", someKey(), bytesOf("x"));
+    EXPECT_TRUE(gpu::readCache(folder / "deep/deeper", someKey()).empty());
+}
+
+TEST(PipelineCache, ProcessesMayWriteAndReadAtOnce)
+{
+    const TemporaryFolder folder;
+    const std::vector<std::byte> a(100'000, std::byte{1}), b(70'000, std::byte{2});
+    std::vector<pid_t> children;
+    for (int process = 0; process < 4; ++process) {
+        const pid_t child = fork();
+        if (child == 0) {
+            bool good = true;
+            for (int i = 0; i < 100; ++i) {
+                gpu::writeCache(folder.path(), someKey(), (process + i) % 2 == 0 ? a : b);
+                const auto seen = gpu::readCache(folder.path(), someKey());
+                good = good && (seen == a || seen == b);
+            }
+            _exit(good ? 0 : 1);
+        }
+        ASSERT_GT(child, 0);
+        children.push_back(child);
+    }
+    for (const pid_t child : children) {
+        int status = 0;
+        ASSERT_EQ(waitpid(child, &status, 0), child);
+        EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "half a file was read";
+    }
+    EXPECT_EQ(folder.count(), 1u);
+}
+
+TEST(PipelineCache, ItsPlaceFollowsTheEnvironment)
+{
+    const char* before = std::getenv("XDG_CACHE_HOME");
+    const std::string kept = before != nullptr ? before : "";
+    setenv("XDG_CACHE_HOME", "/somewhere", 1);
+    EXPECT_EQ(gpu::userCacheFolder(), "/somewhere/rekindle");
+    setenv("XDG_CACHE_HOME", "relative", 1);  // to be ignored, says the XDG specification
+    const char* home = std::getenv("HOME");
+    const std::filesystem::path expected =
+        home != nullptr ? std::filesystem::path(home) / ".cache/rekindle" : std::filesystem::path();
+    EXPECT_EQ(gpu::userCacheFolder(), expected);
+    if (before != nullptr) {
+        setenv("XDG_CACHE_HOME", kept.c_str(), 1);
+    } else {
+        unsetenv("XDG_CACHE_HOME");
+    }
+}
+
+/// A driver that keeps something: what it is given is noted, what it gives is its header and some
+/// bytes.
+struct KeepingDriver {
+    std::vector<size_t> given;
+    size_t bytes = 500;
+
+    void install(VulkanFaults& faults)
+    {
+        faults.replace<&Api::CreatePipelineCache>([this](auto driver, VkDevice device,
+                                                         const VkPipelineCacheCreateInfo* info,
+                                                         auto* allocator, VkPipelineCache* cache) {
+            given.push_back(info->initialDataSize);
+            VkPipelineCacheCreateInfo empty = *info;
+            empty.initialDataSize = 0;
+            return driver(device, &empty, allocator, cache);
+        });
+        faults.replace<&Api::GetPipelineCacheData>(
+            [this](auto, VkDevice, VkPipelineCache, size_t* size, void* data) {
+                *size = bytes;
+                if (data != nullptr) std::memset(data, 42, bytes);
+                return VK_SUCCESS;
+            });
+    }
+};
+
+void makeKernel(const std::filesystem::path& folder, uint32_t features = 0)
+{
+    gpu::DeviceOptions options;
+    options.cacheFolder = folder;
+    const gpu::Device device(options);
+    const gpu::KernelLayout layout(device);
+    const gpu::Pipeline pipeline(device, layout, k_accumulate, {features, 0});
+}
+
+TEST(PipelineCache, TheSecondRunGivesTheDriverWhatTheFirstKept)
+{
+    const TemporaryFolder folder;
+    VulkanFaults faults;
+    KeepingDriver driver;
+    driver.install(faults);
+    makeKernel(folder.path());
+    makeKernel(folder.path());
+    makeKernel(folder.path(), 1);  // specialised in another way: another kernel
+    EXPECT_EQ(driver.given, (std::vector<size_t>{0, 500, 0}));
+    EXPECT_EQ(folder.count(), 2u);
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        spill(entry.path(), "garbage");
+    makeKernel(folder.path());
+    makeKernel(folder.path());  // what was garbage has been written anew
+    EXPECT_EQ(driver.given, (std::vector<size_t>{0, 500, 0, 0, 500}));
+    makeKernel("");
+    EXPECT_EQ(driver.given.size(), 5u);
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
+TEST(PipelineCache, ADriverThatKeepsOnlyItsHeaderGetsNoFile)
+{
+    const TemporaryFolder folder;
+    VulkanFaults faults;
+    KeepingDriver driver;
+    driver.bytes = sizeof(VkPipelineCacheHeaderVersionOne);
+    driver.install(faults);
+    makeKernel(folder.path());
+    EXPECT_EQ(folder.count(), 0u);
+}
+
+TEST(PipelineCache, AKernelThatFailsWithWhatWasKeptIsCompiledWithoutIt)
+{
+    const TemporaryFolder folder;
+    VulkanFaults faults;
+    KeepingDriver driver;
+    driver.install(faults);
+    makeKernel(folder.path());
+    faults.fail<&Api::CreateComputePipelines>(VK_ERROR_UNKNOWN);
+    makeKernel(folder.path());
+    EXPECT_EQ(faults.struck(), 1u);
+    faults.fail<&Api::CreatePipelineCache>(VK_ERROR_OUT_OF_HOST_MEMORY);
+    makeKernel(folder.path());
+    EXPECT_EQ(faults.struck(), 2u);
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
+TEST(PipelineCache, AKernelThatDoesNotCompileIsToldWithItsDevice)
+{
+    const std::string device = gpu::Device({}).info().name;
+    VulkanFaults faults;
+    faults.fail<&Api::CreateComputePipelines>(VK_ERROR_UNKNOWN);
+    try {
+        makeKernel("");
+        ADD_FAILURE() << "nothing was thrown";
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.code(), core::ExitCode::noDevice);
+        const std::string text = error.what();
+        EXPECT_NE(text.find("does not compile on " + device), std::string::npos) << text;
+        EXPECT_NE(text.find("VK_ERROR_UNKNOWN"), std::string::npos) << text;
+    }
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
+}  // namespace

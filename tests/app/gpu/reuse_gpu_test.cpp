@@ -1,0 +1,223 @@
+// The text of shared/reuse.h and shared/rgbe.h on the device against the same text in C++ (T-29),
+// on densities that are anything a mistake can make of them: nothing becomes NaN, infinite or
+// negative (T-15). Validation is on.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "app/gpu/base/pipeline.h"
+#include "core/base/pcg32.h"
+#include "tests/kernels/reuse_check.h"
+
+#include "spirv/reuse_check.h"
+
+namespace {
+
+using core::Pcg32;
+using shared::checkReuse;
+using shared::ReuseCheckInput;
+using shared::ReuseCheckOutput;
+using shared::RisCheck;
+
+constexpr size_t kCases = 100000;
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+float uniform(Pcg32& random)
+{
+    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
+}
+
+float logUniform(Pcg32& random, double low, double high)
+{
+    return static_cast<float>(low * std::pow(high / low, random()));
+}
+
+/// A density; one in eight is none.
+float anyDensity(Pcg32& random)
+{
+    constexpr float kSpecial[] = {0,  -0.0f,  kNan,    -kNan,         kInf, -kInf,
+                                  -1, 1e-40f, -1e-40f, 3.4028235e38f, 3e38f};
+    if (random.bits() % 8 == 0) return kSpecial[random.bits() % std::size(kSpecial)];
+    return random.bits() % 2 ? logUniform(random, 1e-20, 1e20) : logUniform(random, 0.01, 100);
+}
+
+ReuseCheckInput anyInput(Pcg32& random)
+{
+    ReuseCheckInput a{};
+    a.N = random.bits() % 16 == 0 ? 0 : std::floor(logUniform(random, 1, 10000));
+    a.n = std::floor(logUniform(random, 1, 10000));
+    a.c = static_cast<float>(
+        std::clamp(double(logUniform(random, 1e-6, double(std::max(a.N, 1.0f) / a.n))), 1e-6, 1e4));
+    if (random.bits() % 64 == 0) a.c = anyDensity(random);
+    a.k = 1 + random.bits() % shared::kReuseMaxCandidates;
+    for (size_t t = 0; t < shared::kReuseMaxCandidates; ++t) {
+        a.q[t] = anyDensity(random);
+        a.p[t] = random.bits() % 8 == 0 ? a.q[t] : anyDensity(random);
+        a.weight[t] = anyDensity(random);
+        if (a.weight[t] > 1e37f && a.weight[t] < 3e38f)
+            a.weight[t] = 1e37f;  // sixteen of them are a number
+        a.xi[t] = uniform(random);
+    }
+    a.kappa = logUniform(random, 1e-10, 1e10);
+    const float scale = logUniform(random, 1e-37, 1e38);
+    a.colour = {scale * uniform(random), scale * uniform(random),
+                scale * logUniform(random, 1e-4, 1)};
+    if (random.bits() % 8 == 0) a.colour[int(random.bits() % 3)] = anyDensity(random);
+    return a;
+}
+
+std::vector<ReuseCheckOutput> onDevice(const std::vector<ReuseCheckInput>& inputs)
+{
+    gpu::Device device({.index = -1, .validation = true});
+    const gpu::KernelLayout layout(device);
+    gpu::Bindings bindings(device, layout);
+    gpu::Buffer in(device, "the inputs", inputs.size() * sizeof(ReuseCheckInput));
+    gpu::Buffer out(device, "the answers", inputs.size() * sizeof(ReuseCheckOutput));
+    in.writeAll(inputs);
+    bindings.bind(shared::kBindStates, in);
+    bindings.bind(shared::kBindOutput, out);
+    const gpu::Pipeline pipeline(device, layout, k_reuse_check, {});
+    const auto count = static_cast<uint32_t>(inputs.size());
+    const shared::Batch batch{0, 0, 0, count, 0};
+    device.submit([&](VkCommandBuffer commands) {
+        bindings.use(commands, layout);
+        gpu::vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
+        gpu::vk.CmdPushConstants(commands, layout.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                                 sizeof(batch), &batch);
+        gpu::vk.CmdDispatch(commands, (count + 63) / 64, 1, 1);
+        gpu::barrier(commands);
+    });
+    std::vector<ReuseCheckOutput> outputs(inputs.size());
+    out.read(std::as_writable_bytes(std::span(outputs)));
+    return outputs;
+}
+
+struct NamedNumber {
+    const char* name;
+    float ReuseCheckOutput::*member;
+};
+constexpr NamedNumber kNumbers[] = {
+    {"alpha", &ReuseCheckOutput::alpha},        {"alphaOverQ", &ReuseCheckOutput::alphaOverQ},
+    {"ratio", &ReuseCheckOutput::ratio},        {"nextC", &ReuseCheckOutput::nextC},
+    {"solvedC", &ReuseCheckOutput::solvedC},    {"keepSum", &ReuseCheckOutput::keepSum},
+    {"keepScale", &ReuseCheckOutput::keepScale}};
+
+struct NamedWeight {
+    const char* name;
+    float RisCheck::*member;
+};
+constexpr NamedWeight kWeights[] = {
+    {"sum", &RisCheck::sum}, {"omega", &RisCheck::omega}, {"p", &RisCheck::p}, {"u", &RisCheck::u}};
+
+/// To 1e-4 relative, and `slack`. Denormal numbers may be 0 on a device.
+bool agree(float a, float b, float slack = 0)
+{
+    return std::abs(a - b) <=
+           std::max((1e-4f + slack) * std::max(std::abs(a), std::abs(b)), 1.2e-38f);
+}
+
+/// Whether some decision of the resampling is within rounding of its threshold, so that devices may
+/// part.
+bool isClose(const ReuseCheckInput& a, bool residual)
+{
+    float sum = 0;
+    for (size_t t = 0; t < a.k; ++t) {
+        const float omega = residual ? 1 - shared::reuseAlpha(a.c, a.q[t], a.p[t]) : a.weight[t];
+        if (!shared::usableDensity(omega) || !shared::usableDensity(a.p[t])) continue;
+        sum += omega;
+        if (std::abs(a.xi[t] * sum - omega) <= 1e-5f * omega + (residual ? 1e-6f : 0)) return true;
+    }
+    return false;
+}
+
+bool everyNumber(const ReuseCheckOutput& r, const std::function<bool(float)>& holds)
+{
+    for (const NamedNumber& number : kNumbers)
+        if (!holds(r.*number.member)) return false;
+    for (const NamedWeight& weight : kWeights)
+        if (!holds(r.residual.*weight.member) || !holds(r.weighted.*weight.member)) return false;
+    return holds(r.unpacked.x) && holds(r.unpacked.y) && holds(r.unpacked.z);
+}
+
+class ReuseGpu : public testing::Test {
+protected:
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+    static std::vector<ReuseCheckInput> inputs()
+    {
+        Pcg32 random(501);
+        std::vector<ReuseCheckInput> all(kCases);
+        for (ReuseCheckInput& a : all) a = anyInput(random);
+        return all;
+    }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
+};
+
+TEST_F(ReuseGpu, AnswersAsTheHostDoes)
+{
+    const std::vector<ReuseCheckInput> all = inputs();
+    const std::vector<ReuseCheckOutput> device = onDevice(all);
+    size_t parted = 0, unlikeNumber = 0, unlikeWeight = 0, unlikeFlags = 0, unlikeKept = 0,
+           unlikeColour = 0;
+    size_t strange = 0, reused = 0, solved = 0, picked = 0;
+    for (size_t i = 0; i < all.size(); ++i) {
+        const ReuseCheckInput& a = all[i];
+        const ReuseCheckOutput host = checkReuse(a);
+        const ReuseCheckOutput& other = device[i];
+        const auto sound = [](float x) { return std::isfinite(x) && !(x < 0); };
+        if (!everyNumber(host, sound) || !everyNumber(other, sound)) ++strange;
+        reused += host.alpha > 0 && host.alpha < 1;
+        solved += host.solvedC > shared::kReuseLeastC && host.solvedC < a.N / a.n;
+        picked += host.residual.u > 0 && host.residual.pick > 0;
+
+        unlikeFlags += host.usable != other.usable || host.faulty != other.faulty;
+        for (const NamedNumber& number : kNumbers) {
+            if (agree(host.*number.member, other.*number.member)) continue;
+            if (unlikeNumber++ < 5)
+                ADD_FAILURE() << number.name << " of case " << i << ": " << host.*number.member
+                              << " on the host, " << other.*number.member << " on the device";
+        }
+        for (const bool residual : {true, false}) {
+            const RisCheck& x = residual ? host.residual : host.weighted;
+            const RisCheck& y = residual ? other.residual : other.weighted;
+            if (x.accepted != y.accepted || x.pick != y.pick) {
+                EXPECT_TRUE(isClose(a, residual))
+                    << "case " << i << ": picks differ without reason";
+                ++parted;
+                continue;
+            }
+            // Where alpha is nearly one, what is left of 1 - alpha is rounding.
+            const float slack =
+                residual && x.omega > 0 ? 1e-6f * static_cast<float>(a.k) / x.omega : 0;
+            for (const NamedWeight& weight : kWeights) {
+                if (agree(x.*weight.member, y.*weight.member, slack)) continue;
+                if (unlikeWeight++ < 5)
+                    ADD_FAILURE() << "RIS " << weight.name << " of case " << i << ": "
+                                  << x.*weight.member << " and " << y.*weight.member;
+            }
+        }
+        unlikeKept += host.kept != other.kept;
+        unlikeColour += host.rounded != other.rounded || host.nearest != other.nearest;
+        for (int c = 0; c < 3; ++c) unlikeColour += !agree(host.unpacked[c], other.unpacked[c]);
+    }
+    EXPECT_EQ(strange, 0u) << "numbers that are NaN, infinite or negative";
+    EXPECT_EQ(unlikeFlags, 0u);
+    EXPECT_EQ(unlikeNumber, 0u);
+    EXPECT_EQ(unlikeWeight, 0u);
+    EXPECT_LE(parted, all.size() / 10000);
+    EXPECT_LE(unlikeKept, all.size() / 10000);
+    EXPECT_LE(unlikeColour, all.size() / 10000);
+    // The inputs reach what they are meant to reach.
+    EXPECT_GT(reused, all.size() / 10);
+    EXPECT_GT(solved, all.size() / 10);
+    EXPECT_GT(picked, all.size() / 10);
+}
+
+}  // namespace

@@ -1,0 +1,307 @@
+// From a saved picture back to its view: what the program renders and what the window saves tell
+// the same, and suffice to make the same pixels again.
+#include "app/session/replay.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/base/files.h"
+#include "app/files/camera_file.h"
+#include "app/files/load.h"
+#include "app/files/params_json.h"
+#include "app/session/save_picture.h"
+#include "core/base/check.h"
+#include "core/image/film.h"
+#include "core/image/image_metadata.h"
+#include "core/methods/methods.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using tests::TemporaryFolder;
+
+const fs::path kScene = fs::path(REKINDLE_SOURCE_DIR) / "assets" / "cornell-diffuse.gltf";
+
+/// Starts the real program in a folder; true when it ends with 0.
+bool rekindle(const fs::path& folder, const std::string& arguments)
+{
+    const std::string command = "cd '" + folder.string() +
+                                "' && timeout 60 '" REKINDLE_BINARY "' " + arguments +
+                                " >/dev/null 2>errors.txt";
+    return std::system(command.c_str()) == 0;
+}
+
+std::string quoted(const fs::path& file)
+{
+    return "'" + file.string() + "'";
+}
+
+/// The text of what was thrown; empty when nothing was.
+template <class Action> std::string refusal(Action action)
+{
+    try {
+        action();
+    } catch (const core::Error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+core::PathParams someParams()
+{
+    core::PathParams params;
+    params.maxDepth = 3;
+    params.rouletteDepth = 1;
+    params.seed = 77;
+    params.sampler = core::SamplerKind::independent;
+    params.strategy = core::Strategy::bsdf;
+    params.clampIndirect = 0.1f;
+    return params;
+}
+
+const std::string kOptions = " --device cpu --size 24x16 --spp 3 --max-depth 3 --roulette-depth 1 "
+                             "--seed 77 --sampler independent --strategy bsdf --clamp-indirect 0.1";
+
+void expectSome(const app::Replay& replay)
+{
+    EXPECT_EQ(replay.params, someParams());
+    EXPECT_EQ(replay.size, glm::uvec2(24, 16));
+    EXPECT_EQ(replay.samples, 3u);
+    EXPECT_EQ(replay.method, app::Method::path);
+    EXPECT_EQ(replay.device, app::DeviceKind::cpu);
+    EXPECT_EQ(replay.at, 0);
+    EXPECT_FALSE(replay.sceneHash.empty());
+}
+
+TEST(Replay, PicturesOfTheProgramSayEverything)
+{
+    const TemporaryFolder folder;
+    for (const char* name : {"a.exr", "a.png"}) {
+        ASSERT_TRUE(rekindle(folder.path(), "render " + quoted(kScene) + " -o " + name + kOptions))
+            << app::readText(folder / "errors.txt");
+        const app::Replay replay = app::readReplay(folder / name);
+        expectSome(replay);
+        EXPECT_EQ(replay.scene, kScene);
+        EXPECT_TRUE(nlohmann::json::parse(replay.cameraJson).contains("position"));
+    }
+}
+
+/// The scene and a renderer's picture of it, as the window would hold them.
+struct Shown {
+    std::shared_ptr<const core::World> world;
+    app::Picture picture;
+};
+
+Shown show(uint64_t samples)
+{
+    Shown shown{app::loadWorld({.file = kScene, .load = {}, .at = 0}, 0, {}).world, {}};
+    app::Picture& p = shown.picture;
+    p.camera = core::lookAt({0.1, 0.3, 2.5}, {0, 0.1, 0}, {0, 1, 0}, 0.9);
+    p.camera.name = shown.world->cameras.front().name;  // files of cameras without a name leave it
+    p.params.device = app::DeviceKind::cpu;
+    p.params.path = someParams();
+    const auto renderer = core::makeRenderer("path");
+    renderer->setWorld(shown.world, {});
+    renderer->setView(p.camera, 24, 16, p.params.path);
+    renderer->advance(static_cast<uint32_t>(samples), {});
+    core::Film film;
+    renderer->readFilm(film);
+    p.mean = film.mean();
+    p.variance = std::make_shared<core::Image>(film.varianceOfMean());
+    p.aovs = std::make_shared<core::Aovs>(renderer->aovs());
+    p.fullSize = {24, 16};
+    p.samples = samples;
+    p.seconds = 0.25;
+    p.stats = renderer->stats();
+    return shown;
+}
+
+TEST(Replay, PicturesOfTheWindowSayTheSameAndComeOutAgain)
+{
+    const TemporaryFolder folder;
+    Shown shown = show(3);
+    shown.picture.finished = true;
+    shown.picture.params.sppLimit = 3;
+    app::savePicture(folder / "w.exr", shown.picture, *shown.world, kScene, 0, {});
+    const app::Replay replay = app::readReplay(folder / "w.exr");
+    expectSome(replay);
+    app::writeText(folder / "camera.json", replay.cameraJson);
+    ASSERT_TRUE(rekindle(folder.path(), "render " + quoted(replay.scene) +
+                                            " -o r.exr --camera camera.json" + kOptions))
+        << app::readText(folder / "errors.txt");
+    const core::ImageFile window = core::readExr(folder / "w.exr"),
+                          render = core::readExr(folder / "r.exr");
+    EXPECT_EQ(window.layer("").pixels, render.layer("").pixels);
+    EXPECT_EQ(window.layer("variance").pixels, render.layer("variance").pixels);
+    EXPECT_EQ(window.layer("").pixels, shown.picture.mean.pixels);
+    for (const char* layer : {"depth", "normal", "albedo", "ids"})
+        EXPECT_TRUE(window.hasLayer(layer)) << layer;
+    // The same members with the same contents, but for how long it took.
+    core::Metadata a = window.metadata, b = render.metadata;
+    EXPECT_EQ(a.at("seconds"), "0.250");
+    a.erase("seconds");
+    b.erase("seconds");
+    EXPECT_EQ(a, b);
+}
+
+TEST(Replay, WhatAWindowSaves)
+{
+    const TemporaryFolder folder;
+    Shown shown = show(1);
+    app::Picture& p = shown.picture;
+    const auto save = [&](const fs::path& file, double at = 0) {
+        app::savePicture(file, p, *shown.world, kScene, at,
+                         {.exposure = 2, .tone = app::Tone::linear});
+    };
+    save(folder / "one.exr", 1.5);
+    const core::ImageFile one = core::readExr(folder / "one.exr");
+    EXPECT_FALSE(one.hasLayer("variance"));  // one sample has none
+    EXPECT_EQ(one.metadata.at("ended"), "interrupted");
+    EXPECT_EQ(app::readReplay(folder / "one.exr").at, 1.5);
+    // A PNG is brightened as the window shows it.
+    save(folder / "bright.png");
+    core::writePng(folder / "same.png", p.mean, 2, static_cast<uint32_t>(app::Tone::linear),
+                   core::readMetadata(folder / "bright.png"));
+    EXPECT_EQ(app::readText(folder / "bright.png"), app::readText(folder / "same.png"));
+    // First hits of another size are not those of this picture.
+    auto other = std::make_shared<core::Aovs>(*p.aovs);
+    other->depth = core::Image(7, 5, 1);
+    p.aovs = other;
+    save(folder / "lagging.exr");
+    EXPECT_FALSE(core::readExr(folder / "lagging.exr").hasLayer("depth"));
+    EXPECT_TRUE(core::readExr(folder / "lagging.exr").hasLayer("normal"));
+
+    const size_t before = folder.count();
+    EXPECT_NE(refusal([&] { save(folder / "x.jpg"); }).find(".exr or .png"), std::string::npos);
+    EXPECT_NE(refusal([&] { save(folder / "none" / "x.exr"); }).find("does not exist"),
+              std::string::npos);
+    p.preview = true;
+    EXPECT_NE(refusal([&] { save(folder / "x.exr"); }).find("preview"), std::string::npos);
+    p.preview = false;
+    p.samples = 0;
+    EXPECT_NE(refusal([&] { save(folder / "x.exr"); }).find("no picture yet"), std::string::npos);
+    EXPECT_EQ(folder.count(), before);
+}
+
+/// Metadata that is complete, beside a scene that exists.
+core::Metadata complete(const fs::path& scene)
+{
+    return {{"software", "rekindle"},
+            {"scene", scene.string()},
+            {"scene_hash", "ab"},
+            {"camera", R"({"position": [0, 1, 2]})"},
+            {"width", "320"},
+            {"height", "200"},
+            {"spp", "16"},
+            {"method", "path"},
+            {"params", app::paramsJson(core::PathParams()).dump()},
+            {"device", "llvmpipe"},
+            {"at", "0.5"}};
+}
+
+TEST(Replay, EachMissingMemberIsNamed)
+{
+    const TemporaryFolder folder;
+    const fs::path picture = folder / "p.exr";
+    const core::Metadata all = complete(kScene);
+    const app::Replay replay = app::replayOf(all, picture);
+    EXPECT_EQ(replay.device, app::DeviceKind::vulkan);
+    EXPECT_EQ(replay.at, 0.5);
+    EXPECT_EQ(replay.params, core::PathParams());
+    for (const char* name :
+         {"scene", "scene_hash", "camera", "width", "height", "spp", "method", "params"}) {
+        core::Metadata some = all;
+        some.erase(name);
+        const std::string text = refusal([&] { app::replayOf(some, picture); });
+        EXPECT_EQ(text.rfind(picture.string() + ": does not say its " + name, 0), 0u) << text;
+    }
+    for (const char* name : {"software", "device", "at"}) {
+        core::Metadata some = all;
+        some.erase(name);
+        EXPECT_EQ(refusal([&] { app::replayOf(some, picture); }), "") << name;
+    }
+    EXPECT_NE(refusal([&] { app::replayOf({}, picture); }).find("not made by this program"),
+              std::string::npos);
+}
+
+TEST(Replay, EachMalformedMemberIsNamed)
+{
+    const TemporaryFolder folder;
+    const fs::path picture = folder / "p.exr";
+    struct Case {
+        const char *name, *value, *expected;
+    };
+    for (const Case& c : {Case{"width", "0", "from 1 to 65536"},
+                          {"height", "2e3", "from 1 to 65536"},
+                          {"width", "99999", "from 1 to 65536"},
+                          {"spp", "-1", "whole number"},
+                          {"method", "magic", "path, guided, manylights"},
+                          {"at", "soon", "a number"},
+                          {"camera", "{", "not JSON"},
+                          {"camera", "[1]", "expected {"},
+                          {"params", "[]", "expected an object"},
+                          {"params", R"({"max-depth": 1e9})", "from 0 to 4096"},
+                          {"params", R"({"max-depth": 1e999})", "too large"},
+                          {"params", R"({"max-depht": 3})", "did you mean max-depth"}}) {
+        core::Metadata all = complete(kScene);
+        all[c.name] = c.value;
+        const std::string text = refusal([&] { app::replayOf(all, picture); });
+        EXPECT_EQ(text.rfind(picture.string() + ": " + c.name, 0), 0u) << text;
+        EXPECT_NE(text.find(c.expected), std::string::npos) << text;
+    }
+    // A parameter that came later is at its default.
+    core::Metadata older = complete(kScene);
+    older["params"] = R"({"max-depth": 3})";
+    EXPECT_EQ(app::replayOf(older, picture).params.maxDepth, 3u);
+}
+
+TEST(Replay, TheSceneIsSoughtWhereItWasNamedAndBesideThePicture)
+{
+    const TemporaryFolder folder;
+    fs::create_directories(folder / "rooms");
+    const fs::path picture = folder / "p.exr";
+    const auto found = [&](const fs::path& named) {
+        return app::replayOf(complete(named), picture).scene;
+    };
+    EXPECT_EQ(found(kScene), kScene);
+    const std::string text = refusal([&] { found("rooms/hall.glb"); });
+    EXPECT_NE(text.find("rooms/hall.glb is neither there nor beside"), std::string::npos) << text;
+    app::writeText(folder / "hall.glb", "scene");
+    EXPECT_EQ(found("rooms/hall.glb"), folder / "hall.glb");
+    EXPECT_EQ(found("/elsewhere/hall.glb"), folder / "hall.glb");
+    app::writeText(folder / "rooms" / "hall.glb", "scene");
+    EXPECT_EQ(found("rooms/hall.glb"), folder / "rooms/hall.glb");
+    EXPECT_EQ(found("/moved/rooms/hall.glb"), folder / "rooms/hall.glb");
+    EXPECT_NE(refusal([&] { found(folder.path()); }), "");  // a folder is no scene
+}
+
+TEST(Replay, FilesThatAreNoPicturesOfOurs)
+{
+    const TemporaryFolder folder;
+    EXPECT_NE(refusal([&] { app::readReplay(folder / "none.exr"); }).find("no such file"),
+              std::string::npos);
+    EXPECT_NE(refusal([&] { app::readReplay(kScene); }).find("not an EXR or PNG"),
+              std::string::npos);
+    fs::create_directory(folder / "d.png");
+    EXPECT_NE(refusal([&] { app::readReplay(folder / "d.png"); }).find("not a regular file"),
+              std::string::npos);
+    for (const char* name : {"a.exr", "a.png"}) {
+        app::writeText(folder / name, "something else entirely");
+        EXPECT_NE(refusal([&] { app::readReplay(folder / name); }).find(name), std::string::npos);
+    }
+    core::writePng(folder / "other.png", core::Image(2, 2, 3), 0, 0, {});
+    EXPECT_NE(refusal([&] { app::readReplay(folder / "other.png"); }).find("not made by this"),
+              std::string::npos);
+    core::writeExr(folder / "other.exr", {{{"", core::Image(2, 2, 3)}}, {}});
+    EXPECT_NE(refusal([&] { app::readReplay(folder / "other.exr"); }).find("not made by this"),
+              std::string::npos);
+}
+
+}  // namespace

@@ -1,0 +1,383 @@
+// The viewer without its window: what loads, what an edit restarts and what not, references,
+// saving, random walks.
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/session/actions.h"
+#include "app/session/random_walk.h"
+#include "app/session/replay.h"
+#include "app/session/session.h"
+#include "core/base/check.h"
+#include "core/image/metrics.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using app::Session;
+using Json = nlohmann::ordered_json;
+
+const fs::path kAssets = fs::path(REKINDLE_SOURCE_DIR) / "assets";
+constexpr glm::uvec2 kArea(48, 32);
+
+app::SessionOptions options(const std::string& scene)
+{
+    app::SessionOptions o;
+    if (!scene.empty()) o.scene.file = kAssets / scene;
+    o.render.device = app::DeviceKind::cpu;
+    o.quiet = true;
+    return o;
+}
+
+/// Updates as a window would, until `done` or a minute has gone.
+testing::AssertionResult until(Session& session, const std::function<bool()>& done)
+{
+    for (int i = 0; i < 6000; ++i) {
+        session.update(0.01, kArea);
+        if (done()) return testing::AssertionSuccess();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return testing::AssertionFailure() << "a minute has gone";
+}
+
+bool settled(const Session& session)
+{
+    const auto picture = session.picture();
+    return session.document() && !session.loading().active() && picture &&
+           picture->generation >= session.generation() && !picture->preview &&
+           picture->fullSize == kArea;
+}
+
+void act(Session& session, const std::string& name, const Json& arguments = Json::object())
+{
+    app::AppRequests requests;
+    app::runAction(name, session, requests, arguments);
+}
+
+bool told(const Session& session, const std::string& text)
+{
+    for (const app::Notice& notice : session.notices.list())
+        if (notice.text.find(text) != std::string::npos) return true;
+    return false;
+}
+
+TEST(Session, LoadsASceneAndShowsItFromItsCamera)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    EXPECT_EQ(session.document(), nullptr);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_EQ(session.document()->file.filename(), "cornell-diffuse.gltf");
+    EXPECT_EQ(session.navigation.camera(), session.document()->world->cameras.front());
+    EXPECT_EQ(session.picture()->mean.width, kArea.x);
+    ASSERT_TRUE(until(session, [&] { return session.picture()->samples >= 8; }));
+    EXPECT_TRUE(session.picture()->counters.clean());
+}
+
+TEST(Session, ABrokenFileLeavesTheSceneAsItIs)
+{
+    const tests::TemporaryFolder folder;
+    std::ofstream(folder / "broken.gltf") << "{\"asset\":";
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const auto world = session.document()->world;
+    const uint64_t generation = session.generation();
+    act(session, "load", {{"file", (folder / "broken.gltf").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "broken.gltf"); }));
+    EXPECT_EQ(session.document()->world, world);
+    EXPECT_EQ(session.generation(), generation) << "nothing was to be rendered anew";
+    act(session, "load", {{"file", (folder / "missing.glb").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "missing.glb"); }));
+    EXPECT_EQ(session.document()->world, world);
+}
+
+TEST(Session, OnlyWhatAnEditInvalidatesStartsAnew)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(
+        until(session, [&] { return settled(session) && session.picture()->samples >= 4; }));
+    uint64_t samples = session.picture()->samples;
+    const auto continues = [&](const std::string& name, const Json& value) {
+        samples = session.picture()->samples;
+        act(session, "set", {{"name", name}, {"value", value}});
+        EXPECT_TRUE(until(session, [&] {
+            return settled(session) && session.picture()->samples > samples;
+        })) << name;
+        return session.picture()->seconds > 0 && session.picture()->samples > samples;
+    };
+    EXPECT_TRUE(continues("exposure", 2));
+    EXPECT_TRUE(continues("tone", "aces"));
+    EXPECT_TRUE(continues("show", "depth"));
+    EXPECT_TRUE(continues("spp-limit", 1000000));
+    EXPECT_TRUE(continues("show", "deviation"));
+    EXPECT_NE(session.picture()->variance, nullptr);
+
+    for (const auto& [name, value] : std::vector<std::pair<std::string, Json>>{
+             {"max-depth", 3}, {"sampler", "independent"}, {"seed", 9}, {"strategy", "bsdf"}}) {
+        ASSERT_TRUE(
+            until(session, [&] { return settled(session) && session.picture()->samples >= 40; }));
+        act(session, "set", {{"name", "spp-limit"}, {"value", 2}});
+        act(session, "set", {{"name", name}, {"value", value}});
+        ASSERT_TRUE(
+            until(session, [&] { return settled(session) && session.picture()->finished; }));
+        EXPECT_EQ(session.picture()->samples, 2u) << name << " did not start the picture anew";
+        act(session, "set", {{"name", "spp-limit"}, {"value", 0}});
+    }
+    act(session, "set", {{"name", "spp-limit"}, {"value", 3}});
+    act(session, "restart");
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    EXPECT_EQ(session.picture()->samples, 3u);
+}
+
+TEST(Session, MotionGivesPreviewsAndRestGivesTheFullPicture)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const core::Camera before = session.navigation.camera();
+    bool preview = false;
+    for (int i = 0; i < 200 && !preview; ++i) {
+        act(session, "orbit", {{"dx", 0.01}, {"dy", 0}});
+        session.update(0.01, kArea);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        preview = session.picture()->preview;
+    }
+    EXPECT_TRUE(preview);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_NE(session.picture()->camera, before);
+    EXPECT_EQ(session.picture()->camera, session.navigation.camera());
+    EXPECT_EQ(session.picture()->mean.width, kArea.x);
+}
+
+TEST(Session, AReferenceCountsForItsViewOnly)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "reference", {{"spp", 64}});
+    ASSERT_TRUE(
+        until(session, [&] { return session.reference() && session.reference()->samples == 64; }));
+    EXPECT_TRUE(session.referenceFits());
+    ASSERT_TRUE(until(session, [&] {
+        return settled(session) && !session.picture()->curve.empty() &&
+               session.picture()->curve.back().rmse > 0;
+    }));
+    const double rmse = session.picture()->curve.back().rmse;
+    EXPECT_NEAR(rmse, core::imageErrors(session.picture()->mean, session.reference()->mean).rmse,
+                0.5 * rmse);
+
+    const std::string camera = session.cameraText();
+    act(session, "orbit", {{"dx", 0.2}, {"dy", 0}});
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_FALSE(session.referenceFits());
+    act(session, "paste-camera", {{"json", camera}});
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_TRUE(session.referenceFits()) << "back where it was made";
+    act(session, "drop-reference");
+    session.update(0.01, kArea);
+    EXPECT_EQ(session.reference(), nullptr);
+}
+
+TEST(Session, SavesAPictureThatReplaysToTheSameBits)
+{
+    const tests::TemporaryFolder folder;
+    const fs::path file = folder / "kept.exr";
+    core::Image saved;
+    {
+        Session session(options("cornell-glossy.gltf"));
+        act(session, "set", {{"name", "spp-limit"}, {"value", 5}});
+        act(session, "set", {{"name", "max-depth"}, {"value", 4}});
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        act(session, "orbit", {{"dx", 0.1}, {"dy", 0.05}});
+        ASSERT_TRUE(
+            until(session, [&] { return settled(session) && session.picture()->finished; }));
+        act(session, "save", {{"file", file.string()}});
+        ASSERT_TRUE(until(session, [&] { return told(session, "kept.exr: saved"); }));
+        const core::ImageFile image = core::readExr(file);
+        saved = image.layer("");
+        EXPECT_TRUE(image.hasLayer("variance"));
+        EXPECT_EQ(saved.pixels, session.picture()->mean.pixels);
+    }
+    Session session(options(""));
+    act(session, "replay", {{"file", file.string()}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    EXPECT_EQ(session.settings.path.maxDepth, 4u);
+    EXPECT_EQ(session.picture()->samples, 5u);
+    EXPECT_EQ(session.picture()->mean.pixels, saved.pixels)
+        << "a saved picture tells how to render it again";
+}
+
+TEST(Session, ComparesAfterEqualTimes)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "equal-time",
+        {{"seconds", 0.2}, {"a", {{"max-depth", 1}}}, {"b", {{"sampler", "independent"}}}});
+    ASSERT_TRUE(until(session, [&] { return session.comparing; }));
+    const auto &a = session.slots[0].picture, &b = session.slots[1].picture;
+    ASSERT_TRUE(a && b);
+    EXPECT_EQ(a->params.path.maxDepth, 1u);
+    EXPECT_EQ(b->params.path.sampler, core::SamplerKind::independent);
+    EXPECT_EQ(b->params.path.maxDepth, core::PathParams().maxDepth);
+    EXPECT_GE(a->seconds, 0.2);
+    EXPECT_GE(b->seconds, 0.2);
+    EXPECT_EQ(session.settings.path, core::PathParams())
+        << "the parameters in the panel are the person's";
+}
+
+TEST(Session, PlaysTheScenesAnimation)
+{
+    Session session(options("animated.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    ASSERT_GT(session.player.duration, 0);
+    const auto before = session.document()->world;
+    act(session, "animation", {{"time", 0.5 * session.player.duration}});
+    ASSERT_TRUE(until(session, [&] {
+        return session.document()->time == 0.5 * session.player.duration && settled(session);
+    }));
+    EXPECT_NE(session.document()->world, before);
+    EXPECT_NE(session.document()->world->positions, before->positions);
+    EXPECT_EQ(session.document()->world->placement.centre, before->placement.centre)
+        << "the camera stays where it is";
+    act(session, "animation", {{"play", true}});
+    const double time = session.document()->time;
+    ASSERT_TRUE(until(session, [&] { return session.document()->time != time; }));
+    act(session, "animation", {{"play", false}});
+    EXPECT_FALSE(session.player.playing);
+}
+
+TEST(Session, KeepsSettingsAndCamerasBetweenRuns)
+{
+    const tests::TemporaryFolder folder;
+    app::SessionOptions o = options("cornell-diffuse.gltf");
+    o.settings = folder / "settings.json";
+    core::Camera kept;
+    {
+        Session session(o);
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        act(session, "dolly", {{"steps", 2}});
+        act(session, "save-camera", {{"name", "near"}});
+        kept = session.navigation.camera();
+        act(session, "set", {{"name", "exposure"}, {"value", 1.5}});
+        act(session, "set", {{"name", "max-depth"}, {"value", 5}});
+    }
+    Session session(o);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_EQ(session.settings.view.exposure, 1.5f);
+    EXPECT_EQ(session.settings.path.maxDepth, 5u);
+    ASSERT_EQ(session.savedCameras().size(), 1u);
+    EXPECT_EQ(session.savedCameras()[0].name, "near");
+    act(session, "use-saved-camera", {{"index", 0}});
+    EXPECT_LT(glm::distance(session.navigation.camera().position, kept.position), 1e-9);
+    ASSERT_FALSE(session.settings.recentFiles.empty());
+    EXPECT_EQ(fs::path(session.settings.recentFiles[0]).filename(), "cornell-diffuse.gltf");
+}
+
+TEST(Session, TurnsAboutWhatIsClicked)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "focus", {{"x", 0.5}, {"y", 0.5}});
+    const glm::dvec3 pivot = session.navigation.pivot();
+    const core::Camera& camera = session.navigation.camera();
+    const glm::dvec3 ahead = glm::normalize(pivot - camera.position);
+    EXPECT_GT(glm::dot(ahead, camera.forward), 0.999)
+        << "the middle of the picture lies straight ahead";
+    for (const float extent :
+         {session.document()->world->boundsLow.z - static_cast<float>(pivot.z)})
+        EXPECT_LE(extent, 1e-3f);
+}
+
+TEST(Session, ExportsAPath)
+{
+    const tests::TemporaryFolder folder;
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "export-path", {{"file", (folder / "frame-%04d.png").string()}, {"spp", 1}});
+    session.update(0.01, kArea);
+    EXPECT_TRUE(told(session, "add keys first"));
+    act(session, "add-key", {{"frame", 0}});
+    act(session, "orbit", {{"dx", 0.1}, {"dy", 0}});
+    act(session, "add-key", {{"frame", 2}});
+    act(session, "export-path", {{"file", (folder / "frame-%04d.png").string()}, {"spp", 1}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "export frame-%04d.png: done"); }));
+    EXPECT_EQ(folder.count(), 3u);
+    EXPECT_TRUE(fs::exists(folder / "frame-0002.png"));
+}
+
+TEST(Session, WrongActionsAreRefusedWithTheirNames)
+{
+    Session session(options(""));
+    const auto message = [&](const std::string& name, const Json& arguments) -> std::string {
+        try {
+            act(session, name, arguments);
+        } catch (const core::Error& error) {
+            EXPECT_EQ(error.code(), core::ExitCode::commandLine);
+            return error.what();
+        }
+        return "nothing";
+    };
+    EXPECT_NE(message("paus", {}).find("did you mean pause?"), std::string::npos)
+        << message("paus", {});
+    EXPECT_NE(message("orbit", {{"dx", "far"}}).find("dx"), std::string::npos);
+    EXPECT_NE(message("set", {{"name", "max-dept"}, {"value", 1}}).find("max-depth"),
+              std::string::npos);
+    EXPECT_NE(message("set", {{"name", "max-depth"}, {"value", -1}}).find("from 0 to 4096"),
+              std::string::npos);
+    EXPECT_NE(message("set", {{"name", "sampler"}, {"value", "halton"}}).find("sobol"),
+              std::string::npos);
+}
+
+/// Ten times a second somebody changes their mind: no failure, no deadlock, no picture of another
+/// scene.
+void walk(int steps, uint64_t seed)
+{
+    const tests::TemporaryFolder folder;
+    std::ofstream(folder / "broken.gltf") << "{\"asset\":{\"version\":\"2.0\"},\"meshes\":[{}]}";
+    app::SessionOptions o = options("cornell-diffuse.gltf");
+    Session session(o);
+    app::RandomWalk walk(seed,
+                         {kAssets / "cornell-diffuse.gltf", kAssets / "animated.gltf",
+                          kAssets / "lights.gltf", folder / "broken.gltf"},
+                         folder.path());
+    app::AppRequests requests;
+    double longest = 0;
+    for (int i = 0; i < steps; ++i) {
+        const auto start = std::chrono::steady_clock::now();
+        walk.step(session, requests);
+        session.update(0.02, kArea);
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+        longest = std::max(longest, took.count());
+        const auto picture = session.picture();
+        if (picture) {
+            ASSERT_LE(picture->generation, session.generation()) << walk.last();
+            ASSERT_TRUE(picture->counters.clean()) << walk.last();
+        }
+        // Sometimes long enough for something to finish.
+        if (i % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(i % 7));
+    }
+    EXPECT_LT(longest, 5.0) << "something waited: the window would have stood still";
+    session.settings.view = {};
+    session.cancel();
+    act(session, "load", {{"file", (kAssets / "cornell-diffuse.gltf").string()}});
+    session.paused = false;
+    session.render = o.render;
+    EXPECT_TRUE(until(session, [&] {
+        return settled(session) && session.document()->file.filename() == "cornell-diffuse.gltf";
+    })) << "after the walk it works as before";
+}
+
+TEST(Session, SurvivesARandomWalk)
+{
+    walk(1500, 1);
+}
+
+TEST(SlowSession, SurvivesTenThousandRandomActions)
+{
+    walk(10000, 2);
+}
+
+}  // namespace

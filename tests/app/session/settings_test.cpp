@@ -1,0 +1,314 @@
+// Settings between runs: what is written comes back to the bit, and nothing that a file may hold
+// keeps the program from starting.
+#include "app/session/settings.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
+
+#include "app/base/files.h"
+#include "app/files/params_json.h"
+#include "core/base/check.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using app::Settings;
+using tests::TemporaryFolder;
+
+/// An environment variable for as long as this lives.
+class Variable {
+public:
+    Variable(const char* name, const char* value) : name_(name)
+    {
+        if (const char* old = std::getenv(name)) old_ = old;
+        if (value != nullptr)
+            setenv(name, value, 1);
+        else
+            unsetenv(name);
+    }
+    ~Variable()
+    {
+        if (old_)
+            setenv(name_, old_->c_str(), 1);
+        else
+            unsetenv(name_);
+    }
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+private:
+    const char* name_;
+    std::optional<std::string> old_;
+};
+
+/// Differs from the defaults in every member.
+Settings someSettings()
+{
+    Settings s;
+    s.view = {.show = app::Show::deviation,
+              .exposure = -1.3f,
+              .tone = app::Tone::neutral,
+              .map = app::ColourMap::magma,
+              .errorKind = app::ErrorKind::squared,
+              .errorRange = 1e-4f,  // at its bound, which is no float
+              .compareAt = 0.3f,
+              .pictureScale = 0.1f,
+              .frameLimit = 144,
+              .movingRate = 17.5f,
+              .movingDepth = 5};
+    s.panels = {.panel = false,
+                .help = true,
+                .log = true,
+                .plot = false,
+                .profiler = true,
+                .uiScale = 1.5f,
+                .opacity = 0.3f};
+    s.path = {.maxDepth = 17,
+              .rouletteDepth = 5,
+              .seed = 4294967295u,
+              .sampler = core::SamplerKind::independent,
+              .strategy = core::Strategy::light,
+              .clampIndirect = 2.7f,
+              .kernel = core::Kernel::megakernel};
+    s.windowSize = {800, 601};
+    s.recentFiles = {"/a/b.glb", "/a/c d.gltf"};
+    s.presets = {{"mine", {.maxDepth = 3}, ""}, {"\xc3\xa9t\xc3\xa9", {.seed = 9}, ""}};
+    s.cameras = {{"00ff", R"([{"name":"door","position":[0.1,2.0,3.0]}])"}};
+    return s;
+}
+
+Settings read(const fs::path& file, bool expectProblem = false)
+{
+    std::string problem = "left from before";
+    const Settings s = app::readSettings(file, problem);
+    EXPECT_EQ(!problem.empty(), expectProblem) << problem;
+    return s;
+}
+
+TEST(Settings, RoundTripToTheBit)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "new" / "folders" / "settings.json";
+    const Settings s = someSettings();
+    // The test is one only if nothing is at its default.
+    const Settings defaults;
+    const auto differ = [](const auto& a, const auto& b) {
+        const auto left = app::paramsJson(a), right = app::paramsJson(b);
+        for (const auto& [name, value] : left.items())
+            EXPECT_NE(value, right[name]) << name << " is at its default";
+    };
+    differ(s.view, defaults.view);
+    differ(s.panels, defaults.panels);
+    differ(s.path, defaults.path);
+    app::writeSettings(file, s);
+    EXPECT_EQ(read(file), s);
+    app::writeSettings(file, defaults);  // over the other
+    EXPECT_EQ(read(file), defaults);
+    EXPECT_EQ(std::distance(fs::directory_iterator(file.parent_path()), fs::directory_iterator()),
+              1);
+}
+
+TEST(Settings, NoFileIsNoProblem)
+{
+    const TemporaryFolder folder;
+    EXPECT_EQ(read(folder / "settings.json"), Settings());
+    EXPECT_EQ(folder.count(), 0u);
+}
+
+TEST(Settings, DamagedFilesAreKeptAside)
+{
+    for (const char* text :
+         {"", "{", "[]", "7", "{\"version\": 1", "{}", "{\"version\": 0}", "{\"version\": \"1\"}",
+          "{\"version\": 1.5}", "\xff\xfe", "{\"version\": 1, \"view\": {\"exposure\": 1e999}}"}) {
+        const TemporaryFolder folder;
+        const fs::path file = folder / "settings.json";
+        app::writeText(file, text);
+        std::string problem;
+        EXPECT_EQ(app::readSettings(file, problem), Settings()) << text;
+        EXPECT_NE(problem.find(file.string() + ": "), std::string::npos) << problem;
+        EXPECT_NE(problem.find("settings.json.bad"), std::string::npos) << problem;
+        EXPECT_EQ(app::readText(folder / "settings.json.bad"), text);
+        EXPECT_FALSE(fs::exists(file));
+        EXPECT_EQ(read(file), Settings());  // and the next time there is nothing to tell
+    }
+    const TemporaryFolder folder;
+    app::writeText(folder / "settings.json", std::string(200000, '['));
+    EXPECT_EQ(read(folder / "settings.json", true), Settings());
+}
+
+TEST(Settings, WhatIsAbsentOrWrongFallsBackAlone)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "settings.json";
+    app::writeText(file,
+                   R"({"version": 1, "colour": "unknown", "view": {"exposure": 3, "tone": "sepia",
+        "error-range": -1, "compare-at": "0.7", "moving-depth": 2.5, "frame-limit": 30, "show": 3},
+        "panels": {"help": 1, "log": true, "opacity": 0, "ui-scale": 2},
+        "path": [1, 2], "window": [10, 700],
+        "recent": ["/x.glb", "relative.glb", 5, "/x.glb"],
+        "presets": [{"name": "a", "path": {"max-depth": 99999, "seed": 4}}, {"name": ""}, {"path": {}}, 7],
+        "cameras": {"h": "text", "i": [], "j": [{"yfov": 40}]}})");
+    const Settings s = read(file);
+    Settings expected;
+    expected.view.exposure = 3;
+    expected.view.frameLimit = 30;
+    expected.panels.log = true;
+    expected.panels.uiScale = 2;
+    expected.recentFiles = {"/x.glb"};
+    expected.presets = {{"a", {.seed = 4}, ""}};
+    expected.cameras = {{"j", R"([{"yfov":40}])"}};
+    EXPECT_EQ(s, expected);
+    app::writeText(file, R"({"version": 1})");
+    EXPECT_EQ(read(file), Settings());
+    app::writeText(
+        file,
+        R"({"version": 1, "view": 3, "recent": {}, "presets": null, "cameras": [1], "window": [1280]})");
+    EXPECT_EQ(read(file), Settings());
+}
+
+TEST(Settings, NewerVersionsAreReadAsFarAsKnownAndKept)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "settings.json";
+    const std::string text =
+        R"({"version": 2, "view": {"exposure": 2, "hologram": true}, "future": []})";
+    app::writeText(file, text);
+    std::string problem;
+    const Settings s = app::readSettings(file, problem);
+    EXPECT_EQ(s.view.exposure, 2);
+    EXPECT_NE(problem.find("newer"), std::string::npos);
+    app::writeSettings(file, s);
+    EXPECT_EQ(app::readText(folder / "settings.json.newer"), text);
+}
+
+TEST(Settings, FoldersThatRefuse)
+{
+    const TemporaryFolder folder;
+    app::writeText(folder / "plain", "a file where a folder should be");
+    EXPECT_THROW(app::writeSettings(folder / "plain" / "settings.json", {}), core::Error);
+    EXPECT_THROW(app::writeSettings(folder.path(), {}), core::Error);  // a folder, not a file
+    EXPECT_THROW(app::writeSettings("", {}), core::Error);
+    EXPECT_EQ(read(folder.path(), true), Settings());
+    EXPECT_TRUE(fs::is_directory(folder.path()));  // a folder of that name is not set aside
+    EXPECT_EQ(read("", true), Settings());
+    if (geteuid() == 0) return;  // may write everywhere
+    const fs::path sealed = folder / "sealed";
+    fs::create_directory(sealed);
+    app::writeText(sealed / "settings.json", "{");
+    fs::permissions(sealed, fs::perms::owner_read | fs::perms::owner_exec);
+    EXPECT_THROW(app::writeSettings(sealed / "settings.json", {}), core::Error);
+    std::string problem;
+    EXPECT_EQ(app::readSettings(sealed / "settings.json", problem), Settings());
+    EXPECT_NE(problem.find("could not be renamed"), std::string::npos) << problem;
+    fs::permissions(sealed, fs::perms::owner_all);
+}
+
+TEST(Settings, ReadOnlyFileSystem)
+{
+    // Nobody, not even root, can write here.
+    EXPECT_THROW(app::writeSettings("/proc/rekindle/settings.json", {}), core::Error);
+}
+
+TEST(Settings, ALinkStaysALink)
+{
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "elsewhere");
+    app::writeSettings(folder / "elsewhere" / "mine.json", {});
+    fs::create_symlink(folder / "elsewhere" / "mine.json", folder / "settings.json");
+    const Settings s = someSettings();
+    app::writeSettings(folder / "settings.json", s);
+    EXPECT_TRUE(fs::is_symlink(folder / "settings.json"));
+    EXPECT_EQ(read(folder / "elsewhere" / "mine.json"), s);
+}
+
+TEST(Settings, NamesThatAreNotTextAreLeftOut)
+{
+    const TemporaryFolder folder;
+    Settings s;
+    s.recentFiles = {"/good.glb", "/b\xff\xfe.glb"};
+    s.presets = {{"b\xff", {}, ""}};
+    s.cameras = {{"h", "not json"}, {"\xff", "[1]"}};
+    app::writeSettings(folder / "settings.json", s);
+    Settings expected;
+    expected.recentFiles = {"/good.glb"};
+    EXPECT_EQ(read(folder / "settings.json"), expected);
+}
+
+TEST(Settings, WhereTheyAreKept)
+{
+    {
+        const Variable xdg("XDG_CONFIG_HOME", "/c"), home("HOME", "/h");
+        EXPECT_EQ(app::settingsFile(), "/c/rekindle/settings.json");
+    }
+    for (const char* notAbsolute : {static_cast<const char*>(nullptr), "", "c", "./c"}) {
+        const Variable xdg("XDG_CONFIG_HOME", notAbsolute), home("HOME", "/h");
+        EXPECT_EQ(app::settingsFile(), "/h/.config/rekindle/settings.json");
+    }
+    for (const char* nowhere : {static_cast<const char*>(nullptr), "", "h"}) {
+        const Variable xdg("XDG_CONFIG_HOME", nullptr), home("HOME", nowhere);
+        EXPECT_EQ(app::settingsFile(), "");
+    }
+}
+
+TEST(Settings, RecentFilesComeFirstOnce)
+{
+    Settings s;
+    for (int i = 0; i < 20; ++i) s.addRecent("/f" + std::to_string(i) + ".glb");
+    ASSERT_EQ(s.recentFiles.size(), 12u);
+    EXPECT_EQ(s.recentFiles.front(), "/f19.glb");
+    EXPECT_EQ(s.recentFiles.back(), "/f8.glb");
+    s.addRecent("/a/../f10.glb");
+    EXPECT_EQ(s.recentFiles.size(), 12u);
+    EXPECT_EQ(s.recentFiles.front(), "/f10.glb");
+    s.addRecent("room.glb");
+    EXPECT_EQ(s.recentFiles.front(), (fs::current_path() / "room.glb").string());
+}
+
+TEST(Settings, BuiltInPresetsAreValidAndTold)
+{
+    std::set<std::string> names;
+    for (const app::Preset& preset : app::builtInPresets()) {
+        EXPECT_TRUE(names.insert(preset.name).second) << preset.name;
+        EXPECT_FALSE(preset.help.empty());
+        core::PathParams back;
+        EXPECT_TRUE(app::readParams(app::paramsJson(preset.path), back, preset.name).empty());
+        EXPECT_EQ(back, preset.path);
+    }
+    EXPECT_TRUE(names.count("balanced"));
+}
+
+TEST(ParamsJson, ProblemsAreNamed)
+{
+    core::PathParams p;
+    const auto json = nlohmann::ordered_json::parse(
+        R"({"max-depth": 5000, "roulette-depth": 3, "sead": 1, "sampler": "sobool", "clamp-indirect": "2"})");
+    std::string all;
+    int missing = 0;
+    for (const app::ParamProblem& problem : app::readParams(json, p, "x"))
+        if (problem.kind == app::ParamProblem::missing)
+            ++missing;
+        else
+            all += problem.text + '\n';
+    EXPECT_EQ(missing, 3);  // seed, strategy, kernel
+    EXPECT_NE(all.find("x: max-depth: 5000 is not a whole number from 0 to 4096"),
+              std::string::npos)
+        << all;
+    EXPECT_NE(all.find("did you mean sobol"), std::string::npos) << all;
+    EXPECT_NE(all.find("x: there is no sead; did you mean seed?"), std::string::npos) << all;
+    EXPECT_NE(all.find("clamp-indirect"), std::string::npos) << all;
+    core::PathParams expected;
+    expected.rouletteDepth = 3;
+    EXPECT_EQ(p, expected);
+    EXPECT_EQ(app::readParams(nlohmann::ordered_json(3), p, "x").size(), 1u);
+}
+
+}  // namespace

@@ -1,0 +1,129 @@
+// The viewer as a person meets it: the real program in a window of an X server without a screen,
+// driven by scripts.
+#include <csignal>
+#include <fstream>
+
+#include "core/image/image.h"
+#include "tests/support/program.h"
+#include "tests/support/virtual_display.h"
+
+namespace {
+
+using namespace tests;
+
+class View : public Cli {
+protected:
+    void SetUp() override
+    {
+        if (!VirtualDisplay::installed()) GTEST_SKIP() << "Xvfb is not installed";
+        display_.emplace();
+        fs::create_directory_symlink(kAssets, work("assets"));
+    }
+
+    /// Runs a script; what it printed, as JSON.
+    Json runScript(const std::string& script, const Strings& more = {}, int code = 0,
+                   double seconds = 240)
+    {
+        const Result result = finish(start(Strings{"view", kScene, "--script", script,
+                                                   "--no-settings", "--size", "480x270"} +
+                                           more),
+                                     seconds);
+        EXPECT_EQ(result.code, code) << result.err << result.out;
+        EXPECT_FALSE(contains(result.err, "validation:")) << result.err;
+        const Json report = Json::parse(result.out, nullptr, false);
+        EXPECT_FALSE(report.is_discarded()) << result.out << result.err;
+        return report;
+    }
+
+    Json runSteps(const Json& steps, const Strings& more = {}, int code = 0)
+    {
+        writeFile("script.json", Json{{"steps", steps}}.dump());
+        return runScript("script.json", more, code);
+    }
+
+    std::optional<VirtualDisplay> display_;
+};
+
+TEST_F(View, TheTourDoesEverythingWithoutAMessage)
+{
+    const Json report = runScript((kAssets / "scripts" / "tour.json").string(), {"--validation"});
+    EXPECT_TRUE(report["failures"].empty()) << report["failures"].dump(1);
+    EXPECT_EQ(report["counters"],
+              (Json{{"nan", 0}, {"inf", 0}, {"negative", 0}, {"stack_overflow", 0}}));
+    ASSERT_EQ(report["errors"].size(), 1u)
+        << report["errors"].dump(1) << " (the file that is no scene)";
+    EXPECT_GT(report["input_frames"]["count"].get<int>(), 0);
+    for (const char* name :
+         {"tour-picture.png", "tour-error.png", "tour-compare.png", "tour-help.png"})
+        EXPECT_GT(fs::file_size(work(name)), 10'000u) << name;
+    const core::ImageFile saved = exr("tour.exr");
+    EXPECT_GE(std::stoi(saved.metadata.at("spp")), 4);
+    EXPECT_TRUE(contains(saved.metadata.at("scene"), "animated.gltf"));
+}
+
+TEST_F(View, FailuresOfAScriptAreItsExitCode)
+{
+    const Json report = runSteps({{{"wait", "samples"}, {"value", 1e9}, {"timeout", 0.5}},
+                                  {{"expect", "document"}, {"name", "other.gltf"}},
+                                  {{"do", "set"}, {"name", "max-dept"}, {"value", 1}}},
+                                 {}, 1);
+    ASSERT_EQ(report["failures"].size(), 3u) << report.dump(1);
+    EXPECT_TRUE(contains(report["failures"][0], "waited in vain"));
+    EXPECT_TRUE(contains(report["failures"][1], "cornell-diffuse.gltf"));
+    EXPECT_TRUE(contains(report["failures"][2], "max-depth"));
+}
+
+TEST_F(View, ScriptsThatAreNoneAreRefusedBeforeAnythingIsShown)
+{
+    writeFile("words.json", "these are words");
+    writeFile("unknown.json", R"({"steps":[{"expext":"clean"}]})");
+    writeFile("action.json", R"({"steps":[{"repeat":2,"steps":[{"do":"paus"}]}]})");
+    expectRefused({"view", "--script", "words.json"}, 3, "words.json: not JSON");
+    expectRefused({"view", "--script", "unknown.json"}, 3, "did you mean expect?");
+    expectRefused({"view", "--script", "action.json"}, 3, "/steps/0/steps/0/do");
+    expectRefused({"view", "--script", "none.json"}, 3, "none.json");
+}
+
+TEST_F(View, ARandomWalkInTheWindowEndsAsItShould)
+{
+    writeFile("broken.gltf", R"({"asset":{"version":"2.0"},"meshes":[{}]})");
+    const Json report = runSteps(
+        {{{"random", 150},
+          {"seed", 3},
+          {"folder", work().string()},
+          {"files", {kScene, (kAssets / "lights.gltf").string(), work("broken.gltf").string()}}},
+         {{"do", "load"}, {"file", kScene}},
+         {{"wait", "seconds"}, {"value", 0.3}},
+         {{"wait", "loaded"}},
+         {{"expect", "document"}, {"name", "cornell-diffuse.gltf"}}},
+        {"--validation"});
+    EXPECT_TRUE(report["failures"].empty()) << report["failures"].dump(1);
+}
+
+TEST_F(View, EndsWithinASecondWhateverItIsDoing)
+{
+    for (const double after : {0.0, 0.15, 0.5, 1.2}) {
+        const pid_t pid = start({"view", (kAssets / "hall.gltf").string(), "--no-settings"});
+        std::this_thread::sleep_for(std::chrono::duration<double>(after));
+        const auto asked = std::chrono::steady_clock::now();
+        kill(pid, SIGINT);
+        const Result result = finish(pid, 30);
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - asked;
+        // Before the program has begun to listen, the signal simply ends it.
+        if (after < 0.2 && result.code == -1) continue;
+        EXPECT_EQ(result.code, 130) << "after " << after << " s: " << result.err;
+        RecordProperty("seconds-" + std::to_string(after), std::to_string(took.count()));
+    }
+}
+
+TEST_F(View, WithoutItsDisplayItEndsAndSaysSo)
+{
+    const pid_t pid = start({"view", kScene, "--no-settings"});
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    display_->kill();
+    const Result result = finish(pid, 30);
+    EXPECT_EQ(result.code, 1) << result.err;
+    EXPECT_TRUE(contains(result.err, "display")) << result.err;
+}
+
+}  // namespace

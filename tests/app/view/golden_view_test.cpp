@@ -1,0 +1,89 @@
+// Frames of the window against frames that somebody has looked at (tests/golden). At most one per
+// cent of the pixels may differ by more than 0.016 of white; the status line, which tells times, is
+// left out. After a change that is meant, the frames that this test writes beside its message are
+// looked at and take their place.
+#include <cmath>
+
+#include <OpenImageIO/imageio.h>
+
+#include "tests/support/program.h"
+#include "tests/support/virtual_display.h"
+
+namespace {
+
+using namespace tests;
+
+constexpr int kStatusLine = 30;  // pixels at the bottom
+
+struct Frame {
+    int width = 0, height = 0, channels = 0;
+    std::vector<uint8_t> pixels;
+};
+
+Frame readPng(const fs::path& file)
+{
+    Frame frame;
+    const auto in = OIIO::ImageInput::open(file.string());
+    if (!in) return frame;
+    const OIIO::ImageSpec& spec = in->spec();
+    frame.width = spec.width;
+    frame.height = spec.height;
+    frame.channels = spec.nchannels;
+    frame.pixels.resize(static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height) *
+                        static_cast<size_t>(spec.nchannels));
+    if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, frame.pixels.data()))
+        return {};
+    return frame;
+}
+
+/// Share of pixels with a channel that differs by more than 0.016.
+double different(const Frame& a, const Frame& b)
+{
+    size_t count = 0, all = 0;
+    for (int y = 0; y < a.height - kStatusLine; ++y) {
+        for (int x = 0; x < a.width; ++x, ++all) {
+            const size_t pixel =
+                static_cast<size_t>(y) * static_cast<size_t>(a.width) + static_cast<size_t>(x);
+            bool off = false;
+            for (size_t c = 0; c < 3; ++c)
+                off = off || std::abs(int(a.pixels[pixel * size_t(a.channels) + c]) -
+                                      int(b.pixels[pixel * size_t(b.channels) + c])) > 0.016 * 255;
+            count += off ? 1 : 0;
+        }
+    }
+    return double(count) / double(all);
+}
+
+class GoldenView : public Cli {};
+
+TEST_F(GoldenView, FramesAreThoseThatWereLookedAt)
+{
+    if (!VirtualDisplay::installed()) GTEST_SKIP() << "Xvfb is not installed";
+    const VirtualDisplay display;
+    // Notices would be in the way while they fade: the log is not asked, the picture is waited for.
+    writeFile("script.json", R"({"steps":[
+        {"wait":"loaded"}, {"do":"plot"}, {"do":"set","name":"spp-limit","value":8},
+        {"do":"set","name":"picture-scale","value":0.5},
+        {"wait":"finished"}, {"wait":"seconds","value":8}, {"wait":"frames","value":4},
+        {"do":"screenshot","file":"panel.png"}, {"wait":"seconds","value":10},
+        {"do":"reference","spp":16}, {"wait":"reference","value":16}, {"wait":"job"}, {"do":"panel"}, {"do":"show-error"},
+        {"wait":"seconds","value":0.5}, {"wait":"frames","value":4},
+        {"do":"screenshot","file":"error.png"}]})");
+    const Result result = finish(start({"view", kScene, "--script", "script.json", "--no-settings",
+                                        "--size", "640x360", "--device", "cpu"}),
+                                 120);
+    ASSERT_EQ(result.code, 0) << result.err << result.out;
+    for (const char* name : {"panel.png", "error.png"}) {
+        const fs::path kept = fs::path(REKINDLE_SOURCE_DIR) / "tests" / "golden" / name;
+        const Frame golden = readPng(kept), now = readPng(work(name));
+        const fs::path shown = fs::path(testing::TempDir()) / (std::string("rekindle-now-") + name);
+        fs::copy_file(work(name), shown, fs::copy_options::overwrite_existing);
+        ASSERT_GT(now.width, 0) << name;
+        ASSERT_EQ(golden.width, now.width) << kept << " against " << shown;
+        ASSERT_EQ(golden.height, now.height) << kept << " against " << shown;
+        EXPECT_LT(different(golden, now), 0.01) << kept << " against " << shown;
+        fs::remove(shown);
+    }
+}
+
+}  // namespace

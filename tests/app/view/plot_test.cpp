@@ -1,0 +1,115 @@
+// Axes, ranges and quantiles of plots; numbers as text.
+#include "app/view/ui/plot.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "app/view/ui/ui_text.h"
+
+namespace {
+
+std::vector<std::string> majors(const app::LogRange& range, int most)
+{
+    std::vector<std::string> texts;
+    for (const app::LogTick& tick : app::logTicks(range, most)) {
+        EXPECT_GE(tick.value, range.low);
+        EXPECT_LE(tick.value, range.high);
+        EXPECT_EQ(tick.major, !tick.text.empty());
+        if (tick.major) texts.push_back(tick.text);
+    }
+    return texts;
+}
+
+TEST(LogTicks, PowersOfTenWhereThereAreSome)
+{
+    EXPECT_EQ(majors({0.05, 200}, 10), (std::vector<std::string>{"0.1", "1", "10", "100"}));
+    // One to nine in every decade: 5..9, three times nine, 1 and 2.
+    EXPECT_EQ(app::logTicks({0.05, 200}, 10).size(), 34u);
+}
+
+TEST(LogTicks, FinerWithinADecade)
+{
+    EXPECT_EQ(majors({1.5, 8}, 10), (std::vector<std::string>{"2", "5"}));
+    EXPECT_EQ(majors({0.04, 0.3}, 10), (std::vector<std::string>{"0.05", "0.1", "0.2"}));
+}
+
+TEST(LogTicks, FewerOverManyDecades)
+{
+    const auto texts = majors({1e-6, 1.5e6}, 5);
+    EXPECT_LE(texts.size(), 5u);
+    EXPECT_GE(texts.size(), 3u);
+}
+
+TEST(LogRange, FractionsAndValuesAreInverse)
+{
+    const app::LogRange range{0.02, 50};
+    EXPECT_DOUBLE_EQ(range.fraction(range.low), 0);
+    EXPECT_DOUBLE_EQ(range.fraction(range.high), 1);
+    EXPECT_NEAR(range.fraction(1), 0.5, 1e-12);
+    for (const double t : {-0.5, 0.0, 0.3, 1.0, 2.0})
+        EXPECT_NEAR(range.fraction(range.value(t)), t, 1e-12);
+}
+
+TEST(LogRanges, HoldEverythingThatIsDrawn)
+{
+    app::LogPlot plot;
+    app::LogRange x, y;
+    app::logRanges(plot, x, y);
+    EXPECT_LT(x.low, x.high);
+    EXPECT_LT(y.low, y.high);
+
+    plot.curves.push_back(
+        {"a", {{0.1, 3, 0.1}, {4, 0.2, 0}, {0, 9, 0}, {5, NAN, 0}, {INFINITY, 1, 0}}, {}, false});
+    plot.floor = 0.01;
+    plot.target = 7;
+    app::logRanges(plot, x, y);
+    EXPECT_LT(x.low, 0.1);
+    EXPECT_GT(x.high, 4);
+    EXPECT_LT(x.high, 8) << "what cannot be drawn makes no room";
+    EXPECT_LT(y.low, 0.01);
+    EXPECT_GT(y.high, 7);
+
+    app::LogPlot point;
+    point.curves.push_back({"b", {{1, 1, 0}}, {}, false});
+    app::logRanges(point, x, y);
+    EXPECT_GE(x.high / x.low, 2);
+    EXPECT_NEAR(x.fraction(1), 0.5, 1e-12);
+}
+
+TEST(Quantile, NearestRank)
+{
+    EXPECT_EQ(app::quantile({}, 0.5), 0);
+    const std::vector<float> values{5, 1, 4, 2, 3};
+    EXPECT_EQ(app::quantile(values, 0.5), 3);
+    EXPECT_EQ(app::quantile(values, 0.99), 5);
+    EXPECT_EQ(app::quantile(values, 0), 1);
+    EXPECT_EQ(app::quantile(values, 0.2), 1);
+    EXPECT_EQ(app::quantile(values, 0.21), 2);
+}
+
+TEST(NumbersAsText, ThreeDigitsAndUnits)
+{
+    EXPECT_EQ(app::countText(0), "0");
+    EXPECT_EQ(app::countText(950), "950");
+    EXPECT_EQ(app::countText(999.6), "1.00 k");
+    EXPECT_EQ(app::countText(12345), "12.3 k");
+    EXPECT_EQ(app::countText(999600), "1.00 M");
+    EXPECT_EQ(app::countText(4.5678e6), "4.57 M");
+    EXPECT_EQ(app::countText(NAN), "-");
+    EXPECT_EQ(app::bytesText(1023), "1023 B");
+    EXPECT_EQ(app::bytesText(1024), "1.00 KiB");
+    EXPECT_EQ(app::bytesText(1000 * 1024), "0.98 MiB");
+    EXPECT_EQ(app::bytesText(5ull << 30), "5.00 GiB");
+    EXPECT_EQ(app::secondsText(0), "0 s");
+    EXPECT_EQ(app::secondsText(0.0032), "3.2 ms");
+    EXPECT_EQ(app::secondsText(0.42), "0.42 s");
+    EXPECT_EQ(app::secondsText(12.34), "12.3 s");
+    EXPECT_EQ(app::secondsText(245), "4:05");
+    EXPECT_EQ(app::secondsText(59.96 * 60), "59:58");
+    EXPECT_EQ(app::secondsText(7384), "2:03:04");
+    EXPECT_EQ(app::secondsText(INFINITY), "-");
+    EXPECT_EQ(app::digitsText(0.012345), "0.0123");
+}
+
+}  // namespace

@@ -1,0 +1,383 @@
+// The window under a real X server without a screen: frames, sizes, what scripts inject, letters of
+// other sizes, the loss of the display. Validation and synchronization validation are on and say
+// nothing (V1, V8, V9, V17).
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <thread>
+
+#include <imgui.h>
+
+#include "core/base/check.h"
+#include "core/image/display.h"
+#include "tests/support/window_fixture.h"
+
+namespace {
+
+using app::DisplayInputs;
+using app::Gui;
+using app::Window;
+using gpu::vk;
+using tests::flat;
+using tests::inputsOf;
+using tests::VirtualDisplay;
+
+constexpr ImU32 kGreen = IM_COL32(10, 200, 30, 255);
+
+void rectangle()
+{
+    ImGui::GetForegroundDrawList()->AddRectFilled({100, 100}, {200, 200}, kGreen);
+}
+
+void nothing() {}
+
+class WindowTest : public tests::WindowFixture {};
+
+TEST_F(WindowTest, ShowsFramesAndReadsThemBack)
+{
+    Window window("test", {640, 360});
+    Gui gui(window, {.validation = true});
+    const DisplayInputs inputs = inputsOf(flat(64, 36, {0.5f, 0.2f, 0.05f}));
+    for (int i = 0; i < 30; ++i) frame(window, gui, inputs, rectangle);
+    EXPECT_EQ(gui.stats().presented, 30u);
+    glm::uvec2 size;
+    const std::vector<uint8_t> bytes = gui.readFrame(size);
+    ASSERT_EQ(size, glm::uvec2(640, 360));
+    const auto pixel = [&](uint32_t x, uint32_t y) {
+        const uint8_t* p = &bytes[(size_t(y) * 640 + x) * 4];
+        return std::array<int, 4>{p[0], p[1], p[2], p[3]};
+    };
+    EXPECT_EQ(pixel(150, 150), (std::array<int, 4>{10, 200, 30, 255}));
+    EXPECT_EQ(pixel(20, 20), (std::array<int, 4>{188, 124, 63, 255}));  // sRGB of 0.5, 0.2, 0.05
+    EXPECT_EQ(pixel(620, 340), (std::array<int, 4>{188, 124, 63, 255}));
+
+    std::array<uint8_t, 3> seen{};  // the server takes its time
+    for (int wait = 0; wait < 100 && seen != std::array<uint8_t, 3>{10, 200, 30}; ++wait) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        seen = display->pixel(150, 150);
+    }
+    EXPECT_EQ(seen, (std::array<uint8_t, 3>{10, 200, 30}));
+    EXPECT_EQ(display->pixel(20, 20), (std::array<uint8_t, 3>{188, 124, 63}));
+}
+
+int dispatches = 0;
+
+TEST_F(WindowTest, RunsTheKernelOnlyWhenInputsChange)
+{
+    Window window("test", {320, 200});
+    Gui gui(window, {.validation = true});
+    dispatches = 0;
+    vk.CmdDispatch = [](VkCommandBuffer commands, uint32_t x, uint32_t y, uint32_t z) {
+        ++dispatches;
+        vkCmdDispatch(commands, x, y, z);
+    };
+    DisplayInputs inputs = inputsOf(flat(32, 20, {0.1f, 0.2f, 0.3f}));
+    for (int i = 0; i < 5; ++i) frame(window, gui, inputs, nothing);
+    EXPECT_EQ(dispatches, 1);
+    inputs.settings.show = shared::kShowRadiance;
+    for (int i = 0; i < 3; ++i) frame(window, gui, inputs, nothing);
+    EXPECT_EQ(dispatches, 2);
+    inputs.b = flat(32, 20, {0.9f, 0.2f, 0.3f});
+    for (int i = 0; i < 3; ++i) frame(window, gui, inputs, nothing);
+    EXPECT_EQ(dispatches, 3);
+    window.resize({300, 210});
+    for (int i = 0; i < 5; ++i) frame(window, gui, inputs, nothing);
+    EXPECT_EQ(dispatches, 4);
+
+    inputs.settings.show = shared::kShowCompare;
+    inputs.settings.slider = 0.25f;
+    for (int i = 0; i < 2; ++i) frame(window, gui, inputs, nothing);
+    EXPECT_EQ(dispatches, 5);
+    glm::uvec2 size;
+    const std::vector<uint8_t> shown = gui.readPicture(size);
+    ASSERT_EQ(size, glm::uvec2(300, 210));
+    inputs.settings.width = size.x;
+    inputs.settings.height = size.y;
+    EXPECT_EQ(shown, core::displayImage(inputs.a.get(), inputs.b.get(), inputs.settings));
+}
+
+// --- V8: a storm of sizes leaves nothing behind
+// -------------------------------------------------------------------
+
+struct Living {
+    int swapchains = 0, views = 0, framebuffers = 0, semaphores = 0, memory = 0;
+    int most = 0;  // swapchains at one time
+} living;
+
+void countObjects()
+{
+    living = {};
+    vk.CreateSwapchainKHR = [](auto device, auto info, auto allocator, auto object) {
+        living.most = std::max(living.most, ++living.swapchains);
+        return vkCreateSwapchainKHR(device, info, allocator, object);
+    };
+    vk.DestroySwapchainKHR = [](auto device, auto object, auto allocator) {
+        --living.swapchains;
+        vkDestroySwapchainKHR(device, object, allocator);
+    };
+#define COUNT(create, destroy, member)                                                             \
+    vk.create = [](auto device, auto info, auto allocator, auto object) {                          \
+        ++living.member;                                                                           \
+        return vk##create(device, info, allocator, object);                                        \
+    };                                                                                             \
+    vk.destroy = [](auto device, auto object, auto allocator) {                                    \
+        --living.member;                                                                           \
+        vk##destroy(device, object, allocator);                                                    \
+    }
+    COUNT(CreateImageView, DestroyImageView, views);
+    COUNT(CreateFramebuffer, DestroyFramebuffer, framebuffers);
+    COUNT(CreateSemaphore, DestroySemaphore, semaphores);
+    COUNT(AllocateMemory, FreeMemory, memory);
+#undef COUNT
+}
+
+TEST_F(WindowTest, SurvivesAStormOfSizes)
+{
+    countObjects();
+    {
+        Window window("test", {320, 200});
+        Gui gui(window, {.validation = true});
+        const DisplayInputs inputs = inputsOf(flat(64, 36, {0.5f, 0.2f, 0.05f}));
+        std::mt19937 random(7);
+        for (int i = 0; i < 50; ++i) {
+            glm::uvec2 wanted(1 + random() % 1400, 1 + random() % 900);
+            if (i == 10) wanted = {1, 1};
+            if (i == 20) wanted = {0, 0};  // becomes 1x1: X11 would end the process
+            window.resize(wanted);
+            wanted = glm::max(wanted, 1u);
+            for (int turn = 0; turn < 20; ++turn) {
+                frame(window, gui, inputs, rectangle);
+                if (window.framebufferSize() == wanted) break;
+            }
+            const uint64_t before = gui.stats().presented;
+            frame(window, gui, inputs, rectangle);
+            EXPECT_EQ(gui.stats().presented, before + 1) << wanted.x << "x" << wanted.y;
+            EXPECT_EQ(window.framebufferSize(), wanted);
+        }
+        glm::uvec2 size;
+        const std::vector<uint8_t> bytes = gui.readFrame(size);
+        EXPECT_EQ(bytes.size(), size_t(size.x) * size.y * 4);
+        EXPECT_EQ(size, window.framebufferSize());
+        EXPECT_GE(gui.stats().swapchains, 50u);
+        EXPECT_LE(living.most, 4);
+        EXPECT_LE(gui.stats().deviceBytes,
+                  1400u * 900 * 4 + (1u << 20));  // one output of the largest size
+    }
+    EXPECT_EQ(living.swapchains, 0);
+    EXPECT_EQ(living.views, 0);
+    EXPECT_EQ(living.framebuffers, 0);
+    EXPECT_EQ(living.semaphores, 0);
+    EXPECT_EQ(living.memory, 0);
+}
+
+// --- scripts
+// ------------------------------------------------------------------------------------------------------
+
+TEST_F(WindowTest, InjectedInputArrives)
+{
+    Window window("test", {400, 300});
+    Gui gui(window, {.validation = true});
+    const DisplayInputs inputs = inputsOf(flat(4, 3, {0, 0, 0}));
+    ImGuiIO& io = ImGui::GetIO();
+    for (int i = 0; i < 3; ++i) frame(window, gui, inputs, nothing);
+
+    window.injectCursor({120, 80});
+    window.injectButton(0, true);
+    for (int i = 0; i < 3; ++i) {
+        frame(window, gui, inputs, [&] {
+            EXPECT_EQ(io.MousePos.x, 120);
+            EXPECT_EQ(io.MousePos.y, 80);
+            EXPECT_TRUE(ImGui::IsMouseDown(0)) << i;
+            EXPECT_EQ(ImGui::IsMouseClicked(0), i == 0);
+        });
+    }
+    window.injectCursor({130, 90});
+    window.injectWheel(-2);
+    frame(window, gui, inputs, [&] {
+        EXPECT_EQ(io.MouseDelta.x, 10);
+        EXPECT_EQ(io.MouseWheel, -2);
+    });
+    window.injectButton(0, false);
+    frame(window, gui, inputs, [&] {
+        EXPECT_TRUE(ImGui::IsMouseReleased(0));
+        EXPECT_EQ(io.MouseWheel, 0);
+    });
+    window.injectButton(1, true);  // down and up between two frames is a click all the same
+    window.injectButton(1, false);
+    frame(window, gui, inputs, [&] { EXPECT_TRUE(ImGui::IsMouseClicked(1)); });
+
+    window.injectKey("Ctrl+S", true);
+    frame(window, gui, inputs, [&] {
+        EXPECT_TRUE(io.KeyCtrl);
+        EXPECT_TRUE(ImGui::IsKeyPressed(*Window::keyCode("S"), false));
+        EXPECT_TRUE(io.InputQueueCharacters.empty());
+    });
+    window.injectKey("Ctrl+S", false);
+    window.injectKey("Shift+E", true);
+    window.injectKey("Shift+E", false);
+    window.injectKey("7", true);
+    frame(window, gui, inputs, [&] {
+        EXPECT_FALSE(io.KeyCtrl);
+        ASSERT_EQ(io.InputQueueCharacters.Size, 2);
+        EXPECT_EQ(io.InputQueueCharacters[0], 'E');
+        EXPECT_EQ(io.InputQueueCharacters[1], '7');
+        EXPECT_TRUE(ImGui::IsKeyDown(*Window::keyCode("7")));
+    });
+    EXPECT_THROW(window.injectKey("Hyper+Q", true), core::Error);
+    EXPECT_THROW(window.injectButton(9, true), core::Error);
+
+    window.injectDrop("/some/scene.glb");
+    EXPECT_EQ(window.takeDrops(), std::vector<std::filesystem::path>{"/some/scene.glb"});
+    EXPECT_TRUE(window.takeDrops().empty());
+    window.setClipboard("a camera");
+    EXPECT_EQ(window.clipboard(), "a camera");
+}
+
+TEST_F(WindowTest, AButtonIsPressedByInjectedInput)
+{
+    Window window("test", {400, 300});
+    Gui gui(window, {.validation = true});
+    const DisplayInputs inputs = inputsOf(flat(4, 3, {0, 0, 0}));
+    int pressed = 0;
+    const auto panel = [&] {
+        ImGui::SetNextWindowPos({20, 20});
+        ImGui::SetNextWindowSize({200, 100});
+        ImGui::Begin("panel");
+        if (ImGui::Button("press", {150, 40})) ++pressed;
+        ImGui::End();
+    };
+    const ImVec2 button{60, 75};
+    window.injectCursor({button.x, button.y});
+    for (int i = 0; i < 3; ++i) frame(window, gui, inputs, panel);
+    EXPECT_TRUE(ImGui::GetIO().WantCaptureMouse);
+    window.injectButton(0, true);
+    for (int i = 0; i < 2; ++i) frame(window, gui, inputs, panel);
+    EXPECT_EQ(pressed, 0);
+    window.injectButton(0, false);
+    for (int i = 0; i < 2; ++i) frame(window, gui, inputs, panel);
+    EXPECT_EQ(pressed, 1);
+}
+
+// --- letters
+// --------------------------------------------------------------------------------------------------------
+
+TEST_F(WindowTest, LettersFollowTheScaleFromTheOriginalStyle)
+{
+    Window window("test", {400, 300});
+    Gui gui(window, {.validation = true});
+    const DisplayInputs inputs = inputsOf(flat(4, 3, {0, 0, 0}));
+    EXPECT_EQ(window.contentScale(), 1.0f);
+    frame(window, gui, inputs, nothing);
+    const float letters = ImGui::GetFontSize();
+    const ImVec2 padding = ImGui::GetStyle().WindowPadding;
+    for (const float scale : {2.0f, 1.5f, 3.0f, 1.0f}) {
+        gui.setUiScale(scale);
+        frame(window, gui, inputs, [&] {
+            ImGui::GetForegroundDrawList()->AddText({10, 10}, kGreen, "text: λ² ≤ 1");
+        });
+        EXPECT_NEAR(ImGui::GetFontSize(), letters * scale, 0.5f);
+        EXPECT_NEAR(ImGui::GetStyle().WindowPadding.x, padding.x * scale, 1.0f);
+    }
+    EXPECT_EQ(ImGui::GetStyle().WindowPadding.x, padding.x);
+    gui.setUiScale(0);
+    frame(window, gui, inputs, nothing);
+    EXPECT_EQ(ImGui::GetFontSize(), letters);
+}
+
+double channel(float encoded)
+{
+    return encoded <= 0.04045f ? double(encoded) / 12.92
+                               : std::pow((double(encoded) + 0.055) / 1.055, 2.4);
+}
+
+/// Contrast as WCAG 2 defines it.
+double contrast(ImVec4 a, ImVec4 b)
+{
+    const auto luminance = [](ImVec4 c) {
+        return 0.2126 * channel(c.x) + 0.7152 * channel(c.y) + 0.0722 * channel(c.z);
+    };
+    const double x = luminance(a) + 0.05, y = luminance(b) + 0.05;
+    return std::max(x, y) / std::min(x, y);
+}
+
+TEST_F(WindowTest, TextStandsOutFromEveryBackground)
+{
+    Window window("test", {400, 300});
+    Gui gui(window, {.validation = true});
+    const ImVec4* c = ImGui::GetStyle().Colors;
+    for (const int background :
+         {ImGuiCol_WindowBg, ImGuiCol_PopupBg, ImGuiCol_FrameBg, ImGuiCol_TitleBgActive,
+          ImGuiCol_FrameBgHovered, ImGuiCol_Button, ImGuiCol_Header, ImGuiCol_TableHeaderBg}) {
+        EXPECT_GE(contrast(c[ImGuiCol_Text], c[background]), 7)
+            << ImGui::GetStyleColorName(background);
+    }
+    EXPECT_GE(contrast(c[ImGuiCol_TextDisabled], c[ImGuiCol_WindowBg]), 4.5);
+    EXPECT_GE(contrast(c[ImGuiCol_TextDisabled], c[ImGuiCol_PopupBg]), 4.5);
+    EXPECT_GE(contrast(c[ImGuiCol_CheckMark], c[ImGuiCol_FrameBg]), 4.5);
+}
+
+// --- what may be missing
+// ----------------------------------------------------------------------------------------------
+
+TEST_F(WindowTest, WithoutADisplayTheReasonIsTold)
+{
+    std::string reason;
+    EXPECT_TRUE(Window::displayAvailable(reason));
+    setenv("DISPLAY", ":4711", 1);  // nobody there; the fixture's display puts the variable back
+    unsetenv("WAYLAND_DISPLAY");
+    EXPECT_FALSE(Window::displayAvailable(reason));
+    EXPECT_NE(reason.find("X11"), std::string::npos) << reason;
+    try {
+        Window window("test", {100, 100});
+        FAIL();
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.code(), core::ExitCode::noDevice);
+        EXPECT_NE(std::string(error.what()).find("render"), std::string::npos);
+    }
+}
+
+/// V17: the server dies under the window: the loop goes on, says so, and ends; nothing waits for
+/// ever.
+TEST_F(WindowTest, TheLossOfTheDisplayEndsNothingButTheWindow)
+{
+    const auto begun = std::chrono::steady_clock::now();
+    {
+        Window window("test", {320, 200});
+        Gui gui(window, {.validation = true});
+        const DisplayInputs inputs = inputsOf(flat(4, 3, {0.5f, 0.5f, 0.5f}));
+        for (int i = 0; i < 5; ++i) frame(window, gui, inputs, rectangle);
+        display->kill();
+        bool failed = false;
+        for (int i = 0; i < 50 && !window.lost() && !failed; ++i) {
+            try {
+                frame(window, gui, inputs, rectangle);
+            } catch (const core::Error&) {
+                failed = true;  // the surface went first, and no other can be had
+            }
+            window.poll(0.01);
+        }
+        EXPECT_TRUE(window.lost());
+        EXPECT_TRUE(window.closeRequested());
+        EXPECT_EQ(window.framebufferSize(), glm::uvec2(0));
+        EXPECT_FALSE(gui.begin());
+        window.resize({100, 100});
+        window.setTitle("gone");
+        EXPECT_EQ(window.clipboard(), "");
+    }
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(30));
+
+    display.reset();  // before the next, for both set DISPLAY
+    // There may be another window, on another display
+    display = std::make_unique<VirtualDisplay>();
+    Window window("test", {320, 200});
+    EXPECT_FALSE(window.lost());
+    Gui gui(window, {.validation = true});
+    for (int i = 0; i < 5; ++i)
+        frame(window, gui, inputsOf(flat(4, 3, {0.5f, 0.5f, 0.5f})), rectangle);
+    EXPECT_EQ(gui.stats().presented, 5u);
+}
+
+}  // namespace

@@ -1,0 +1,106 @@
+// The solver for c on a batch of candidates, shared by kernels and CPU: the root that bisection
+// finds, whatever the ratios.
+#include "shared/reuse.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "core/base/pcg32.h"
+
+namespace {
+
+using core::Pcg32;
+
+/// The root of c n = N mean(1 - c r)+ in double, by bisection.
+double bisected(double N, double n, const float* ratios, uint32_t k)
+{
+    double low = 0, high = N / n;
+    for (int i = 0; i < 200; ++i) {
+        const double c = (low + high) / 2;
+        double residual = 0;
+        for (uint32_t t = 0; t < k; ++t) residual += std::max(0.0, 1 - c * double(ratios[t])) / k;
+        (c * n < N * residual ? low : high) = c;
+    }
+    return std::min(std::max(low, double(shared::kReuseLeastC)), N / n);
+}
+
+TEST(ReuseShared, SolvesForCOnABatch)
+{
+    Pcg32 random(511);
+    for (int i = 0; i < 20000; ++i) {
+        const uint32_t k = 1 + random.bits() % shared::kReuseMaxCandidates;
+        const double N = std::floor(std::pow(10, 3 * random())),
+                     n = std::floor(std::pow(10, 3 * random()));
+        const double spread = std::pow(10, 38 * random() * random());
+        float ratios[shared::kReuseMaxCandidates];
+        for (uint32_t t = 0; t < k; ++t) {
+            const float q =
+                random() < 0.1 ? 0.0f : static_cast<float>(std::pow(spread, 2 * random() - 1));
+            ratios[t] = shared::reuseRatio(q, 1.0f);
+            ASSERT_LE(ratios[t], shared::kInfinity);
+        }
+        const double expected = bisected(N, n, ratios, k);
+        const float single =
+            shared::reuseSolveC(static_cast<float>(N), static_cast<float>(n), ratios, k);
+        ASSERT_NEAR(double(single) / expected, 1, 1e-5)
+            << "k " << k << " N " << N << " n " << n << " of case " << i;
+        double doubles[shared::kReuseMaxCandidates];
+        std::copy(ratios, ratios + k, doubles);
+        ASSERT_NEAR(shared::reuseSolveC(N, n, doubles, k) / expected, 1, 1e-10) << "case " << i;
+    }
+}
+
+TEST(ReuseShared, SolvesForCAtTheEdges)
+{
+    const float disjoint[] = {0, 0, 0, 0}, same[] = {1, 1, 1, 1};
+    const float huge[] = {3e38f, 3e38f, 2e38f, shared::kInfinity},
+                mixed[] = {3e38f, 2e38f, 0.5f, 0.5f};
+    EXPECT_FLOAT_EQ(shared::reuseSolveC(8.0f, 2.0f, disjoint, 4u), 4);  // N / n
+    EXPECT_FLOAT_EQ(shared::reuseSolveC(8.0f, 2.0f, same, 4u), 0.8f);   // N / (N + n)
+    EXPECT_FLOAT_EQ(shared::reuseSolveC(8.0f, 2.0f, huge, 4u), shared::kReuseLeastC);
+    EXPECT_FLOAT_EQ(shared::reuseSolveC(8.0f, 2.0f, mixed, 4u), 1.0f);  // 2 c = 8 (1 - c/2) / 2
+    EXPECT_EQ(shared::reuseSolveC(0.0f, 2.0f, same, 4u), 0);
+    // More new samples than 1e6 per old one: N / n is the bound that counts.
+    EXPECT_FLOAT_EQ(shared::reuseSolveC(1.0f, 1e7f, disjoint, 4u), 1e-7f);
+}
+
+TEST(ReuseShared, WhatCannotBeUsedIsNotUsed)
+{
+    const float nan = std::numeric_limits<float>::quiet_NaN(),
+                inf = std::numeric_limits<float>::infinity();
+    for (float bad : {0.0f, -1.0f, nan, inf, -inf, 1e-40f, 3e38f}) {
+        EXPECT_FALSE(shared::usableDensity(bad));
+        EXPECT_FALSE(shared::usableDensity(double(bad)));
+        for (float good : {1e-20f, 1.0f, 1e20f}) {
+            EXPECT_EQ(shared::reuseAlpha(0.5f, bad, good), 0);
+            EXPECT_EQ(shared::reuseAlpha(0.5f, good, bad), 0);
+            EXPECT_EQ(shared::reuseAlpha(bad, good, good), 0);
+            EXPECT_EQ(shared::reuseAlphaOverQ(0.5f, bad, good), 0);
+            EXPECT_EQ(shared::reuseAlphaOverQ(0.5f, good, bad), 0);
+            EXPECT_EQ(shared::reuseRatio(bad, good), 0);
+            EXPECT_EQ(shared::reuseRatio(good, bad), 0);
+        }
+        float sum = 0.25f;
+        EXPECT_FALSE(shared::reuseKeep(sum, bad, 2.0f, 0.0f));
+        EXPECT_EQ(sum, 0.25f);
+        EXPECT_EQ(shared::reuseKeepScale(bad, 2.0f), 1);
+    }
+    for (float mistake : {-1.0f, nan, inf, -inf}) EXPECT_TRUE(shared::faultyDensity(mistake));
+    for (float none : {0.0f, -0.0f, 1e-40f, 1.0f}) EXPECT_FALSE(shared::faultyDensity(none));
+}
+
+TEST(ReuseShared, AnOldSampleCountsAsItsShare)
+{
+    // alpha / q, both ways, over the whole range; and never more than c / p or 1 / q.
+    Pcg32 random(512);
+    for (int i = 0; i < 100000; ++i) {
+        const double q = std::pow(10, 40 * random() - 20), p = std::pow(10, 40 * random() - 20);
+        const double c = std::pow(10, 7 * random() - 6);
+        const double direct = shared::reuseAlphaOverQ(c, q, p);
+        ASSERT_NEAR(direct / (shared::reuseAlpha(c, q, p) / q), 1, 1e-13);
+        ASSERT_NEAR(direct / std::min(1 / q, c / p), 1, 1e-13);
+    }
+}
+
+}  // namespace

@@ -1,0 +1,51 @@
+// Clicking on a scene finds what a renderer's first hits find there.
+#include <gtest/gtest.h>
+
+#include "core/gltf/gltf.h"
+#include "core/methods/methods.h"
+#include "core/scene/pick.h"
+
+namespace {
+
+TEST(Pick, FindsTheFirstHitsOfTheRenderer)
+{
+    const auto world =
+        core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/cornell-diffuse.gltf"));
+    const core::Camera camera = world->cameras.front();
+    constexpr uint32_t kWidth = 37, kHeight = 23;
+    const std::unique_ptr<core::Renderer> renderer = core::makeRenderer("path");
+    renderer->setWorld(world, {});
+    renderer->setView(camera, kWidth, kHeight, {});
+    const core::Aovs aovs = renderer->aovs();
+    int hits = 0, others = 0;
+    for (uint32_t y = 0; y < kHeight; ++y) {
+        for (uint32_t x = 0; x < kWidth; ++x) {
+            const auto picked = core::pick(*world, camera, {kWidth, kHeight},
+                                           {(x + 0.5) / kWidth, (y + 0.5) / kHeight});
+            const float depth = *aovs.depth.at(x, y);
+            ASSERT_EQ(picked.has_value(), depth > 0) << x << ' ' << y;
+            if (!picked) continue;
+            ++hits;
+            EXPECT_NEAR(picked->distance, static_cast<double>(depth),
+                        1e-4 * static_cast<double>(depth))
+                << x << ' ' << y;
+            others += static_cast<float>(picked->material) != aovs.ids.at(x, y)[1] ? 1 : 0;
+            EXPECT_NEAR(glm::distance(picked->position, camera.position), picked->distance, 1e-4);
+        }
+    }
+    EXPECT_GT(hits, 200);
+    EXPECT_LE(others, hits / 50) << "only where two triangles share the edge that is hit";
+}
+
+TEST(Pick, FindsNothingOutsideOrWithoutTriangles)
+{
+    const auto world =
+        core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/cornell-diffuse.gltf"));
+    core::Camera away = world->cameras.front();
+    away.forward = -away.forward;
+    away.position = away.position + 1000.0 * away.forward;
+    EXPECT_FALSE(core::pick(*world, away, {16, 16}, {0.5, 0.5}).has_value());
+    EXPECT_FALSE(core::pick(core::World{}, away, {16, 16}, {0.5, 0.5}).has_value());
+}
+
+}  // namespace

@@ -1,0 +1,264 @@
+// Embree behind core::Accel: it sees the same triangles as a brute-force search, filters alpha, and
+// is never hit again by a ray that leaves a surface (T16).
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "core/base/check.h"
+#include "core/trace/accel.h"
+#include "core/trace/scene_view.h"
+#include "shared/path.h"
+#include "tests/support/test_scenes.h"
+
+namespace {
+
+using namespace tests;
+
+float uniform(std::mt19937& random)
+{
+    return static_cast<float>(random() >> 8) * 0x1p-24f;
+}
+
+glm::vec3 randomDirection(std::mt19937& random)
+{
+    return shared::sampleSphere({uniform(random), uniform(random)});
+}
+
+/// Distance to a triangle in double, or infinity (Moeller-Trumbore).
+double distanceTo(const core::World& world, const core::WorldTriangle& t, const core::Ray& ray)
+{
+    const glm::dvec3 a(world.positions[t.v0]), ab = glm::dvec3(world.positions[t.v1]) - a,
+                                               ac = glm::dvec3(world.positions[t.v2]) - a;
+    const glm::dvec3 d(ray.direction), o = glm::dvec3(ray.origin) - a;
+    const glm::dvec3 p = glm::cross(d, ac), q = glm::cross(o, ab);
+    const double det = glm::dot(ab, p), u = glm::dot(o, p) / det, v = glm::dot(d, q) / det;
+    const double distance = glm::dot(ac, q) / det;
+    const bool hit = det != 0 && u >= 0 && v >= 0 && u + v <= 1 && distance > 0;
+    return hit ? distance : std::numeric_limits<double>::infinity();
+}
+
+SceneBuilder randomTriangles(int count, unsigned seed)
+{
+    SceneBuilder b;
+    const int grey = b.material(lambert(glm::vec3(0.5f)));
+    std::mt19937 random(seed);
+    std::vector<glm::vec3> positions;
+    std::vector<glm::uvec3> triangles;
+    for (int i = 0; i < count; ++i) {
+        const glm::vec3 centre = 4.0f * randomDirection(random) * uniform(random);
+        for (int k = 0; k < 3; ++k) positions.push_back(centre + randomDirection(random));
+        const auto first = static_cast<unsigned>(3 * i);
+        triangles.push_back({first, first + 1, first + 2});
+    }
+    b.mesh(std::move(positions), std::move(triangles), grey);
+    return b;
+}
+
+TEST(Accel, AgreesWithBruteForce)
+{
+    const auto world = randomTriangles(200, 3).world();
+    const core::Accel accel(world);
+    std::mt19937 random(5);
+    std::vector<core::Ray> rays;
+    size_t disagreeing = 0, hits = 0;
+    for (int i = 0; i < 4000; ++i) {
+        core::Ray ray;
+        ray.origin = 6.0f * randomDirection(random);
+        ray.direction = glm::normalize(2.0f * randomDirection(random) - ray.origin);
+        rays.push_back(ray);
+        double nearest = std::numeric_limits<double>::infinity();
+        uint32_t slot = shared::kNone;
+        for (uint32_t t = 0; t < world->triangles.size(); ++t) {
+            const double distance = distanceTo(*world, world->triangles[t], ray);
+            if (distance < nearest) {
+                nearest = distance;
+                slot = t;
+            }
+        }
+        shared::Hit hit;
+        const bool found = accel.closest(ray, hit);
+        EXPECT_EQ(accel.occluded(ray), found);
+        if (found != (slot != shared::kNone) || (found && hit.slot != slot)) {
+            ++disagreeing;  // an edge seen from both sides of rounding
+            continue;
+        }
+        if (!found) continue;
+        ++hits;
+        EXPECT_NEAR(static_cast<double>(hit.t) / nearest, 1.0, 1e-4);
+        const core::WorldTriangle& t = world->triangles[slot];
+        const glm::vec3 p = (1 - hit.barycentrics.x - hit.barycentrics.y) * world->positions[t.v0] +
+                            hit.barycentrics.x * world->positions[t.v1] +
+                            hit.barycentrics.y * world->positions[t.v2];
+        EXPECT_LT(glm::distance(p, ray.origin + hit.t * ray.direction), 1e-4f);
+        core::Ray shorter = ray;
+        shorter.tMax = 0.999f * hit.t;
+        EXPECT_FALSE(accel.occluded(shorter));
+    }
+    EXPECT_GT(hits, 2000u);
+    EXPECT_LE(disagreeing, 1u);
+
+    // Packets see what single rays see.
+    std::vector<shared::Hit> packet(rays.size());
+    std::vector<uint8_t> blocked(rays.size());
+    accel.closest(rays, packet.data());
+    accel.occluded(rays, blocked.data());
+    size_t different = 0;
+    for (size_t i = 0; i < rays.size(); ++i) {
+        shared::Hit hit;
+        const bool found = accel.closest(rays[i], hit);
+        different += found ? packet[i].slot != hit.slot : packet[i].slot != shared::kNone;
+        different += (blocked[i] != 0) != found;
+    }
+    EXPECT_LE(different, 1u);
+}
+
+TEST(Accel, EmptySceneIsNeverHit)
+{
+    const core::Accel accel(SceneBuilder().world());
+    shared::Hit hit;
+    EXPECT_FALSE(accel.closest({}, hit));
+    EXPECT_FALSE(accel.occluded({}));
+}
+
+TEST(Accel, RaysThatAreNoNumbersEnd)
+{
+    const core::Accel accel(randomTriangles(1000, 4).world());
+    const float nan = std::numeric_limits<float>::quiet_NaN(),
+                infinity = std::numeric_limits<float>::infinity();
+    shared::Hit hit;
+    for (const float bad : {nan, infinity, -infinity}) {
+        core::Ray ray;
+        ray.origin.x = bad;
+        accel.closest(ray, hit);
+        ray = {};
+        ray.direction = glm::vec3(bad);
+        accel.closest(ray, hit);
+    }
+}
+
+TEST(Accel, MaskedSurfacesLetLightThrough)
+{
+    SceneBuilder b;
+    const int grey = b.material(lambert(glm::vec3(0.5f)));
+    core::Material clear = lambert(glm::vec3(0.5f));
+    clear.data.flags |= shared::kMaterialAlphaMask;
+    clear.data.alpha = 0.4f;  // below the cut-off of 0.5
+    b.quad({-1, -1, 1}, {2, 0, 0}, {0, 2, 0}, b.material(clear));
+    b.quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, grey);
+    const auto world = b.world();
+    EXPECT_TRUE(world->features & shared::kFeatureAlpha);
+    const core::Accel accel(world);
+    core::Ray ray;
+    ray.origin = {0.1f, 0.2f, 3};
+    ray.direction = {0, 0, -1};
+    shared::Hit hit;
+    ASSERT_TRUE(accel.closest(ray, hit));
+    EXPECT_EQ(world->materials[world->triangles[hit.slot].material].flags &
+                  shared::kMaterialAlphaMask,
+              0u);
+    ray.direction = {0, 0, 1};
+    ray.origin.z = 0.5f;
+    EXPECT_FALSE(accel.occluded(ray));
+}
+
+/// Blending is chance by alpha: half the seeds pass a surface of alpha one half.
+TEST(Accel, BlendedSurfacesAreThereByChance)
+{
+    SceneBuilder b;
+    core::Material veil = lambert(glm::vec3(0.5f));
+    veil.data.flags |= shared::kMaterialAlphaBlend;
+    veil.data.alpha = 0.3f;
+    b.quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, b.material(veil));
+    const core::Accel accel(b.world());
+    const int draws = 40000;
+    int blocked = 0, packetBlocked = 0;
+    std::vector<core::Ray> rays(draws);
+    std::vector<uint8_t> flags(draws);
+    for (int i = 0; i < draws; ++i) {
+        core::Ray& ray = rays[static_cast<size_t>(i)];
+        ray.origin = {0.1f, 0.2f, 3};
+        ray.direction = {0, 0, -1};
+        ray.seed = static_cast<uint32_t>(i) * 7919u;
+        blocked += accel.occluded(ray);
+    }
+    accel.occluded(rays, flags.data());
+    for (const uint8_t f : flags) packetBlocked += f;
+    const double sigma = std::sqrt(0.3 * 0.7 * draws);
+    EXPECT_LT(std::abs(blocked - 0.3 * draws), 4.21 * sigma);
+    EXPECT_EQ(blocked, packetBlocked);
+}
+
+TEST(Accel, StopEndsTheBuild)
+{
+    std::stop_source source;
+    source.request_stop();
+    try {
+        const core::Accel accel(randomTriangles(200'000, 6).world(), {}, source.get_token());
+        // Embree does not ask before a build is well under way: a small one may finish.
+    } catch (const core::Error& e) {
+        EXPECT_EQ(e.code(), core::ExitCode::interrupted);
+    }
+}
+
+// --- T16
+// ----------------------------------------------------------------------------------------------------------------
+
+struct Reintersection {
+    double scale, distance, allowed;
+};
+
+class LeavingRays : public testing::TestWithParam<Reintersection> {};
+
+/// Rays that leave a random point of a triangle, half of them at grazing angles, do not meet that
+/// triangle again.
+TEST_P(LeavingRays, DoNotMeetTheirOwnTriangle)
+{
+    const auto [scale, distance, allowed] = GetParam();
+    std::mt19937 random(23);
+    const int triangleCount = 400, raysPerTriangle = 1000;
+    std::vector<glm::vec3> positions;
+    std::vector<glm::uvec3> triangles;
+    for (int i = 0; i < triangleCount; ++i) {
+        const glm::vec3 centre = static_cast<float>(distance) * randomDirection(random);
+        for (int k = 0; k < 3; ++k)
+            positions.push_back(centre + static_cast<float>(scale) * randomDirection(random));
+        const auto first = static_cast<unsigned>(3 * i);
+        triangles.push_back({first, first + 1, first + 2});
+    }
+    SceneBuilder b;
+    b.mesh(std::move(positions), std::move(triangles), b.material(lambert(glm::vec3(0.5f))));
+    const auto world = b.world();
+    const core::Accel accel(world);
+    const shared::SceneView scene = core::sceneView(*world);
+    size_t self = 0, total = 0;
+    for (uint32_t slot = 0; slot < world->triangles.size(); ++slot) {
+        for (int k = 0; k < raysPerTriangle; ++k) {
+            const glm::vec2 w = shared::sampleTriangle({uniform(random), uniform(random)});
+            const shared::SurfacePoint s =
+                shared::makeSurfacePoint(scene, {1.0f, w, slot}, {0.6f, 0.0f, 0.8f});
+            glm::vec3 local = shared::sampleCosineHemisphere({uniform(random), uniform(random)});
+            if (k % 2 == 0) {
+                const float phi = 6.2831853f * uniform(random);
+                local = glm::normalize(glm::vec3(std::cos(phi), std::sin(phi), 1e-3f));
+            }
+            const glm::vec3 outside = k % 4 < 2 ? s.normal : -s.normal;
+            core::Ray ray;
+            ray.direction = glm::normalize(shared::toWorld(shared::makeFrame(outside), local));
+            ray.origin = shared::offsetRay(s.position, outside);
+            shared::Hit hit;
+            ++total;
+            self += accel.closest(ray, hit) && hit.slot == slot;
+        }
+    }
+    EXPECT_GE(total, 390'000u);
+    EXPECT_LE(static_cast<double>(self), allowed * static_cast<double>(total));
+}
+
+INSTANTIATE_TEST_SUITE_P(T16, LeavingRays,
+                         testing::Values(Reintersection{1, 10, 0}, Reintersection{1e-4, 1e-4, 1e-5},
+                                         Reintersection{1e2, 1e3, 1e-5},
+                                         Reintersection{1e4, 1e6, 1e-5},
+                                         Reintersection{0.1, 50, 0}));
+
+}  // namespace
