@@ -70,9 +70,6 @@ void checkRender(const RenderOptions& o)
 {
     require(!o.scene.file.empty(), "render", "the scene");
     require(!o.output.empty(), "render", "-o FILE.{exr,png}");
-    if (o.method != Method::path)
-        badCommandLine("--method " + std::string(core::enumName(o.method)) +
-                       " is not in this version — use --method path");
     const bool exr = hasExtension(o.output, ".exr");
     if (!exr && !hasExtension(o.output, ".png"))
         badCommandLine("-o " + o.output.string() + ": the name must end in .exr or .png");
@@ -126,8 +123,7 @@ Subcommand renderCommandLine(CLI::App& root)
             "frames to render: of --path, or else of the scene's first animation");
     addValue(app, view, "--fps", o->framesPerSecond, "frames per second of the scene's animation",
              {0.001, 100000});
-    addValue(app, "Method", "--method", o->method, "how light is found; this version has path");
-    addParams(app, "Parameters of the path tracer", o->params);
+    const auto method = addMethod(app);
     addValue(app, system, "--device", o->device,
              "Vulkan compute, or the Embree reference on all cores");
     addValue(app, system, "--device-index", o->deviceIndex,
@@ -141,7 +137,9 @@ Subcommand renderCommandLine(CLI::App& root)
     app.add_flag("-q,--quiet", o->quiet, "no progress on stderr")->group(system);
     app.footer(
         "Example: rekindle render room.glb -o room.exr --spp 64 --size 1280x720 --stats room.json");
-    return {&app, "rekindle render SCENE -o FILE.{exr,png} [options]", [o]() -> Command {
+    return {&app, "rekindle render SCENE -o FILE.{exr,png} [options]", [o, method]() -> Command {
+                o->params = method->params();
+                requireRuns(o->params, o->device);
                 checkRender(*o);
                 return *o;
             }};
@@ -195,8 +193,10 @@ Subcommand throughputCommandLine(CLI::App& bench)
     addValue(app, "Measurement", "--seconds", o->seconds, "time for each figure", {0.05, 600});
     addValue(app, "Measurement", "--device-index", o->deviceIndex,
              "Vulkan device as rekindle devices lists it; -1 chooses", {-1, 1024});
+    const auto method = addMethod(app);
     app.footer("Example: rekindle bench throughput room.glb > throughput.json");
-    return {&app, "rekindle bench throughput SCENE [options]", [o]() -> Command {
+    return {&app, "rekindle bench throughput SCENE [options]", [o, method]() -> Command {
+                o->params = method->params();
                 require(!o->scene.file.empty(), "bench throughput", "the scene");
                 return *o;
             }};

@@ -12,15 +12,14 @@
 
 #include <glm/glm.hpp>
 
+#include "app/methods/methods.h"
 #include "core/base/params.h"
 #include "core/gltf/gltf.h"
-#include "core/methods/renderer.h"
+#include "core/methods/any_params.h"
 #include "shared/tonemap.h"
 
 namespace app {
 
-enum class Method : uint32_t { path, guided, manylights };
-enum class DeviceKind : uint32_t { vulkan, cpu };
 enum class Tone : uint32_t { linear, aces, agx, neutral };
 static_assert(static_cast<uint32_t>(Tone::linear) == shared::kToneLinear &&
               static_cast<uint32_t>(Tone::aces) == shared::kToneAces &&
@@ -47,7 +46,6 @@ struct AovChoice {
 struct RenderOptions {
     SceneOptions scene;
     std::filesystem::path output;  // holds %04d or alike when `frames` is set
-    Method method = Method::path;
     DeviceKind device = DeviceKind::vulkan;
     int deviceIndex = -1;  // -1: the program chooses
     bool validation = false;
@@ -59,7 +57,7 @@ struct RenderOptions {
     std::filesystem::path path;
     std::optional<FrameRange> frames;  // of the path, or of the scene's animation
     double framesPerSecond = 24;
-    core::PathParams params;
+    core::AnyParams params;  // and with them the method
     std::filesystem::path stats, reference;
     std::optional<double> untilRmse;
     AovChoice aovs;
@@ -86,7 +84,8 @@ struct ThroughputOptions {
     SceneOptions scene;
     int deviceIndex = -1;
     uint32_t width = 640;
-    double seconds = 2;  // per measured figure
+    core::AnyParams params;  // of the whole samples that are measured
+    double seconds = 2;      // per measured figure
 };
 
 /// The laboratory of sample reuse.
@@ -103,8 +102,9 @@ struct ViewOptions {
     DeviceKind device = DeviceKind::vulkan;
     int deviceIndex = -1;
     bool validation = false;
-    core::PathParams params;
-    bool paramsGiven = false;  // any of them on the command line: then the kept ones do not count
+    core::AnyParams params;  // and with them the method
+    // Any of them, or the method, on the command line: then the kept ones do not count.
+    bool paramsGiven = false;
     std::string camera;
     std::filesystem::path path;    // a camera path to begin with
     std::filesystem::path replay;  // a saved picture
@@ -120,7 +120,7 @@ struct FlyThroughOptions {
     DeviceKind device = DeviceKind::vulkan;  // the CPU when there is no suitable one
     int deviceIndex = -1;
     bool validation = false;
-    core::PathParams params;
+    core::AnyParams params;  // and with them the method
     std::string camera;
 };
 
@@ -144,12 +144,6 @@ std::string versionText();
 }  // namespace app
 
 namespace core {
-template <> struct EnumNames<app::Method> {
-    static constexpr std::array<std::string_view, 3> names{"path", "guided", "manylights"};
-};
-template <> struct EnumNames<app::DeviceKind> {
-    static constexpr std::array<std::string_view, 2> names{"vulkan", "cpu"};
-};
 template <> struct EnumNames<app::Tone> {
     static constexpr std::array<std::string_view, 4> names{"linear", "aces", "agx", "neutral"};
 };

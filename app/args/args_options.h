@@ -5,9 +5,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -49,6 +51,16 @@ template <class T> std::string defaultText(const T& value)
         return {};
 }
 
+/// " (0 to 8, default 2)": the range and the default of a value; empty when there is neither.
+template <class T> std::string factsText(const T& value, core::Range range)
+{
+    std::string facts;
+    if (range.low != range.high) facts = numberText(range.low) + " to " + numberText(range.high);
+    const std::string shown = defaultText(value);
+    if (!shown.empty()) facts += (facts.empty() ? "default " : ", default ") + shown;
+    return facts.empty() ? facts : " (" + facts + ")";
+}
+
 /// Adds an option with one value, read into `member` (which holds the default). `name` as CLI11
 /// takes it:
 /// "-o,--output", "--spp", or a bare word for a positional. The last of several wins.
@@ -56,11 +68,7 @@ template <class T>
 CLI::Option* addValue(CLI::App& app, const std::string& group, const std::string& name, T& member,
                       std::string help, core::Range range = {})
 {
-    std::string facts;
-    if (range.low != range.high) facts = numberText(range.low) + " to " + numberText(range.high);
-    const std::string shown = defaultText(member);
-    if (!shown.empty()) facts += (facts.empty() ? "default " : ", default ") + shown;
-    if (!facts.empty()) help += " (" + facts + ")";
+    help += factsText(member, range);
     const CLI::callback_t read = [&member, range, name](const CLI::results_t& results) {
         const std::string problem = readValue(results.back(), range, member);
         if (!problem.empty())
@@ -93,20 +101,24 @@ void addRead(CLI::App& app, const std::string& group, const std::string& name,
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
-/// Every parameter of a method as an option: names, help, ranges and defaults come from
-/// Params::visit.
-template <class Params>
-std::vector<CLI::Option*> addParams(CLI::App& app, const std::string& group, Params& params)
-{
-    std::vector<CLI::Option*> options;
-    Params::visit(params, [&](const core::Field& field, auto& member) {
-        std::string help = field.help;
-        if (field.biased) help += " [biased]";
-        options.push_back(
-            addValue(app, group, std::string("--") + field.name, member, help, field.range));
-    });
-    return options;
-}
+/// --method and the parameters of every method: texts, until it is known which method they are for.
+struct MethodArguments {
+    std::string method;
+    std::vector<std::pair<std::string, std::string>> values;  // name of the parameter, text
+
+    bool given() const { return !method.empty() || !values.empty(); }
+
+    /// The chosen method's parameters. Throws core::Error (command line) for a method that does not
+    /// exist, a parameter that is not its own, and a value that does not fit.
+    core::AnyParams params() const;
+};
+
+/// Adds them: names, help, ranges and defaults come from the table of methods. A parameter that
+/// several methods have is one option.
+std::shared_ptr<MethodArguments> addMethod(CLI::App& app);
+
+/// Throws core::Error (command line) when the method does not run on such a device.
+void requireRuns(const core::AnyParams& params, DeviceKind device);
 
 /// What every command that loads a scene has: SCENE and the group "Loading".
 void addSceneOptions(CLI::App& app, SceneOptions& scene);

@@ -48,8 +48,7 @@ Subcommand viewCommandLine(CLI::App& app, const std::string& usage)
     app.add_flag("--no-settings", o->noSettings, "neither read nor keep settings")->group(window);
     addValue(app, window, "--script", o->script,
              "JSON file of actions, waits and screenshots to run; results as JSON on stdout");
-    const std::vector<CLI::Option*> params =
-        addParams(app, "Parameters of the path tracer", o->params);
+    const auto method = addMethod(app);
     addValue(app, device, "--device", o->device,
              "Vulkan compute, or the Embree reference on all cores; can be changed in the window");
     addValue(app, device, "--device-index", o->deviceIndex,
@@ -57,9 +56,10 @@ Subcommand viewCommandLine(CLI::App& app, const std::string& usage)
     app.add_flag("--validation", o->validation,
                  "run with the Vulkan validation layer and count its messages")
         ->group(device);
-    return {&app, usage, [o, params]() -> Command {
-                for (const CLI::Option* param : params)
-                    o->paramsGiven = o->paramsGiven || param->count() > 0;
+    return {&app, usage, [o, method]() -> Command {
+                o->paramsGiven = method->given();
+                o->params = method->params();
+                requireRuns(o->params, o->device);
                 checkView(*o);
                 return *o;
             }};

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string>
 
-#include "core/methods/renderer.h"
+#include "core/base/progress.h"
 
 namespace app {
 

@@ -16,10 +16,10 @@
 #include "app/base/log.h"
 #include "app/bench/bench_rays.h"
 #include "app/files/load.h"
+#include "app/files/params_json.h"
 #include "app/files/stats.h"
-#include "app/gpu/methods/path.h"
+#include "app/methods/methods.h"
 #include "core/base/check.h"
-#include "core/methods/methods.h"
 
 namespace app {
 
@@ -113,31 +113,36 @@ Json measureRays(const std::string& set, std::span<const gpu::DeviceRay> rays, g
     return json;
 }
 
-/// Whole paths per second of both renderers, in turns, with their default parameters.
-Json measureSamples(std::shared_ptr<const core::World> world, const core::Camera& camera,
-                    glm::uvec2 size, const gpu::DeviceOptions& options, bool software,
-                    double seconds, Log& log)
+/// Whole samples per second of a method's renderers on the devices that have it, in turns.
+Json measureSamples(std::shared_ptr<const core::World> world, const core::View& view,
+                    int deviceIndex, bool software, double seconds, Log& log)
 {
-    const std::unique_ptr<core::Renderer> vulkan = gpu::makePathRenderer(options);
-    const std::unique_ptr<core::Renderer> cpu = core::makeRenderer("path");
-    for (core::Renderer* r : {vulkan.get(), cpu.get()}) {
-        r->setWorld(world, {});
-        r->setView(camera, size.x, size.y, core::PathParams{});
-        r->advance(2, {});  // compiles, and lets the device choose its kernel
-    }
-    const double amount = static_cast<double>(size.x) * size.y;
-    const auto once = [](core::Renderer& r) { r.advance(1, {}); };
+    struct Made {
+        DeviceKind device;
+        std::unique_ptr<core::Renderer> renderer;
+    };
+    std::vector<Made> all;
+    const std::string_view method = view.params.id();
+    for (const DeviceKind device : {DeviceKind::vulkan, DeviceKind::cpu})
+        if (whyNot(method, device).empty())
+            all.push_back({device, makeRenderer(method, {device, deviceIndex})});
     std::vector<Figure> figures;
-    figures.push_back({"vulkan",
-                       amount,
-                       [&] {
-                           if (software) return onHost([&] { once(*vulkan); });
-                           const double start = vulkan->stats().renderSeconds;
-                           once(*vulkan);
-                           return vulkan->stats().renderSeconds - start;
-                       },
-                       {}});
-    figures.push_back({"cpu", amount, [&] { return onHost([&] { once(*cpu); }); }, {}});
+    for (Made& made : all) {
+        core::Renderer& r = *made.renderer;
+        r.setWorld(world, {});
+        r.setView(view, core::Start::anew);
+        r.advance({.samples = 2}, {});  // compiles, and lets the device choose its kernel
+        const bool onHostClock = software || made.device == DeviceKind::cpu;
+        figures.push_back({std::string(core::enumName(made.device)),
+                           static_cast<double>(view.size.x) * view.size.y,
+                           [&r, onHostClock] {
+                               if (onHostClock) return onHost([&r] { r.advance({}, {}); });
+                               const double start = r.stats().renderSeconds;
+                               r.advance({}, {});
+                               return r.stats().renderSeconds - start;
+                           },
+                           {}});
+    }
     measure(figures, seconds, log);
     Json json;
     for (const Figure& f : figures) json[f.name] = f.rate();
@@ -179,8 +184,8 @@ int benchThroughput(const ThroughputOptions& options, std::ostream& out)
         }
     }
     log.line("rendering");
-    const Json samples =
-        measureSamples(loaded.world, camera, size, deviceOptions, software, options.seconds, log);
+    const Json samples = measureSamples(loaded.world, {camera, size, options.params},
+                                        options.deviceIndex, software, options.seconds, log);
     out << jsonLines(
         {{"schema", 1},
          {"command", "bench throughput"},
@@ -191,7 +196,8 @@ int benchThroughput(const ThroughputOptions& options, std::ostream& out)
          {"cores", cores()},
          {"clock", software ? "cpu seconds / cores" : "cpu seconds / cores; gpu: device time"},
          {"size", {size.x, size.y}},
-         {"max_depth", core::PathParams{}.maxDepth},
+         {"method", std::string(options.params.id())},
+         {"params", paramsJson(options.params)},
          {"ratios", ratios},
          {"rays_per_second", rates},
          {"sets", sets},

@@ -101,8 +101,9 @@ Json welchJson(const core::WelchResult& welch, Json notes)
 void addWelch(Json& json, const core::Image& image, const core::Image& reference,
               const core::ImageFile& imageFile, const core::ImageFile& referenceFile)
 {
-    const core::Estimate a{image, imageFile.layer("variance"), samplesOf(imageFile)};
-    const core::Estimate b{reference, referenceFile.layer("variance"), samplesOf(referenceFile)};
+    const core::MeanAndVariance a{image, imageFile.layer("variance"), samplesOf(imageFile)};
+    const core::MeanAndVariance b{reference, referenceFile.layer("variance"),
+                                  samplesOf(referenceFile)};
     const core::WelchResult welch = core::welchTest(a, b, kTileSide);
     double largest = 0;
     for (const core::WelchScore& score : welch.image)

@@ -2,7 +2,6 @@
 #include "app/commands/render_command.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <memory>
 
@@ -14,26 +13,19 @@
 #include "app/files/picture_file.h"
 #include "app/files/stats.h"
 #include "app/gpu/base/device.h"
-#include "app/gpu/base/pipeline_cache.h"
-#include "app/gpu/methods/path.h"
 #include "core/base/check.h"
+#include "core/base/time.h"
 #include "core/image/metrics.h"
-#include "core/methods/methods.h"
 #include "core/scene/features.h"
 
 namespace app {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using core::Clock, core::secondsSince;
 
 constexpr uint64_t kDefaultSpp = 64, kMaxSpp = 2147483647;
 constexpr double kMaxKeepSeconds = 10;  // between copies of the film; at first a second
-
-double secondsSince(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::string format(const char* pattern, double value)
 {
@@ -60,14 +52,6 @@ uint32_t forcedFeatures(const RenderOptions& o)
     return bits;
 }
 
-std::unique_ptr<core::Renderer> rendererFor(const RenderOptions& o)
-{
-    if (o.device == DeviceKind::cpu) return core::makeRenderer(core::enumName(o.method));
-    return gpu::makePathRenderer({.index = o.deviceIndex,
-                                  .validation = o.validation,
-                                  .cacheFolder = gpu::userCacheFolder()});
-}
-
 /// One render command at work.
 class Job {
 public:
@@ -84,7 +68,7 @@ private:
     Outcome takeSamples(uint32_t index);
     void checkReference() const;
     void report(uint32_t index, const Outcome& outcome);
-    void save(uint32_t index, const core::Film& film, core::Aovs* aovs);
+    void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs);
     [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
     void tell(uint64_t samples, double seconds, std::optional<double> rmse);
     std::filesystem::path fileOf(uint32_t index) const
@@ -105,7 +89,7 @@ private:
     Goal goal_;
     uint32_t forced_ = 0;        // features that are compiled in though nothing needs them
     double prepareSeconds_ = 0;  // counted against the time limit of the first frame
-    core::Film kept_;            // copied from the device now and then, in case it is lost
+    core::Estimate kept_;        // copied from the device now and then, in case it is lost
     double keptAt_ = 0;
     uint64_t raysBefore_ = 0, pathsBefore_ = 0;  // of the frame
 };
@@ -203,7 +187,7 @@ Outcome Job::takeSamples(uint32_t index)
                                tell(samples, seconds, rmse);
                                if (seconds - keptAt_ < std::clamp(keptAt_, 1.0, kMaxKeepSeconds))
                                    return;
-                               renderer_->readFilm(kept_);
+                               kept_ = renderer_->read(core::Reading::everything);
                                keptAt_ = seconds;
                            });
     } catch (const core::Error& error) {
@@ -242,7 +226,7 @@ Ended Job::renderFrame(uint32_t index)
 {
     const Clock::time_point start = Clock::now();
     poseFor(index);
-    renderer_->setView(report_.camera, report_.size.x, report_.size.y, o_.params);
+    renderer_->setView({report_.camera, report_.size, o_.params}, core::Start::anew);
     raysBefore_ = renderer_->stats().rays;
     pathsBefore_ = renderer_->stats().paths;
     prepareSeconds_ += secondsSince(start);
@@ -254,24 +238,20 @@ Ended Job::renderFrame(uint32_t index)
     const Outcome outcome = takeSamples(index);
     report(index, outcome);
     if (outcome.samples > 0) {
-        core::Film film;
-        renderer_->readFilm(film);
+        const core::Estimate estimate = renderer_->read(core::Reading::everything);
         core::Aovs aovs;
         if (o_.aovs.any()) aovs = renderer_->aovs();
-        save(index, film, o_.aovs.any() ? &aovs : nullptr);
+        save(index, estimate, o_.aovs.any() ? &aovs : nullptr);
     }
     return outcome.ended;
 }
 
-void Job::save(uint32_t index, const core::Film& film, core::Aovs* aovs)
+void Job::save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs)
 {
-    report_.counters.nan += film.counters.nan;
-    report_.counters.inf += film.counters.inf;
-    report_.counters.negative += film.counters.negative;
-    report_.counters.stackOverflow += film.counters.stackOverflow;
-    if (!o_.reference.empty()) report_.rmse = core::imageErrors(film.mean(), reference_).rmse;
+    report_.counters += estimate.counters;
+    if (!o_.reference.empty()) report_.rmse = core::imageErrors(estimate.mean, reference_).rmse;
     const std::filesystem::path file = fileOf(index);
-    writePicture(file, film, aovs, o_, imageMetadata(report_));
+    writePicture(file, estimate, aovs, o_, imageMetadata(report_));
     const FrameReport& frame = report_.frames.back();
     const std::string text = file.string() + ": " + std::to_string(report_.size.x) + 'x' +
                              std::to_string(report_.size.y) + ", " + std::to_string(frame.spp) +
@@ -333,7 +313,11 @@ int renderWith(const RenderOptions& options, const PathMaker& makePath,
 
 int renderFrames(const RenderOptions& options, const PathMaker& makePath)
 {
-    return renderWith(options, makePath, [&options] { return rendererFor(options); });
+    return renderWith(options, makePath, [&options] {
+        return makeRenderer(options.params.id(), {.device = options.device,
+                                                  .deviceIndex = options.deviceIndex,
+                                                  .validation = options.validation});
+    });
 }
 
 int renderCommand(const RenderOptions& options)

@@ -2,25 +2,18 @@
 #include "app/commands/render_loop.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/base/time.h"
 #include "core/image/metrics.h"
 
 namespace app {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr double kStepSeconds = 0.25, kGrowthBetweenMeasurements = 1.2;
 constexpr uint64_t kMaxStep = 4096;
-
-double secondsSince(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Samples of the next step: what takes a quarter of a second at the speed so far, never more than
 /// double the last.
@@ -48,12 +41,14 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
 {
     CHECK(goal.spp >= 1);
     Outcome outcome;
-    core::Film film;
-    uint64_t step = 1, first = renderer.samples();
+    uint64_t step = 1, first = renderer.progress().samples;
     double nextMeasurement = 1;
     outcome.samples = first;
     while (true) {
         if (stop.stop_requested()) {
+            // What is kept has whole samples, so that it can be rendered again.
+            if (outcome.samples > 0) renderer.advance({.samples = 0}, {});
+            outcome.samples = renderer.progress().samples;
             outcome.ended = Ended::stopped;
             return outcome;
         }
@@ -64,17 +59,17 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
             if (goal.rmse > 0) step = std::min(step, std::max<uint64_t>(1, outcome.samples / 5));
             const uint64_t taken = std::min(
                 left, withinTime(step, outcome.samples - first, outcome.seconds, goal.seconds));
-            const Clock::time_point start = Clock::now();
-            renderer.advance(static_cast<uint32_t>(taken), stop);
-            outcome.seconds += secondsSince(start);
-            outcome.samples = renderer.samples();
+            const core::Clock::time_point start = core::Clock::now();
+            renderer.advance({.samples = static_cast<uint32_t>(taken)}, stop);
+            outcome.seconds += core::secondsSince(start);
+            outcome.samples = renderer.progress().samples;
         }
         const bool enough = outcome.samples >= goal.spp;
         const bool late = goal.seconds > 0 && outcome.seconds >= goal.seconds;
         if (goal.rmse > 0 && outcome.samples > 0 &&
             (enough || late || static_cast<double>(outcome.samples) >= nextMeasurement)) {
-            renderer.readFilm(film);
-            outcome.rmse = core::imageErrors(film.mean(), *goal.reference).rmse;
+            outcome.rmse =
+                core::imageErrors(renderer.read(core::Reading::mean).mean, *goal.reference).rmse;
             nextMeasurement =
                 std::ceil(static_cast<double>(outcome.samples) * kGrowthBetweenMeasurements);
         }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/args/args.h"
-#include "core/methods/renderer.h"
+#include "core/base/progress.h"
 #include "core/scene/world.h"
 
 namespace app {

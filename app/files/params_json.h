@@ -84,7 +84,8 @@ std::vector<ParamProblem> readParams(const nlohmann::ordered_json& json, Params&
 /// biases.
 template <class Params> std::vector<std::string> biasedParams(const Params& params)
 {
-    const nlohmann::ordered_json defaults = paramsJson(Params{}), now = paramsJson(params);
+    const nlohmann::ordered_json defaults = paramsJson(core::defaultsOf(params)),
+                                 now = paramsJson(params);
     std::vector<std::string> names;
     Params::visit(params, [&](const core::Field& field, const auto&) {
         if (field.biased && now[field.name] != defaults[field.name]) names.emplace_back(field.name);

@@ -13,18 +13,18 @@ namespace app {
 // compensated sums.
 static constexpr double kBytesPerPixel = 48 + 24 + 24 + 48;
 
-void writePicture(const std::filesystem::path& file, const core::Film& film, core::Aovs* aovs,
-                  const RenderOptions& options, const core::Metadata& metadata)
+void writePicture(const std::filesystem::path& file, const core::Estimate& estimate,
+                  core::Aovs* aovs, const RenderOptions& options, const core::Metadata& metadata)
 {
-    const core::Image mean = film.mean();
     if (!hasExtension(file, ".exr")) {
-        core::writePng(file, mean, static_cast<float>(options.exposure),
+        core::writePng(file, estimate.mean, static_cast<float>(options.exposure),
                        static_cast<uint32_t>(options.tone), metadata);
         return;
     }
-    core::ImageFile exr{{{"", mean}}, metadata};
+    core::ImageFile exr{{{"", estimate.mean}}, metadata};
     // One sample says nothing about its spread.
-    if (film.samples >= 2) exr.layers.push_back({"variance", film.varianceOfMean()});
+    if (estimate.samples >= 2 && !estimate.variance.pixels.empty())
+        exr.layers.push_back({"variance", estimate.variance});
     if (aovs) {
         if (options.aovs.depth) exr.layers.push_back({"depth", std::move(aovs->depth)});
         if (options.aovs.normal) exr.layers.push_back({"normal", std::move(aovs->normal)});

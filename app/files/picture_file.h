@@ -1,4 +1,4 @@
-// A film as a picture file: EXR with layers, or PNG.
+// An estimate as a picture file: EXR with layers, or PNG.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace app {
 
-/// Writes the mean of `film` (at least one sample) with what `options` say about layers, exposure
-/// and tone. `aovs` may be absent: then there are none in the file. The file appears only when
-/// complete. Throws core::Error.
-void writePicture(const std::filesystem::path& file, const core::Film& film, core::Aovs* aovs,
-                  const RenderOptions& options, const core::Metadata& metadata);
+/// Writes the mean of an estimate (at least one sample) with what `options` say about layers,
+/// exposure and tone. `aovs` may be absent: then there are none in the file. The file appears only
+/// when complete. Throws core::Error.
+void writePicture(const std::filesystem::path& file, const core::Estimate& estimate,
+                  core::Aovs* aovs, const RenderOptions& options, const core::Metadata& metadata);
 
 /// Throws core::Error (command line) when a picture of that size cannot be held in this machine's
 /// memory.

@@ -80,6 +80,21 @@ static Json framesJson(const RenderReport& r)
     return frames;
 }
 
+/// A parameter that most methods have, or what stands for its absence.
+static uint32_t paramOr(const core::AnyParams& params, const char* name, uint32_t otherwise)
+{
+    const uint32_t* value = core::findParam<uint32_t>(params, name);
+    return value != nullptr ? *value : otherwise;
+}
+
+static Json detailsJson(const core::RenderStats& stats)
+{
+    Json json = Json::object();
+    for (const core::StatsDetail& detail : stats.details)
+        std::visit([&](const auto& value) { json[detail.name] = value; }, detail.value);
+    return json;
+}
+
 std::string statsJson(const RenderReport& r)
 {
     const RenderOptions& o = *r.options;
@@ -95,12 +110,12 @@ std::string statsJson(const RenderReport& r)
               {"scene_hash", r.world->scene->hash},
               {"device", r.renderer.device},
               {"driver", r.renderer.driver},
-              {"method", std::string(core::enumName(o.method))},
+              {"method", std::string(o.params.id())},
               {"reuse", "none"},
               {"size", {r.size.x, r.size.y}},
               {"spp", r.frames.empty() ? 0 : r.frames.back().spp},
-              {"seed", o.params.seed},
-              {"max_depth", o.params.maxDepth},
+              {"seed", paramOr(o.params, "seed", 0)},
+              {"max_depth", paramOr(o.params, "max-depth", 0)},
               {"params", paramsJson(o.params)},
               {"biased", biasedParams(o.params)},
               {"features",
@@ -123,7 +138,7 @@ std::string statsJson(const RenderReport& r)
                 {"stack_overflow", c.stackOverflow}}},
               {"warnings", r.world->warnings.total()},
               {"frames", framesJson(r)},
-              {"method_stats", {{"kernel", r.renderer.kernel}}}};
+              {"method_stats", detailsJson(r.renderer)}};
     if (r.rmse) json["rmse"] = *r.rmse;
     if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
     if (o.validation) json["validation_messages"] = r.validationMessages;
@@ -142,8 +157,8 @@ core::Metadata imageMetadata(const PictureFacts& f)
                      {"width", std::to_string(f.size.x)},
                      {"height", std::to_string(f.size.y)},
                      {"spp", std::to_string(f.samples)},
-                     {"seed", std::to_string(f.params.seed)},
-                     {"method", std::string(core::enumName(f.method))},
+                     {"seed", std::to_string(paramOr(f.params, "seed", 0))},
+                     {"method", std::string(f.params.id())},
                      {"params", paramsJson(f.params).dump()},
                      {"device", f.device},
                      {"driver", f.driver},
@@ -163,7 +178,6 @@ core::Metadata imageMetadata(const RenderReport& r)
                           .time = r.time,
                           .camera = r.camera,
                           .size = r.size,
-                          .method = r.options->method,
                           .params = r.options->params,
                           .samples = frame.spp,
                           .seconds = frame.seconds,

@@ -56,8 +56,7 @@ struct PictureFacts {
     double time = 0;  // seconds of the scene's animation
     core::Camera camera;
     glm::uvec2 size{};
-    Method method = Method::path;
-    core::PathParams params;
+    core::AnyParams params;
     uint64_t samples = 0;
     double seconds = 0;  // in the renderer
     std::string device, driver;

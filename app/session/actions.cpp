@@ -36,12 +36,10 @@ fs::path stamped(const char* extension)
 RenderParams changed(const Session& session, const Json& changes)
 {
     RenderParams params = session.render;
-    params.path = session.settings.path;
     if (changes.is_null()) return params;
     if (!changes.is_object()) refuse("a, b", "objects of parameters");
-    for (const auto& [name, value] : changes.items()) {
-        if (!setRenderParam(params, name, value)) throw unknownParam(name, renderParamNames());
-    }
+    const std::string unknown = setRenderParams(params, changes);
+    if (!unknown.empty()) throw unknownParam(unknown, renderParamNames(params));
     return params;
 }
 
@@ -69,14 +67,14 @@ void setAction(const ActionContext& c)
     const auto value = c.arguments.find("value");
     if (value == c.arguments.end()) refuse("value", "a value");
     Session& s = c.session;
-    s.render.path = s.settings.path;
-    if (setRenderParam(s.render, name, *value)) {
-        s.settings.path = s.render.path;
+    if (name == "method") {
+        s.chooseMethod(value->is_string() ? value->get<std::string>() : value->dump());
         return;
     }
+    if (setRenderParam(s.render, name, *value)) return;
     if (setParam(s.settings.view, name, *value) || setParam(s.settings.panels, name, *value))
         return;
-    std::vector<std::string> names = renderParamNames();
+    std::vector<std::string> names = renderParamNames(s.render);
     for (const std::string& more : paramNames<ViewParams>()) names.push_back(more);
     for (const std::string& more : paramNames<PanelParams>()) names.push_back(more);
     throw unknownParam(name, names);
@@ -86,16 +84,16 @@ void presetAction(const ActionContext& c)
 {
     const std::string name = text(c, "name");
     std::vector<std::string> names;
-    const std::array<const std::vector<Preset>*, 2> lists{&c.session.settings.presets,
-                                                          &builtInPresets()};
-    for (const std::vector<Preset>* list : lists) {
-        for (const Preset& preset : *list) {
-            names.push_back(preset.name);
-            if (preset.name != name) continue;
-            c.session.settings.path = preset.path;
-            return;
-        }
-    }
+    const auto isIt = [&](const std::string& known, const core::AnyParams& params) {
+        names.push_back(known);
+        if (known == name) c.session.chooseParams(params);
+        return known == name;
+    };
+    for (const Preset& preset : c.session.settings.presets)
+        if (isIt(preset.name, preset.params)) return;
+    for (const core::MethodInfo& method : core::methods())
+        for (const core::MethodPreset& preset : method.presets)
+            if (isIt(preset.name, preset.params)) return;
     throw core::Error("preset: there is no \"" + name + "\"" + suggestion(name, names),
                       core::ExitCode::commandLine);
 }

@@ -30,7 +30,7 @@ RenderParams timed(RenderParams params, double seconds)
 
 /// ", clamp-indirect 10, sampler independent": fields that are not at their defaults, but for the
 /// depth.
-std::string unusual(const core::PathParams& params)
+std::string unusual(const core::AnyParams& params)
 {
     std::string text;
     visitWithDefaults(params,
@@ -86,9 +86,11 @@ std::optional<Slot> EqualTime::offer(const std::shared_ptr<const Picture>& pictu
 
 std::string paramsLabel(const RenderParams& params)
 {
-    return std::string(core::enumName(params.method)) + ", " +
-           std::string(core::enumName(params.device)) + ", depth " +
-           std::to_string(params.path.maxDepth) + unusual(params.path);
+    std::string text =
+        std::string(params.method.id()) + ", " + std::string(core::enumName(params.device));
+    if (const uint32_t* depth = core::findParam<uint32_t>(params.method, "max-depth"))
+        text += ", depth " + std::to_string(*depth);
+    return text + unusual(params.method);
 }
 
 std::string pictureLabel(const Picture& picture)

@@ -82,13 +82,13 @@ double estimatedError(const core::Image& variance)
     return count > 0 ? std::sqrt(sum / double(count)) : 0;
 }
 
-ErrorPoint errorPoint(const core::Film& film, const core::Image& mean, const core::Image& variance,
-                      double seconds, const Reference* reference)
+ErrorPoint errorPoint(const core::Estimate& estimate, double seconds, const Reference* reference)
 {
+    const core::Image& mean = estimate.mean;
     ErrorPoint point;
     point.seconds = seconds;
-    point.samples = film.samples;
-    point.estimated = estimatedError(variance);
+    point.samples = estimate.samples;
+    point.estimated = estimatedError(estimate.variance);
     if (reference != nullptr && reference->mean.width == mean.width &&
         reference->mean.height == mean.height && reference->mean.channels >= 3) {
         const ErrorEstimate e = errorAgainst(mean, reference->mean);

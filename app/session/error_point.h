@@ -23,9 +23,9 @@ ErrorEstimate errorAgainst(const core::Image& image, const core::Image& referenc
 /// Root of the mean of a variance image: the error that the samples' own spread tells.
 double estimatedError(const core::Image& variance);
 
-/// The point that a film stands at. `reference` may be null, or of another size: then without rmse.
-ErrorPoint errorPoint(const core::Film& film, const core::Image& mean, const core::Image& variance,
-                      double seconds, const Reference* reference);
+/// The point that an estimate with its variance stands at. `reference` may be null, or of another
+/// size: then without rmse.
+ErrorPoint errorPoint(const core::Estimate& estimate, double seconds, const Reference* reference);
 
 /// Keeps a curve below a few hundred points: when it is full, every other point but the last goes.
 void addPoint(std::vector<ErrorPoint>& curve, const ErrorPoint& point);

@@ -12,7 +12,7 @@ namespace app {
 template <class Params, class V> void visitWithDefaults(Params& params, V&& v)
 {
     using Plain = std::remove_const_t<Params>;
-    const Plain standard{};
+    const Plain standard = core::defaultsOf(static_cast<const Plain&>(params));
     std::vector<const void*> members;
     Plain::visit(standard,
                  [&](const core::Field&, const auto& member) { members.push_back(&member); });

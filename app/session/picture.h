@@ -31,22 +31,20 @@ struct Reference {
 struct RenderParams {
     DeviceKind device = DeviceKind::vulkan;
     int deviceIndex = -1;
-    Method method = Method::path;
-    core::PathParams path;
+    core::AnyParams method;   // how light is found
     uint64_t sppLimit = 0;    // 0: none
     double secondsLimit = 0;  // 0: none
     double errorLimit = 0;  // RMSE (against the reference, or estimated from the variance); 0: none
 
-    /// Without those of `path`, which has its own list.
+    /// Without `method`, which has its own list.
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
         using core::Field;
-        v(Field{"device", "the Vulkan path tracer, or Embree on all cores"}, p.device);
+        v(Field{"device", "Vulkan compute, or Embree on all cores"}, p.device);
         v(Field{"device-index",
                 "which Vulkan device, as `devices` lists them; -1 chooses",
                 {-1, 255}},
           p.deviceIndex);
-        v(Field{"method", "how light is found"}, p.method);
         v(Field{"spp-limit",
                 "samples per pixel after which the picture is finished; 0: none",
                 {0, 2147483647}},
@@ -101,7 +99,8 @@ struct Picture {
     core::Camera camera;
     glm::uvec2 fullSize{0};
     RenderParams params;
-    uint64_t samples = 0;
+    uint64_t samples = 0;   // that every pixel has had
+    double fraction = 0;    // in [0,1): how much of the next step some pixels have had, too
     double seconds = 0;     // of rendering, since the start of the picture
     bool preview = false;   // coarse: rendered while the camera moved
     bool finished = false;  // a limit is reached

@@ -1,12 +1,14 @@
-// Rules of a picture: the first sample is shown at once; then showing and judging may cost 15 % of
-// the time each; the curve of errors gets a point each time the samples have grown by a fifth, or
-// doubled where that would cost more; what points and pictures cost does not count as rendering.
+// Rules of a picture: the first sample is shown at once, parts of a slow one every third of a
+// second; then showing and measuring may cost 15 % of the time each; the curve of errors gets a
+// point each time the samples have grown by a fifth, or doubled where that would cost more; what
+// points and pictures cost does not count as rendering.
 #include "app/session/picture_work.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "app/session/error_point.h"
+#include "core/base/time.h"
 
 namespace app {
 
@@ -18,11 +20,6 @@ constexpr double kFirstLookSeconds = 0.05;                  // of the small samp
 constexpr double kOverhead = 0.15;
 constexpr double kGrowth = 1.2;
 constexpr uint64_t kFewestForEstimate = 8;  // samples below which their own spread says too little
-
-double since(PictureWork::Clock::time_point start)
-{
-    return std::chrono::duration<double>(PictureWork::Clock::now() - start).count();
-}
 
 RenderParams withoutLimits(RenderParams params)
 {
@@ -36,7 +33,7 @@ RenderParams withoutLimits(RenderParams params)
 Change changeBetween(const RenderRequest& from, const RenderRequest& to)
 {
     const RenderParams a = withoutLimits(from.params), b = withoutLimits(to.params);
-    if (a.device != b.device || a.deviceIndex != b.deviceIndex || a.method != b.method ||
+    if (a.device != b.device || a.deviceIndex != b.deviceIndex || a.method.id() != b.method.id() ||
         from.validation != to.validation) {
         return Change::renderer;
     }
@@ -47,27 +44,30 @@ Change changeBetween(const RenderRequest& from, const RenderRequest& to)
 }
 
 void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, Coarse coarse,
-                        ResolutionControl& control, double paceFactor)
+                        core::Start start, ResolutionControl& control, double paceFactor)
 {
+    std::shared_ptr<const core::Image> backdrop = std::move(backdrop_);
     *this = {};
+    if (coarse == Coarse::no) backdrop_ = std::move(backdrop);
     coarse_ = coarse;
-    core::PathParams params = request.params.path;
+    core::AnyParams params = request.params.method;
+    uint32_t* const depth = core::findParam<uint32_t>(params, "max-depth");
+    depth_ = depth != nullptr ? *depth : 1;
     size_ = request.size;
     if (coarse != Coarse::no) {
-        if (coarse == Coarse::moving)
-            params.maxDepth = std::min(params.maxDepth, request.movingDepth);
+        if (coarse == Coarse::moving) depth_ = std::min(depth_, request.movingDepth);
         const double target =
             coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
-        const PreviewSize preview = control.choose(request.size, params.maxDepth, target);
+        const PreviewSize preview = control.choose(request.size, depth_, target);
         size_ = preview.size;
         scale_ = preview.scale;
-        params.maxDepth = preview.depth;
+        depth_ = preview.depth;
     }
-    depth_ = params.maxDepth;
+    if (depth != nullptr) *depth = depth_;
     renderer.setPace(
-        {.dispatchSeconds = (coarse == Coarse::no ? kPieceStill : kPieceMoving) * paceFactor,
-         .discardOnStop = true});
-    renderer.setView(request.camera, size_.x, size_.y, params);
+        {.dispatchSeconds = (coarse == Coarse::no ? kPieceStill : kPieceMoving) * paceFactor});
+    renderer.setView({request.camera, size_, params}, start);
+    version_ = publishedVersion_ = renderer.progress().version;
     nextPoint_ = 2;
     begun_ = true;
 }
@@ -92,34 +92,49 @@ uint32_t PictureWork::nextCount(const RenderRequest& request) const
     return static_cast<uint32_t>(std::clamp(most, 1.0, 4096.0));
 }
 
-bool PictureWork::advance(core::Renderer& renderer, const RenderRequest& request,
+void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request,
                           ResolutionControl& control, std::stop_token stop)
 {
-    film_.reset();
+    estimate_.reset();
     const auto start = Clock::now();
-    renderer.advance(nextCount(request), stop);
-    const double seconds = since(start);
-    const uint64_t now = renderer.samples();
-    if (now <= samples_) {
-        begun_ = now == samples_ && now > 0;  // a renderer may have kept what it had
-        return begun_;
-    }
+    core::Budget budget{.samples = nextCount(request)};
+    if (coarse_ == Coarse::no) budget.seconds = kStepSeconds;
+    renderer.advance(budget, stop);
+    const double seconds = core::secondsSince(start);
+    const core::RenderProgress now = renderer.progress();
+    if (now.version == version_) return;
+    version_ = now.version;
+    fraction_ = now.fraction;
+    seconds_ += seconds;
+    stepSeconds_ += seconds;
+    if (now.samples <= samples_) return;
     if (samples_ > 0 || coarse_ != Coarse::no) {
-        control.observe(double(now - samples_) * size_.x * size_.y, depth_, seconds,
+        control.observe(double(now.samples - samples_) * size_.x * size_.y, depth_, stepSeconds_,
                         coarse_ != Coarse::no);
     }
-    if (samples_ == 0) firstSeconds_ = seconds;
-    samples_ = now;
-    seconds_ += seconds;
-    return true;
+    if (samples_ == 0) firstSeconds_ = stepSeconds_;
+    samples_ = now.samples;
+    stepSeconds_ = 0;
 }
 
-void PictureWork::readFilm(core::Renderer& renderer)
+void PictureWork::readEverything(core::Renderer& renderer)
 {
-    if (film_) return;
-    film_.emplace();
-    renderer.readFilm(*film_);
-    counters_ = film_->counters;
+    if (!estimate_) estimate_ = renderer.read(core::Reading::everything);
+}
+
+/// Pixels that have had no sample show the small picture that came before.
+void PictureWork::fillFromBackdrop(core::Estimate& estimate) const
+{
+    if (!backdrop_ || backdrop_->width == 0 || backdrop_->height == 0) return;
+    core::Image& mean = estimate.mean;
+    for (uint32_t y = 0; y < mean.height; ++y) {
+        const uint64_t v = uint64_t(y) * backdrop_->height / mean.height;
+        for (uint32_t x = 0; x < mean.width; ++x) {
+            if (*estimate.weight.at(x, y) > 0) continue;
+            const uint64_t u = uint64_t(x) * backdrop_->width / mean.width;
+            std::copy_n(backdrop_->at(uint32_t(u), uint32_t(v)), 3, mean.at(x, y));
+        }
+    }
 }
 
 bool PictureWork::limitReached(const RenderRequest& request) const
@@ -133,60 +148,63 @@ bool PictureWork::limitReached(const RenderRequest& request) const
     return point.samples >= kFewestForEstimate && point.estimated <= limits.errorLimit;
 }
 
-void PictureWork::judge(core::Renderer& renderer, const RenderRequest& request, bool force)
+void PictureWork::measureError(core::Renderer& renderer, const RenderRequest& request, bool force)
 {
-    if (coarse_ != Coarse::no || samples_ == 0) return;
+    if (coarse_ != Coarse::no || samples_ == 0 || fraction_ > 0) return;
     const bool limit = limitReached(request);
     const bool known = !curve_.empty() && curve_.back().samples == samples_;
     const bool doubled = !curve_.empty() && samples_ >= 2 * curve_.back().samples;
     const bool grown = samples_ >= nextPoint_ && (doubled || pointSeconds_ <= kOverhead * seconds_);
     if (force || grown || (limit && !known)) {
         const auto start = Clock::now();
-        readFilm(renderer);
-        const core::Image mean = film_->mean(), variance = film_->varianceOfMean();
-        addPoint(curve_, errorPoint(*film_, mean, variance, seconds_, request.reference.get()));
+        readEverything(renderer);
+        addPoint(curve_, errorPoint(*estimate_, seconds_, request.reference.get()));
         nextPoint_ =
             std::max(samples_ + 1, static_cast<uint64_t>(std::ceil(kGrowth * double(samples_))));
-        pointSeconds_ += since(start);
+        pointSeconds_ += core::secondsSince(start);
     }
     finished_ = limitReached(request);
 }
 
 bool PictureWork::due() const
 {
-    if (samples_ == 0 || published_ == samples_) return false;
-    if (published_ == 0 || finished_) return true;
-    const double age = std::clamp(0.03 * seconds_, 1.0 / 30, 0.3);  // an old picture changes little
-    return since(publishedAt_) >= std::max(age, publishSeconds_ / kOverhead);
+    if (!presentable() || publishedVersion_ == version_) return false;
+    if (samples_ > published_ && (published_ == 0 || finished_)) return true;
+    // An old picture changes little; a part of a sample changes a part of it.
+    const double age = samples_ > published_ ? std::clamp(0.03 * seconds_, 1.0 / 30, 0.3) : 0.3;
+    return core::secondsSince(publishedAt_) >= std::max(age, publishSeconds_ / kOverhead);
 }
 
 std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const RenderRequest& request)
 {
     const auto start = Clock::now();
     auto picture = std::make_shared<Picture>();
-    if (request.wantVariance) readFilm(renderer);
-    if (film_) {
-        picture->mean = film_->mean();
-        if (request.wantVariance)
-            picture->variance = std::make_shared<core::Image>(film_->varianceOfMean());
-    } else {
-        renderer.readMean(picture->mean);
-    }
+    const bool holes = samples_ == 0;
+    if (request.wantVariance || holes) readEverything(renderer);
+    const bool meanOnly = !estimate_;
+    core::Estimate estimate = meanOnly ? renderer.read(core::Reading::mean) : *estimate_;
+    if (holes) fillFromBackdrop(estimate);
+    picture->mean = std::move(estimate.mean);
+    picture->counters = estimate.counters;
+    if (request.wantVariance)
+        picture->variance = std::make_shared<core::Image>(std::move(estimate.variance));
+    if (coarse_ != Coarse::no) backdrop_ = std::make_shared<core::Image>(picture->mean);
     if (request.wantAovs && !aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
     if (request.wantAovs) picture->aovs = aovs_;
     picture->camera = request.camera;
     picture->fullSize = request.size;
     picture->params = request.params;
     picture->samples = samples_;
+    picture->fraction = fraction_;
     picture->seconds = seconds_;
-    picture->preview = coarse_ != Coarse::no;
+    picture->preview = coarse_ != Coarse::no || holes;
     picture->finished = finished_;
-    picture->counters = counters_;
     picture->stats = renderer.stats();
     picture->curve = curve_;
     published_ = samples_;
+    publishedVersion_ = version_;
     publishedAt_ = Clock::now();
-    publishSeconds_ = since(start);
+    publishSeconds_ = core::secondsSince(start);
     return picture;
 }
 

@@ -24,42 +24,47 @@ class PictureWork {
 public:
     using Clock = std::chrono::steady_clock;
 
-    /// Sets the renderer up; the film is empty then. `first`: one small sample is to be shown
-    /// before the full picture. `paceFactor` shortens every piece of work (1 is normal).
+    /// Sets the renderer up for the request's view, which follows on the last one as `start` says.
+    /// `first`: one small sample is to be shown before the full picture. `paceFactor` shortens
+    /// every piece of work (1 is normal).
     void begin(core::Renderer& renderer, const RenderRequest& request, Coarse coarse,
-               ResolutionControl& control, double paceFactor);
+               core::Start start, ResolutionControl& control, double paceFactor);
 
-    /// Takes some samples: one at first, then what fits in a tenth of a second, up to the next
-    /// limit or point of the curve. False when the film was lost to a stop: then it has to begin
-    /// again.
-    bool advance(core::Renderer& renderer, const RenderRequest& request, ResolutionControl& control,
+    /// Renders for a tenth of a second, up to the next limit or point of the curve: some samples,
+    /// or a part of one. Small pictures are completed.
+    void advance(core::Renderer& renderer, const RenderRequest& request, ResolutionControl& control,
                  std::stop_token stop);
 
     /// Adds a point to the curve when its time has come (`force`: now) and finds out whether a
-    /// limit is reached.
-    void judge(core::Renderer& renderer, const RenderRequest& request, bool force);
+    /// limit is reached; both only between whole samples.
+    void measureError(core::Renderer& renderer, const RenderRequest& request, bool force);
+
+    /// Whether there is something to show: a whole sample, or a part of the first one before the
+    /// small picture that came before it.
+    bool presentable() const { return samples_ > 0 || (fraction_ > 0 && backdrop_); }
 
     /// Whether a picture is worth its cost now.
     bool due() const;
 
-    /// The picture as the film stands. Its cost is remembered for due().
+    /// The picture as the estimate stands. Its cost is remembered for due().
     std::shared_ptr<Picture> make(core::Renderer& renderer, const RenderRequest& request);
 
-    void changeLimits() { finished_ = false; }  // judge() looks again
+    void changeLimits() { finished_ = false; }  // measureError() looks again
     bool begun() const { return begun_; }
-    void lose() { begun_ = false; }
+    void discard() { *this = {}; }  // the renderer holds no picture any more
+    void dropBackdrop() { backdrop_.reset(); }
     Coarse coarse() const { return coarse_; }
     float scale() const { return scale_; }
     uint64_t samples() const { return samples_; }
-    uint64_t published() const
-    {
-        return published_;
-    }  // samples of the last picture handed out; 0: none yet
+    double fraction() const { return fraction_; }
+    /// Samples of the last picture handed out; 0: none with a whole one yet.
+    uint64_t published() const { return published_; }
     bool finished() const { return finished_; }
 
 private:
     uint32_t nextCount(const RenderRequest& request) const;
-    void readFilm(core::Renderer& renderer);
+    void readEverything(core::Renderer& renderer);
+    void fillFromBackdrop(core::Estimate& estimate) const;
     bool limitReached(const RenderRequest& request) const;
 
     bool begun_ = false, finished_ = false;
@@ -71,9 +76,12 @@ private:
     double seconds_ = 0, pointSeconds_ = 0, publishSeconds_ = 0, firstSeconds_ = 0;
     Clock::time_point publishedAt_;
     std::vector<ErrorPoint> curve_;
-    core::FilmCounters counters_;
-    std::optional<core::Film> film_;          // as it stands, when it has been read
-    std::shared_ptr<const core::Aovs> aovs_;  // of this view
+    double fraction_ = 0, stepSeconds_ = 0;  // of the step under way
+    uint64_t version_ = 0, publishedVersion_ = 0;
+    std::optional<core::Estimate>
+        estimate_;  // with everything, as it stands, when it has been read
+    std::shared_ptr<const core::Image> backdrop_;  // the small picture that came before this one
+    std::shared_ptr<const core::Aovs> aovs_;       // of this view
 };
 
 }  // namespace app

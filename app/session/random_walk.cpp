@@ -31,7 +31,7 @@ size_t RandomWalk::below(size_t count)
 /// {"name": ..., "value": ...}: one in eight does not fit.
 Json RandomWalk::parameter()
 {
-    switch (below(16)) {
+    switch (below(18)) {
     case 0:
         return {{"name", "device"}, {"value", below(2) == 0 ? "cpu" : "vulkan"}};
     case 1:
@@ -62,9 +62,41 @@ Json RandomWalk::parameter()
         return {{"name", "error-range"}, {"value", real(0.001, 10)}};
     case 14:
         return {{"name", "max-depth"}, {"value", -1}};
+    case 15: {
+        const auto methods = core::methods();
+        return {{"name", "method"}, {"value", std::string(methods[below(methods.size())].id())}};
+    }
+    case 16:
+        return methodParameter();
     default:
         return {{"name", "no-such"}, {"value", Json::array()}};
     }
+}
+
+/// Any parameter of any method, which need not be the one in use.
+Json RandomWalk::methodParameter()
+{
+    const auto methods = core::methods();
+    const core::MethodInfo& method = methods[below(methods.size())];
+    std::vector<Json> all;
+    core::AnyParams::visit(method.defaults, [&](const core::Field& field, const auto& value) {
+        using Member = std::remove_cvref_t<decltype(value)>;
+        const double low = field.range.low;
+        const double high =
+            field.range.low == field.range.high ? 100 : std::min(field.range.high, 20.0);
+        Json chosen;
+        if constexpr (std::is_enum_v<Member>)
+            chosen =
+                std::string(core::enumNames<Member>()[below(core::enumNames<Member>().size())]);
+        else if constexpr (std::is_same_v<Member, bool>)
+            chosen = below(2) == 0;
+        else if constexpr (std::is_integral_v<Member>)
+            chosen = static_cast<uint64_t>(real(low, high));
+        else
+            chosen = real(low, high);
+        all.push_back({{"name", field.name}, {"value", chosen}});
+    });
+    return all[below(all.size())];
 }
 
 Json RandomWalk::arguments(const std::string& action)

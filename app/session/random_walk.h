@@ -26,6 +26,7 @@ public:
 private:
     nlohmann::ordered_json arguments(const std::string& action);
     nlohmann::ordered_json parameter();
+    nlohmann::ordered_json methodParameter();
     double real(double low, double high);
     size_t below(size_t count);
 

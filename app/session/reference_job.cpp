@@ -8,12 +8,12 @@
 #include "app/session/reference_job.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
-#include "core/methods/methods.h"
+#include "core/base/time.h"
+#include "core/methods/method.h"
 
 namespace app {
 
@@ -21,6 +21,7 @@ namespace {
 
 constexpr uint64_t kFirst = 4;  // samples of the first one that is handed out
 constexpr double kGrowth = 1.5;
+constexpr double kStepSeconds = 0.2;
 
 /// A seed that no one types: mixed bits with the highest one set (Wang's integer hash, 2007).
 uint32_t ownSeed(uint32_t seed)
@@ -34,36 +35,42 @@ uint32_t ownSeed(uint32_t seed)
     return x | 0x80000000u;
 }
 
+std::string seedText(const core::AnyParams& params)
+{
+    const uint32_t* seed = core::findParam<uint32_t>(params, "seed");
+    return seed != nullptr ? std::to_string(*seed) : "none";
+}
+
 void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
                      core::JobContext& job)
 {
-    const auto renderer = core::makeRenderer("path");
-    renderer->setPace({.dispatchSeconds = 0.05, .discardOnStop = true});
+    const auto renderer = core::makeRenderer(order.params.id());
+    renderer->setPace({.dispatchSeconds = 0.05});
     renderer->setWorld(order.world, [&](const char* stage, double fraction) {
         job.progress(stage, fraction);
         if (job.stopped()) throw core::Error("cancelled", core::ExitCode::interrupted);
     });
-    renderer->setView(order.camera, order.size.x, order.size.y, order.params);
+    renderer->setView({order.camera, order.size, order.params}, core::Start::anew);
     double seconds = 0;
     for (uint64_t done = 0, next = kFirst; done < order.samples;) {
         next = std::min(next, order.samples);
-        const auto start = std::chrono::steady_clock::now();
-        while (done < next) {  // in small steps, so that the progress moves
-            renderer->advance(static_cast<uint32_t>(std::min<uint64_t>(next - done, kFirst)),
-                              job.stop());
+        const core::Clock::time_point start = core::Clock::now();
+        while (done < next) {  // in short steps, so that the progress moves
+            renderer->advance({static_cast<uint32_t>(next - done), kStepSeconds}, job.stop());
             if (job.stopped()) return;
-            done = renderer->samples();
-            job.progress("reference", double(done) / double(order.samples));
+            const core::RenderProgress progress = renderer->progress();
+            done = progress.samples;
+            job.progress("reference", (double(done) + progress.fraction) / double(order.samples));
         }
-        seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        core::Film film;
-        renderer->readFilm(film);
+        seconds += core::secondsSince(start);
+        core::Estimate estimate = renderer->read(core::Reading::everything);
         auto reference = std::make_shared<Reference>();
-        reference->mean = film.mean();
-        reference->variance = film.varianceOfMean();
+        reference->mean = std::move(estimate.mean);
+        reference->variance = std::move(estimate.variance);
         reference->samples = done;
         reference->seconds = seconds;
-        reference->origin = "core thread, path, seed " + std::to_string(order.params.seed);
+        reference->origin =
+            "core thread, " + std::string(order.params.id()) + ", seed " + seedText(order.params);
         box.publish(job.generation(), std::move(reference));
         next = static_cast<uint64_t>(std::ceil(kGrowth * double(done)));
     }
@@ -74,7 +81,7 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
 core::Worker::Job referenceJob(ReferenceOrder order, std::shared_ptr<core::Mailbox<Reference>> box)
 {
     CHECK(order.world != nullptr && order.size.x > 0 && order.size.y > 0);
-    order.params.seed = ownSeed(order.params.seed);
+    if (uint32_t* seed = core::findParam<uint32_t>(order.params, "seed")) *seed = ownSeed(*seed);
     return [order = std::move(order), box = std::move(box)](core::JobContext& job) {
         core::runLast([&] { renderReference(order, *box, job); });
     };

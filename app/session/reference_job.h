@@ -12,7 +12,7 @@ struct ReferenceOrder {
     core::Camera camera;
     glm::uvec2 size{0};
     // Its seed is replaced by one of the reference's own: errors must be independent
-    core::PathParams params;
+    core::AnyParams params;
     uint64_t samples = 4096;
 };
 

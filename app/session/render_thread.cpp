@@ -4,29 +4,22 @@
 // whose camera never rests would otherwise never be seen.
 #include "app/session/render_thread.h"
 
-#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <optional>
 #include <utility>
 
-#include "app/gpu/base/pipeline_cache.h"
-#include "app/gpu/methods/path.h"
+#include "app/methods/methods.h"
 #include "app/session/picture_work.h"
 #include "core/base/check.h"
-#include "core/methods/methods.h"
+#include "core/base/time.h"
 
 namespace app {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
+using core::Clock, core::secondsSince;
 
 // The window is drawn first; see reference_job.cpp for the other threads
 constexpr int kNiceness = 5;
@@ -35,16 +28,14 @@ constexpr int kNiceness = 5;
 
 std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, bool validation)
 {
-    const std::string_view method = core::enumName(params.method);
-    if (params.device == DeviceKind::cpu) return core::makeRenderer(method);
-    if (params.method != Method::path) {
-        throw core::Error("method '" + std::string(method) +
-                              "' does not exist on Vulkan — use path",
-                          core::ExitCode::commandLine);
-    }
-    return gpu::makePathRenderer({.index = params.deviceIndex,
-                                  .validation = validation,
-                                  .cacheFolder = gpu::userCacheFolder()});
+    return makeRenderer(params.method.id(), {params.device, params.deviceIndex, validation});
+}
+
+/// What the choice of a preview's size needs to know; methods without depth count as one.
+static uint32_t depthOf(const RenderParams& params)
+{
+    const uint32_t* depth = core::findParam<uint32_t>(params.method, "max-depth");
+    return depth != nullptr ? *depth : 1;
 }
 
 class RenderThread::Loop {
@@ -62,21 +53,21 @@ public:
 private:
     enum class Phase { idle, building, coarse, sampling };
 
-    bool take();
+    bool takeRequest();
     void step();
-    bool bring();
+    bool prepareRenderer();
     void makeRenderer();
     bool setWorld();
-    void putBack(std::shared_ptr<const core::World> old);
+    void restoreWorld(std::shared_ptr<const core::World> old);
     void beginPicture();
     void takeSamples();
     void publish();
     void fail(const std::exception_ptr& failure);
-    void stand(Change until, const std::string& error);
-    void forgetRenderer();
-    core::Progress tellProgress();
+    void suspendUntil(Change until, const std::string& error);
+    void dropRenderer();
+    core::Progress reportProgress();
     std::stop_token enter(Phase phase);
-    void tell(const std::string& error);
+    void publishError(const std::string& error);
     bool interrupts(const RenderRequest& next) const;
 
     // Under the lock.
@@ -103,9 +94,9 @@ private:
     std::optional<RenderRequest> begun_;  // what the picture was begun for
     PictureWork work_;
     ResolutionControl control_;
-    std::optional<Change>
-        standsUntil_;  // after a failure: the least change of the request that is worth another try
-    bool publishDue_ = false, judgeDue_ = false, workLeft_ = false;
+    std::optional<Change> suspendedUntil_;  // after a failure: the least change of the request that
+                                            // is worth another try
+    bool publishDue_ = false, errorDue_ = false, workLeft_ = false;
     bool retried_ = false;
     double paceFactor_ = 1;
 };
@@ -167,7 +158,7 @@ void RenderThread::Loop::run(const core::JobContext& job)
         interrupt_.request_stop();
         changed_.notify_all();
     });
-    while (take()) {
+    while (takeRequest()) {
         try {
             step();
         } catch (...) {
@@ -179,7 +170,7 @@ void RenderThread::Loop::run(const core::JobContext& job)
 
 /// Sleeps until there is something to do, and takes the newest request if there is one. False at
 /// the end.
-bool RenderThread::Loop::take()
+bool RenderThread::Loop::takeRequest()
 {
     std::unique_lock lock(mutex_);
     phase_ = Phase::idle;
@@ -205,8 +196,8 @@ bool RenderThread::Loop::take()
         retried_ = false;
         paceFactor_ = 1;
     }
-    if (standsUntil_ && (change >= *standsUntil_ || again)) standsUntil_.reset();
-    if (old.reference != request_.reference) judgeDue_ = true;
+    if (suspendedUntil_ && (change >= *suspendedUntil_ || again)) suspendedUntil_.reset();
+    if (old.reference != request_.reference) errorDue_ = true;
     publishDue_ = true;
     work_.changeLimits();
     return true;
@@ -215,34 +206,32 @@ bool RenderThread::Loop::take()
 void RenderThread::Loop::step()
 {
     workLeft_ = false;
-    if (standsUntil_ || !request_.world || request_.size.x == 0 || request_.size.y == 0) return;
-    if (!bring()) return;
+    if (suspendedUntil_ || !request_.world || request_.size.x == 0 || request_.size.y == 0) return;
+    if (!prepareRenderer()) return;
     const auto wantsSamples = [&] {
-        return !work_.finished() && (!request_.paused || work_.published() == 0);
+        // A pause waits for a whole sample.
+        const bool whole = work_.published() > 0 && work_.fraction() == 0;
+        return !work_.finished() && (!request_.paused || !whole);
     };
-    work_.judge(*renderer_, request_, judgeDue_);
-    judgeDue_ = false;
+    work_.measureError(*renderer_, request_, errorDue_);
+    errorDue_ = false;
     if (wantsSamples()) {
         takeSamples();
-        if (!work_.begun()) {  // stopped by a request that waits
-            workLeft_ = true;
-            return;
-        }
-        work_.judge(*renderer_, request_, false);
+        work_.measureError(*renderer_, request_, false);
     }
-    if ((publishDue_ || work_.due()) && work_.samples() > 0) publish();
+    if ((publishDue_ && work_.presentable()) || work_.due()) publish();
     workLeft_ = wantsSamples() || work_.coarse() == Coarse::first;
 }
 
 /// Brings renderer, world and view to the request; false when that has failed or is no longer
 /// wanted.
-bool RenderThread::Loop::bring()
+bool RenderThread::Loop::prepareRenderer()
 {
     if (!renderer_ || changeBetween(*made_, request_) == Change::renderer) {
         try {
             makeRenderer();
         } catch (const core::Error& error) {
-            stand(Change::renderer, error.what());
+            suspendUntil(Change::renderer, error.what());
             return false;
         }
     }
@@ -264,21 +253,22 @@ void RenderThread::Loop::makeRenderer()
         status_.stage = "start";
     }
     std::unique_ptr<core::Renderer> renderer = factory_(request_.params, request_.validation);
-    forgetRenderer();
+    dropRenderer();
     renderer_ = std::move(renderer);
     made_ = request_;
 }
 
-void RenderThread::Loop::forgetRenderer()
+void RenderThread::Loop::dropRenderer()
 {
-    work_.lose();
+    work_.discard();
     renderer_.reset();
     world_.reset();
+    begun_.reset();
     control_.forget();
 }
 
 /// For setWorld: shows how far it is, and ends it when another world is wanted by now.
-core::Progress RenderThread::Loop::tellProgress()
+core::Progress RenderThread::Loop::reportProgress()
 {
     return [this](const char* stage, double fraction) {
         const std::lock_guard lock(mutex_);
@@ -293,11 +283,11 @@ core::Progress RenderThread::Loop::tellProgress()
 bool RenderThread::Loop::setWorld()
 {
     enter(Phase::building);
-    work_.lose();
+    work_.discard();
     const std::shared_ptr<const core::World> old = std::exchange(world_, nullptr);
     std::string text;
     try {
-        renderer_->setWorld(request_.world, tellProgress());
+        renderer_->setWorld(request_.world, reportProgress());
         world_ = request_.world;
         control_.forget();
         return true;
@@ -308,20 +298,20 @@ bool RenderThread::Loop::setWorld()
     } catch (const std::bad_alloc&) {
         text = "the scene does not fit into memory";
     }
-    putBack(old);
-    stand(Change::world, text);
+    restoreWorld(old);
+    suspendUntil(Change::world, text);
     return false;
 }
 
 /// After a world that could not be had: the one before, so that who goes back to it need not wait.
-void RenderThread::Loop::putBack(std::shared_ptr<const core::World> old)
+void RenderThread::Loop::restoreWorld(std::shared_ptr<const core::World> old)
 {
     if (!old) return;
     try {
-        renderer_->setWorld(old, tellProgress());
+        renderer_->setWorld(old, reportProgress());
         world_ = std::move(old);
     } catch (const std::exception&) {
-        forgetRenderer();  // the first failure is the one to tell
+        dropRenderer();  // the first failure is the one to tell
     }
 }
 
@@ -332,10 +322,13 @@ void RenderThread::Loop::beginPicture()
     constexpr double kManyPixels = 1u << 15;  // and from here on, when nothing is known
     Coarse coarse = Coarse::no;
     const double pixels = double(request_.size.x) * request_.size.y;
-    const double expected = control_.predict(pixels, request_.params.path.maxDepth);
+    const double expected = control_.predict(pixels, depthOf(request_.params));
     const bool shown = work_.coarse() != Coarse::no && work_.published() > 0 &&
                        changeBetween(*begun_, request_) == Change::nothing;
-    if (request_.moving) {
+    if (!shown) work_.dropBackdrop();
+    // A method that keeps its samples needs no small pictures, which would cost it what it has.
+    const bool keeps = core::methodNamed(request_.params.method.id()).traits.keepsOnMove;
+    if (request_.moving && !keeps) {
         coarse = Coarse::moving;
     } else if (!shown && (expected > 0 ? expected > kSlow : pixels > kManyPixels)) {
         coarse = Coarse::first;
@@ -345,8 +338,10 @@ void RenderThread::Loop::beginPicture()
         const std::lock_guard lock(mutex_);
         status_.stage = "prepare";
     }
+    const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;
-    work_.begin(*renderer_, request_, coarse, control_, paceFactor_);
+    work_.begin(*renderer_, request_, coarse, follows ? core::Start::moved : core::Start::anew,
+                control_, paceFactor_);
 }
 
 void RenderThread::Loop::takeSamples()
@@ -356,7 +351,8 @@ void RenderThread::Loop::takeSamples()
     work_.advance(*renderer_, request_, control_, stop);
     const std::lock_guard lock(mutex_);
     phase_ = Phase::idle;
-    if (stop.stop_requested()) status_.lastStopSeconds = since(interruptedAt_);
+    status_.fraction = work_.fraction();
+    if (stop.stop_requested()) status_.lastStopSeconds = secondsSince(interruptedAt_);
 }
 
 /// From here on requests may stop what is done; one that has come in the meantime does so at once.
@@ -387,22 +383,22 @@ void RenderThread::Loop::publish()
     picture_.swap(old);
     status_.error.clear();
     if (picture->preview) {
-        status_.previewSeconds = since(takenPostedAt_);
+        status_.previewSeconds = secondsSince(takenPostedAt_);
         status_.previewScale = work_.scale();
     }
 }
 
-void RenderThread::Loop::tell(const std::string& error)
+void RenderThread::Loop::publishError(const std::string& error)
 {
     const std::lock_guard lock(mutex_);
     status_.error = error;
     ++status_.errorCount;
 }
 
-void RenderThread::Loop::stand(Change until, const std::string& error)
+void RenderThread::Loop::suspendUntil(Change until, const std::string& error)
 {
-    standsUntil_ = until;
-    tell(error);
+    suspendedUntil_ = until;
+    publishError(error);
 }
 
 /// A renderer that has thrown is not trusted again. A lost device gets one new one, with half as
@@ -421,15 +417,15 @@ void RenderThread::Loop::fail(const std::exception_ptr& failure)
     } catch (const std::exception& error) {
         text = error.what();
     }
-    forgetRenderer();
+    dropRenderer();
     if (lost && !retried_) {
         retried_ = true;
         paceFactor_ *= 0.5;
         workLeft_ = true;
-        tell(text + " — the device is started anew");
+        publishError(text + " — the device is started anew");
         return;
     }
-    stand(Change::view, text);
+    suspendUntil(Change::view, text);
 }
 
 // --- RenderThread

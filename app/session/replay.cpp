@@ -7,6 +7,7 @@
 #include "app/files/params_json.h"
 #include "core/base/check.h"
 #include "core/image/image_metadata.h"
+#include "core/methods/method.h"
 
 namespace app {
 
@@ -65,9 +66,13 @@ fs::path findScene(const fs::path& named, const fs::path& picture)
                       named.filename().string() + " into the picture's folder");
 }
 
-core::PathParams readPathParams(const Members& members)
+core::AnyParams readMethodParams(const Members& members)
 {
-    core::PathParams params;
+    const core::MethodInfo* method = core::findMethod(members.text("method"));
+    if (method == nullptr)
+        throw core::Error(members.place("method") + ": '" + members.text("method") +
+                          "' is not one of " + core::methodNames());
+    core::AnyParams params = method->defaults;
     const std::string place = members.place("params");
     for (const ParamProblem& problem :
          readParams(parseJson(members.text("params"), place), params, place))
@@ -91,8 +96,7 @@ Replay replayOf(const core::Metadata& metadata, const fs::path& picture)
                    members.value<uint32_t>("height", kPixels)};
     // What was lost on the way is not worth a refusal: a device there is always.
     if (members.has("device") && members.text("device") == "cpu") replay.device = DeviceKind::cpu;
-    replay.method = members.value<Method>("method");
-    replay.params = readPathParams(members);
+    replay.params = readMethodParams(members);
     replay.samples = members.value<uint64_t>("spp");
     if (members.has("at")) replay.at = members.value<double>("at", {0, 1e9});
     replay.scene = findScene(scene, picture);

@@ -16,8 +16,8 @@ struct Replay {
     std::string cameraJson;       // file space; checked to be JSON
     glm::uvec2 size{0};
     DeviceKind device = DeviceKind::vulkan;  // the same kind; which one is not said
-    Method method = Method::path;
-    core::PathParams params;  // what an older version had no parameter for is at its default
+    core::AnyParams params;  // of the picture's method; what an older version had no parameter for
+                             // is at its default
     uint64_t samples = 0;
     double at = 0;  // seconds of the scene's animation
 };

@@ -49,7 +49,7 @@ Session::Session(const SessionOptions& options)
         settings = readSettings(options.settings, problem);
         if (!problem.empty()) notices.tell(Severity::warning, problem);
     }
-    if (options.pathGiven) settings.path = options.render.path;
+    if (!options.methodGiven) render.method = settings.paramsOf(render.method.id());
     if (!options.scene.file.empty()) load(options.scene);
 }
 
@@ -60,10 +60,22 @@ Session::~Session()
         saver_.wait();
         tellEnds();  // a picture that could not be saved is told even now
         keepCameras();
+        settings.keepParams(render.method);
         if (!options_.settings.empty()) writeSettings(options_.settings, settings);
     } catch (const std::exception& error) {
         notices.tell(Severity::warning, error.what());
     }
+}
+
+void Session::chooseMethod(std::string_view id)
+{
+    if (id != render.method.id()) chooseParams(settings.paramsOf(core::methodNamed(id).id()));
+}
+
+void Session::chooseParams(const core::AnyParams& params)
+{
+    settings.keepParams(render.method);
+    render.method = params;
 }
 
 void Session::update(double seconds, glm::uvec2 pictureArea)
@@ -204,8 +216,7 @@ void Session::applyReplay()
             document_->file.string() +
                 ": is not the scene that the picture was made of (its hash differs): the view "
                 "is the same, the picture may not be");
-    settings.path = replay.params;
-    render.method = replay.method;
+    chooseParams(replay.params);
     if (replay.samples > 0) render.sppLimit = replay.samples;
     fixedSize_ = replay.size;
     try {
@@ -300,9 +311,10 @@ void Session::takePicture()
         }
     }
     if (pendingSave_ && picture_) {
-        const bool complete =
-            picture_->generation >= generation_ && picture_->variance && !picture_->preview;
-        if (complete || (now_ >= pendingSave_->until && !picture_->preview)) saveNow();
+        // Whole samples only: what is saved can be rendered again to the bit.
+        const bool whole = !picture_->preview && picture_->fraction == 0;
+        const bool complete = whole && picture_->generation >= generation_ && picture_->variance;
+        if (complete || (now_ >= pendingSave_->until && whole)) saveNow();
     }
 }
 
@@ -353,7 +365,6 @@ void Session::order(glm::uvec2 pictureArea)
     wanted.world = document_->world;
     wanted.camera = navigation.camera();
     wanted.size = size;
-    render.path = settings.path;
     wanted.params = equalTime_.running() ? equalTime_.wanted() : render;
     wanted.validation = options_.validation;
     wanted.restarts = restarts_;

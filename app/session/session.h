@@ -54,7 +54,7 @@ struct SessionOptions {
     std::string camera;          // name, index or file; empty: the scene's first
     std::filesystem::path path;  // a camera path to begin with
     RenderParams render;
-    bool pathGiven = false;  // `render.path` counts; else the kept parameters do
+    bool methodGiven = false;  // `render.method` counts; else its kept parameters do
     bool validation = false;
     std::filesystem::path settings;  // empty: none are kept
     bool quiet = false;
@@ -76,8 +76,8 @@ public:
     bool busy() const;
 
     // --- parts that may be edited at any time
-    Settings settings;    // view, panels, path parameters (`settings.path`), presets, recent files
-    RenderParams render;  // `render.path` is settings.path: set there
+    Settings settings;    // view, panels, presets, recent files, parameters of methods not in use
+    RenderParams render;  // device, method and its parameters, limits
     Navigation navigation;
     CameraTrack track;
     AnimationPlayer player;
@@ -87,6 +87,13 @@ public:
     bool comparing = false;
     bool flying = false;         // WASD moves; else orbiting
     bool holdReference = false;  // the reference is shown while it is held
+
+    // --- method
+    /// Another method with its parameters as they were last; throws core::Error when there is none
+    /// of that name.
+    void chooseMethod(std::string_view id);
+    /// The parameters, and with them their method; those of the method before are kept.
+    void chooseParams(const core::AnyParams& params);
 
     // --- scene
     void load(const SceneOptions& scene);

@@ -5,7 +5,7 @@
 #include "app/files/load.h"
 #include "app/session/save_picture.h"
 #include "core/base/check.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 
 namespace app {
 
@@ -42,17 +42,16 @@ core::Worker::Job poseJob(const Document& document, double time,
 }
 
 core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
-                            const fs::path& pattern, glm::uvec2 size,
-                            const core::PathParams& params, uint32_t samples,
-                            const ViewParams& view)
+                            const fs::path& pattern, glm::uvec2 size, const core::AnyParams& params,
+                            uint32_t samples, const ViewParams& view)
 {
     if (!isNumbered(pattern))
         throw core::Error(pattern.string() +
                           ": frames need a place for their number, as in frame-%04d.png");
     core::requireWritable(numbered(pattern, 0));
     return [document, track, pattern, size, params, samples, view](core::JobContext& context) {
-        const std::unique_ptr<core::Renderer> renderer = core::makeRenderer("path");
-        renderer->setPace({0.05, true});
+        const std::unique_ptr<core::Renderer> renderer = core::makeRenderer(params.id());
+        renderer->setPace({.dispatchSeconds = 0.05});
         renderer->setWorld(document.world, [&](const char* stage, double fraction) {
             context.progress(stage, fraction);
         });
@@ -62,24 +61,23 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
             context.progress(("frame " + std::to_string(frame)).c_str(),
                              static_cast<double>(frame - first) / (last - first + 1));
             const core::Camera camera = track.at(frame);
-            renderer->setView(camera, size.x, size.y, params);
-            renderer->advance(samples, context.stop());
-            if (renderer->samples() < samples) return;  // cancelled: no half frames
-            core::Film film;
-            renderer->readFilm(film);
+            renderer->setView({camera, size, params}, core::Start::anew);
+            renderer->advance({.samples = samples}, context.stop());
+            if (renderer->progress().samples < samples) return;  // cancelled: no half frames
+            core::Estimate estimate = renderer->read(core::Reading::everything);
             Picture picture;
-            picture.mean = film.mean();
-            picture.variance = std::make_shared<core::Image>(film.varianceOfMean());
+            picture.mean = std::move(estimate.mean);
+            picture.variance = std::make_shared<core::Image>(std::move(estimate.variance));
             picture.camera = camera;
             picture.fullSize = size;
             picture.params.device = DeviceKind::cpu;
-            picture.params.path = params;
+            picture.params.method = params;
             picture.params.sppLimit = samples;
             picture.finished = true;
-            picture.samples = film.samples;
+            picture.samples = estimate.samples;
             picture.stats = renderer->stats();
             picture.seconds = picture.stats.renderSeconds;
-            picture.counters = film.counters;
+            picture.counters = estimate.counters;
             savePicture(numbered(pattern, static_cast<uint32_t>(frame)), picture, *document.world,
                         document.file, document.time, view);
         }

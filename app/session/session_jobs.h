@@ -18,11 +18,11 @@ core::Worker::Job loadJob(const SceneOptions& scene, std::shared_ptr<core::Mailb
 core::Worker::Job poseJob(const Document& document, double time,
                           std::shared_ptr<core::Mailbox<Loaded>> box);
 
-/// Renders the track's frames one by one with the path tracer on the CPU. Throws core::Error when
+/// Renders the track's frames one by one with the method on the CPU. Throws core::Error when
 /// the pattern has no place for a number or cannot be written.
 core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
                             const std::filesystem::path& pattern, glm::uvec2 size,
-                            const core::PathParams& params, uint32_t samples,
+                            const core::AnyParams& params, uint32_t samples,
                             const ViewParams& view);
 
 /// Pictures that wait to be written: none is lost when several are saved at once.

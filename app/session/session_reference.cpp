@@ -26,7 +26,7 @@ void Session::startReference(uint64_t samples)
     referenceCamera_ = navigation.camera();
     referenceGeneration_ = core_.start(
         "reference",
-        referenceJob({document_->world, referenceCamera_, ordered_.size, settings.path, samples},
+        referenceJob({document_->world, referenceCamera_, ordered_.size, render.method, samples},
                      referenceBox_));
 }
 
@@ -93,7 +93,7 @@ void Session::exportTrack(const fs::path& pattern, uint32_t samples)
     }
     try {
         core_.start("export " + pattern.filename().string(),
-                    exportJob(*document_, track, pattern, ordered_.size, settings.path, samples,
+                    exportJob(*document_, track, pattern, ordered_.size, render.method, samples,
                               settings.view));
     } catch (const core::Error& error) {
         notices.tell(Severity::error, error.what());

@@ -12,15 +12,16 @@
 #include "app/session/picture.h"
 #include "core/base/check.h"
 #include "core/base/params.h"
+#include "core/methods/method.h"
 
 namespace app {
 
-template <class Params> std::vector<std::string> paramNames()
+template <class Params> std::vector<std::string> paramNames(const Params& params = {})
 {
     std::vector<std::string> names;
-    Params params;
-    Params::visit(params,
-                  [&names](const core::Field& field, auto&) { names.emplace_back(field.name); });
+    Params::visit(params, [&names](const core::Field& field, const auto&) {
+        names.emplace_back(field.name);
+    });
     return names;
 }
 
@@ -41,17 +42,33 @@ bool setParam(Params& params, const std::string& name, const nlohmann::ordered_j
     return found;
 }
 
-/// The same for device, method and limits as well as the method's parameters.
+/// The same for device, method and limits as well as the method's parameters. Another method begins
+/// with its defaults.
 inline bool setRenderParam(RenderParams& params, const std::string& name,
                            const nlohmann::ordered_json& value)
 {
-    return setParam(params, name, value) || setParam(params.path, name, value);
+    if (name != "method")
+        return setParam(params, name, value) || setParam(params.method, name, value);
+    const std::string id = value.is_string() ? value.get<std::string>() : value.dump();
+    if (id != params.method.id()) params.method = core::methodNamed(id).defaults;
+    return true;
 }
 
-inline std::vector<std::string> renderParamNames()
+/// Several parameters at once, {"method": ..., "max-depth": ...}: the method first, wherever it
+/// stands, since the others may be its own. Returns the first name that there is not, or nothing.
+inline std::string setRenderParams(RenderParams& params, const nlohmann::ordered_json& values)
 {
-    std::vector<std::string> names = paramNames<RenderParams>();
-    for (const std::string& name : paramNames<core::PathParams>()) names.push_back(name);
+    if (values.contains("method")) setRenderParam(params, "method", values["method"]);
+    for (const auto& [name, value] : values.items())
+        if (!setRenderParam(params, name, value)) return name;
+    return {};
+}
+
+inline std::vector<std::string> renderParamNames(const RenderParams& params)
+{
+    std::vector<std::string> names = paramNames(params);
+    names.emplace_back("method");
+    for (const std::string& name : paramNames(params.method)) names.push_back(name);
     return names;
 }
 

@@ -65,13 +65,32 @@ glm::uvec2 readWindow(const Json& json, glm::uvec2 fallback)
     return size;
 }
 
+std::string textOf(const Json& json, const char* name, const char* otherwise)
+{
+    const Json text = member(json, name);
+    return text.is_string() ? text.get<std::string>() : otherwise;
+}
+
+void readMethods(const Json& json, Settings& s)
+{
+    for (const core::MethodInfo& method : core::methods()) {
+        const std::string id(method.id());
+        Json kept = member(member(json, "methods"), id.c_str());
+        if (kept.is_null()) kept = member(json, id.c_str());  // as older versions kept "path"
+        if (!kept.is_object()) continue;
+        core::AnyParams params = method.defaults;
+        (void)readParams(kept, params, id);
+        s.methods.emplace(id, params);
+    }
+}
+
 Settings settingsOf(const Json& json)
 {
     Settings s;
     // What is wrong with single values is not worth a word: each has a default.
     (void)readParams(member(json, "view"), s.view, "view");
     (void)readParams(member(json, "panels"), s.panels, "panels");
-    (void)readParams(member(json, "path"), s.path, "path");
+    readMethods(json, s);
     s.windowSize = readWindow(member(json, "window"), s.windowSize);
     for (const Json& file : listOf(json, "recent")) {
         const std::string name = file.is_string() ? file.get<std::string>() : "";
@@ -82,8 +101,12 @@ Settings settingsOf(const Json& json)
     for (const Json& entry : listOf(json, "presets")) {
         const Json name = member(entry, "name");
         if (!name.is_string() || name.get<std::string>().empty()) continue;
-        Preset preset{name.get<std::string>(), {}, {}};
-        (void)readParams(member(entry, "path"), preset.path, preset.name);
+        // Before there were several methods it was the path tracer's and called so.
+        const core::MethodInfo* method = core::findMethod(textOf(entry, "method", "path"));
+        if (method == nullptr) continue;  // of another version
+        Preset preset{name.get<std::string>(), method->defaults};
+        const char* const place = entry.contains("params") ? "params" : "path";
+        (void)readParams(member(entry, place), preset.params, preset.name);
         s.presets.push_back(preset);
     }
     const Json cameras = member(json, "cameras");
@@ -96,11 +119,15 @@ Settings settingsOf(const Json& json)
 Json settingsJson(const Settings& s)
 {
     Json recent = Json::array(), presets = Json::array(), cameras = Json::object();
+    Json methods = Json::object();
+    for (const auto& [id, params] : s.methods) methods[id] = paramsJson(params);
     for (const std::string& file : s.recentFiles)
         if (isUtf8(file)) recent.push_back(file);
     for (const Preset& preset : s.presets)
         if (isUtf8(preset.name))
-            presets.push_back({{"name", preset.name}, {"path", paramsJson(preset.path)}});
+            presets.push_back({{"name", preset.name},
+                               {"method", std::string(preset.params.id())},
+                               {"params", paramsJson(preset.params)}});
     for (const auto& [hash, text] : s.cameras) {
         const Json list = Json::parse(text, nullptr, false);  // our own text, unless a caller errs
         if (isUtf8(hash) && list.is_array() && !list.empty()) cameras[hash] = list;
@@ -108,7 +135,7 @@ Json settingsJson(const Settings& s)
     return {{"version", kVersion},
             {"view", paramsJson(s.view)},
             {"panels", paramsJson(s.panels)},
-            {"path", paramsJson(s.path)},
+            {"methods", methods},
             {"window", {s.windowSize.x, s.windowSize.y}},
             {"recent", recent},
             {"presets", presets},
@@ -141,6 +168,17 @@ std::optional<int64_t> versionOf(const Json& json)
 }
 
 }  // namespace
+
+core::AnyParams Settings::paramsOf(std::string_view method) const
+{
+    const auto kept = methods.find(std::string(method));
+    return kept != methods.end() ? kept->second : core::methodNamed(method).defaults;
+}
+
+void Settings::keepParams(const core::AnyParams& params)
+{
+    methods[std::string(params.id())] = params;
+}
 
 void Settings::addRecent(const fs::path& file)
 {
@@ -209,23 +247,6 @@ void writeSettings(const fs::path& file, const Settings& settings)
     if (error)
         throw core::Error(target.string() + ": its folder cannot be made: " + error.message());
     writeText(target, settingsJson(settings).dump(2) + '\n');
-}
-
-const std::vector<Preset>& builtInPresets()
-{
-    using core::PathParams, core::SamplerKind, core::Strategy;
-    static const std::vector<Preset> presets{
-        {"preview", PathParams{.maxDepth = 3}, "light and two bounces: quick, too dark indoors"},
-        {"balanced", PathParams{}, "the defaults: eight events suffice for most rooms"},
-        {"deep glass", PathParams{.maxDepth = 32},
-         "glass in glass, water, mirrors facing each other"},
-        {"direct light", PathParams{.maxDepth = 1}, "emitters and what they light directly"},
-        {"no fireflies", PathParams{.clampIndirect = 10},
-         "bounds indirect samples: calmer, darker, biased"},
-        {"formulas", PathParams{.sampler = SamplerKind::independent},
-         "independent samples: error estimates and slopes hold exactly"},
-    };
-    return presets;
 }
 
 }  // namespace app

@@ -11,15 +11,15 @@
 #include <glm/glm.hpp>
 
 #include "app/session/view_params.h"
-#include "core/methods/renderer.h"
+#include "core/methods/method.h"
 
 namespace app {
 
-/// A named set of the method's parameters.
+/// A named set of a method's parameters, the user's own; those that come with a method are in its
+/// MethodInfo.
 struct Preset {
     std::string name;
-    core::PathParams path;
-    std::string help{};  // what it is good for, one line; the user's own have none
+    core::AnyParams params;
 
     friend bool operator==(const Preset&, const Preset&) = default;
 };
@@ -32,12 +32,17 @@ struct SavedCamera {
 struct Settings {
     ViewParams view;
     PanelParams panels;
-    core::PathParams path;
+    std::map<std::string, core::AnyParams>
+        methods;                           // parameters last used, by id; else the defaults
     glm::uvec2 windowSize{1280, 720};      // each side from 64 to 16384
     std::vector<std::string> recentFiles;  // newest first, absolute, at most 12
     std::vector<Preset> presets;           // the user's own
     // Scene hash -> JSON array of cameras in the file's space
     std::map<std::string, std::string> cameras;
+
+    /// Parameters of a method as they were last.
+    core::AnyParams paramsOf(std::string_view method) const;
+    void keepParams(const core::AnyParams& params);
 
     /// Puts the file first; one that is there already is moved.
     void addRecent(const std::filesystem::path& file);
@@ -57,8 +62,5 @@ Settings readSettings(const std::filesystem::path& file, std::string& problem);
 
 /// Makes the folders that lack. Throws core::Error when the file cannot be written.
 void writeSettings(const std::filesystem::path& file, const Settings& settings);
-
-/// "preview", "balanced", ...: presets that come with the program.
-const std::vector<Preset>& builtInPresets();
 
 }  // namespace app

@@ -32,8 +32,8 @@ SessionOptions sessionOptions(const ViewOptions& o)
     s.path = o.path;
     s.render.device = o.device;
     s.render.deviceIndex = o.deviceIndex;
-    s.render.path = o.params;
-    s.pathGiven = o.paramsGiven;
+    s.render.method = o.params;
+    s.methodGiven = o.paramsGiven;
     s.validation = o.validation;
     if (!o.noSettings) s.settings = settingsFile();
     return s;

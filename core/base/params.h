@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <type_traits>
 
 namespace core {
 
@@ -38,6 +39,29 @@ template <class E> constexpr std::span<const std::string_view> enumNames()
 template <class E> constexpr std::string_view enumName(E value)
 {
     return EnumNames<E>::names[static_cast<size_t>(value)];
+}
+
+/// The member of that name, or null when the list has none of that name and type. Renderers do not
+/// share parameters; what the program itself has to know of any method it finds by name: "seed" and
+/// "max-depth" (uint32_t) mean the same wherever they occur.
+template <class T, class Params> auto* findParam(Params& params, std::string_view name)
+{
+    using Member = std::conditional_t<std::is_const_v<Params>, const T, T>;
+    Member* found = nullptr;
+    Params::visit(params, [&](const Field& field, auto& member) {
+        if constexpr (std::is_same_v<std::remove_cvref_t<decltype(member)>, T>)
+            if (name == field.name) found = &member;
+    });
+    return found;
+}
+
+/// What a params struct holds when nothing has been set: a fresh one, or what it says itself.
+template <class Params> Params defaultsOf(const Params& params)
+{
+    if constexpr (requires { params.defaults(); })
+        return params.defaults();
+    else
+        return Params{};
 }
 
 }  // namespace core

@@ -2,35 +2,75 @@
 #include "core/image/film.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace core {
+
+FilmCounters& FilmCounters::operator+=(const FilmCounters& other)
+{
+    nan += other.nan;
+    inf += other.inf;
+    negative += other.negative;
+    stackOverflow += other.stackOverflow;
+    return *this;
+}
 
 void Film::reset(uint32_t newWidth, uint32_t newHeight)
 {
     width = newWidth;
     height = newHeight;
     samples = 0;
-    sum.assign(size_t(width) * height, glm::dvec3(0));
-    sumOfSquares.assign(size_t(width) * height, glm::dvec3(0));
+    const size_t pixels = size_t(width) * height;
+    sum.assign(pixels, glm::dvec3(0));
+    sumOfSquares.assign(pixels, glm::dvec3(0));
+    weight.assign(pixels, 0);
     counters = {};
+}
+
+/// Counts a sample that is no colour.
+static bool isColour(const glm::vec3& L, FilmCounters& dropped)
+{
+    if (std::isnan(L.x) || std::isnan(L.y) || std::isnan(L.z)) {
+        ++dropped.nan;
+        return false;
+    }
+    if (std::isinf(L.x) || std::isinf(L.y) || std::isinf(L.z)) {
+        ++dropped.inf;
+        return false;
+    }
+    if (L.x < 0 || L.y < 0 || L.z < 0) {
+        ++dropped.negative;
+        return false;
+    }
+    return true;
+}
+
+void Film::add(size_t pixel, const glm::vec3& radiance, FilmCounters& dropped)
+{
+    ++weight[pixel];
+    if (!isColour(radiance, dropped)) return;
+    const glm::dvec3 L(radiance);
+    sum[pixel] += L;
+    sumOfSquares[pixel] += L * L;
 }
 
 Image Film::mean() const
 {
     Image image(width, height, 3);
-    const double scale = samples > 0 ? 1.0 / double(samples) : 0.0;
-    for (size_t i = 0; i < sum.size(); ++i)
+    for (size_t i = 0; i < sum.size(); ++i) {
+        const double scale = weight[i] > 0 ? 1.0 / double(weight[i]) : 0.0;
         for (int c = 0; c < 3; ++c)
             image.pixels[3 * i + size_t(c)] = static_cast<float>(sum[i][c] * scale);
+    }
     return image;
 }
 
 Image Film::varianceOfMean() const
 {
     Image image(width, height, 3);
-    if (samples < 2) return image;
-    const double n = double(samples);
     for (size_t i = 0; i < sum.size(); ++i) {
+        if (weight[i] < 2) continue;
+        const double n = double(weight[i]);
         // (E[x^2] - E[x]^2) / (n - 1): unbiased; rounding can push a noiseless pixel just below
         // zero.
         const glm::dvec3 mean = sum[i] / n;
@@ -40,6 +80,19 @@ Image Film::varianceOfMean() const
                 static_cast<float>(std::max(spread[c], 0.0) / (n - 1));
     }
     return image;
+}
+
+Estimate Film::estimate(bool meanOnly) const
+{
+    Estimate e;
+    e.mean = mean();
+    e.samples = samples;
+    e.counters = counters;
+    if (meanOnly) return e;
+    e.variance = varianceOfMean();
+    e.weight = Image(width, height, 1);
+    for (size_t i = 0; i < weight.size(); ++i) e.weight.pixels[i] = static_cast<float>(weight[i]);
+    return e;
 }
 
 }  // namespace core

@@ -130,7 +130,7 @@ WelchScore scoreOf(const PairSums& sums, uint64_t samplesA, uint64_t samplesB, i
     return score;
 }
 
-PairSums sumTile(const Estimate& a, const Estimate& b, const Tile& tile)
+PairSums sumTile(const MeanAndVariance& a, const MeanAndVariance& b, const Tile& tile)
 {
     PairSums sums;
     for (uint32_t y = tile.y0; y < tile.y1; ++y)
@@ -202,7 +202,7 @@ ImageErrors imageErrors(const Image& image, const Image& reference)
     return errors;
 }
 
-WelchResult welchTest(const Estimate& a, const Estimate& b, uint32_t tile)
+WelchResult welchTest(const MeanAndVariance& a, const MeanAndVariance& b, uint32_t tile)
 {
     checkPair(a.mean, b.mean);
     checkPair(a.mean, a.variance);

@@ -31,7 +31,7 @@ ImageErrors imageErrors(const Image& image, const Image& reference);
 
 /// A mean image with the variance of that mean and the number of samples behind each pixel (0:
 /// unknown, many).
-struct Estimate {
+struct MeanAndVariance {
     const Image& mean;
     const Image& variance;
     uint64_t samples = 0;
@@ -67,7 +67,7 @@ struct WelchResult {
 
 /// `tile` is the side of a tile in pixels. Sizes are equal (CHECK), at least three channels. Pixels
 /// that are not finite are left out.
-WelchResult welchTest(const Estimate& a, const Estimate& b, uint32_t tile = 8);
+WelchResult welchTest(const MeanAndVariance& a, const MeanAndVariance& b, uint32_t tile = 8);
 
 /// Probability that a standard normal variable is at least |z| away from zero.
 double twoSidedP(double z);

@@ -1,19 +1,12 @@
 // The path tracer on all cores: reference for every other renderer, and `--device cpu`. The
-// estimator is that of shaders/shared/path.h; a sample depends on seed, pixel and index alone, and
-// a pixel adds its samples in their order, so neither threads nor the sizes of steps change a bit
-// of the image.
-#include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <mutex>
-
-#include <pmmintrin.h>
-#include <xmmintrin.h>
+// estimator is that of shaders/shared/path.h; a sample depends on seed, pixel and index alone.
+#include <array>
 
 #include "core/base/check.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 #include "core/methods/path_aovs.h"
 #include "core/methods/path_kernel.h"
+#include "core/methods/tiled_film.h"
 #include "core/trace/scene_view.h"
 
 namespace core {
@@ -29,21 +22,6 @@ std::span<const PathVariant> pathVariants()
 }
 
 namespace {
-
-/// Denormals count as zero while it lives, as on GPUs and as Embree asks for.
-class FlushDenormals {
-public:
-    FlushDenormals() : before_(_mm_getcsr())
-    {
-        _mm_setcsr(before_ | _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON);
-    }
-    ~FlushDenormals() { _mm_setcsr(before_); }
-    FlushDenormals(const FlushDenormals&) = delete;
-    FlushDenormals& operator=(const FlushDenormals&) = delete;
-
-private:
-    unsigned before_;
-};
 
 shared::PathSettings settingsFor(const World& world, const PathParams& params, uint32_t width,
                                  uint32_t height)
@@ -65,69 +43,63 @@ public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
         accel_.reset();  // frees the old hierarchy before the new one is built
-        film_.reset(film_.width, film_.height);
+        film_.reset(film_.size());
         accel_ = std::make_unique<Accel>(std::move(world), progress);
-        stats_.buildSeconds = accel_->stats().buildSeconds;
-        forgetWork();
     }
 
-    void setView(const Camera& camera, uint32_t width, uint32_t height,
-                 const PathParams& params) override
+    /// Keeps nothing, however the view has changed.
+    void setView(const View& view, Start) override
     {
-        camera_ = camera;
-        params_ = params;
-        film_.reset(width, height);
-        discarded_ = false;
-        forgetWork();
+        CHECK(view.size.x > 0 && view.size.y > 0);
+        camera_ = view.camera;
+        params_ = view.params.as<PathParams>();
+        film_.reset(view.size);
     }
 
-    void advance(uint32_t samples, std::stop_token stop) override
+    /// Pieces are tiles, far below any wish.
+    void setPace(const Pace&) override {}
+
+    void advance(const Budget& budget, std::stop_token stop) override
     {
         CHECK(accel_ != nullptr);
-        const auto start = std::chrono::steady_clock::now();
-        const uint64_t pixels = uint64_t(film_.width) * film_.height;
-        const uint32_t step = static_cast<uint32_t>(
-            std::clamp<uint64_t>((1u << 20) / std::max<uint64_t>(pixels, 1), 1, 64));
-        CHECK(!discarded_);  // a stop has left the film to the next setView
-        for (uint32_t done = 0; done < samples && !stop.stop_requested();) {
-            const uint32_t count = std::min(step, samples - done);
-            if (!renderPass(count, stop)) break;
-            done += count;
-        }
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-        stats_.renderSeconds += seconds.count();
+        const glm::uvec2 size = film_.size();
+        PathJob job;
+        job.accel = accel_.get();
+        job.scene = sceneView(accel_->world());
+        job.settings = settingsFor(accel_->world(), params_, size.x, size.y);
+        job.camera = cameraData(camera_, size.x, size.y);
+        film_.advance(budget, stop,
+                      [&, kernel = variant().kernel](const Tile& tile, uint32_t first,
+                                                     uint32_t count, Film& film) {
+                          PathJob part = job;
+                          part.firstSample = first;
+                          part.sampleCount = count;
+                          return kernel(part, tile, film);
+                      });
     }
 
-    uint64_t samples() const override { return discarded_ ? 0 : film_.samples; }
-
-    /// Pieces are tiles, far below any wish; what matters is whether the film is kept for a stop.
-    void setPace(const Pace& pace) override { discardOnStop_ = pace.discardOnStop; }
-    void readFilm(Film& film) override { film = film_; }
-    void readMean(Image& mean) override { mean = film_.mean(); }
+    RenderProgress progress() const override { return film_.progress(); }
+    Estimate read(Reading what) override { return film_.estimate(what); }
 
     Aovs aovs() override
     {
         CHECK(accel_ != nullptr);
-        return traceAovs(*accel_, cameraData(camera_, film_.width, film_.height), film_.width,
-                         film_.height);
+        const glm::uvec2 size = film_.size();
+        return traceAovs(*accel_, cameraData(camera_, size.x, size.y), size.x, size.y);
     }
 
     RenderStats stats() const override
     {
-        RenderStats s = stats_;
+        RenderStats s;
         s.device = "cpu";
         s.driver = "Embree";
-        s.kernel = accel_ ? variant().name : "";
+        s.buildSeconds = accel_ ? accel_->stats().buildSeconds : 0;
+        s.details = {{"kernel", accel_ ? variant().name : ""}};
+        film_.addTo(s);
         return s;
     }
 
 private:
-    void forgetWork()
-    {
-        stats_.renderSeconds = 0;
-        stats_.rays = stats_.paths = 0;
-    }
-
     /// The least able kernel that knows everything the scene and the camera hold.
     const PathVariant& variant() const
     {
@@ -139,54 +111,10 @@ private:
         return pathVariants().back();
     }
 
-    /// Adds `count` samples to every pixel. When stopped, returns false: the film is as it was, or,
-    /// at a pace that allows it, no film any more.
-    bool renderPass(uint32_t count, std::stop_token stop)
-    {
-        PathJob job;
-        job.accel = accel_.get();
-        job.scene = sceneView(accel_->world());
-        job.settings = settingsFor(accel_->world(), params_, film_.width, film_.height);
-        job.camera = cameraData(camera_, film_.width, film_.height);
-        job.firstSample = static_cast<uint32_t>(film_.samples);
-        job.sampleCount = count;
-        const PathKernel kernel = variant().kernel;
-        if (stop.stop_possible() && !discardOnStop_) before_ = film_;
-        std::mutex mutex;
-        PathTally total;
-        const auto body = [&](const Tile& tile) {
-            const FlushDenormals flush;
-            const PathTally tally = kernel(job, tile, film_);
-            const std::lock_guard lock(mutex);
-            total.rays += tally.rays;
-            total.counters.nan += tally.counters.nan;
-            total.counters.inf += tally.counters.inf;
-            total.counters.negative += tally.counters.negative;
-        };
-        if (!parallelTiles(film_.width, film_.height, kPathTile, body, stop)) {
-            if (discardOnStop_) {
-                discarded_ = true;
-            } else {
-                std::swap(film_, before_);
-            }
-            return false;
-        }
-        film_.samples += count;
-        film_.counters.nan += total.counters.nan;
-        film_.counters.inf += total.counters.inf;
-        film_.counters.negative += total.counters.negative;
-        stats_.rays += total.rays;
-        stats_.paths += uint64_t(count) * film_.width * film_.height;
-        return true;
-    }
-
     std::unique_ptr<Accel> accel_;
     Camera camera_;
     PathParams params_;
-    Film film_;
-    Film before_;  // the film at the last pass's start
-    bool discardOnStop_ = false, discarded_ = false;
-    RenderStats stats_;
+    TiledFilm film_;
 };
 
 }  // namespace
@@ -194,6 +122,24 @@ private:
 std::unique_ptr<Renderer> makePathTracer()
 {
     return std::make_unique<PathTracer>();
+}
+
+std::span<const MethodPreset> pathPresets()
+{
+    static const std::array kPresets{
+        MethodPreset{"preview", PathParams{.maxDepth = 3},
+                     "light and two bounces: quick, too dark indoors"},
+        MethodPreset{"balanced", PathParams{}, "the defaults: eight events suffice for most rooms"},
+        MethodPreset{"deep glass", PathParams{.maxDepth = 32},
+                     "glass in glass, water, mirrors facing each other"},
+        MethodPreset{"direct light", PathParams{.maxDepth = 1},
+                     "emitters and what they light directly"},
+        MethodPreset{"no fireflies", PathParams{.clampIndirect = 10},
+                     "bounds indirect samples: calmer, darker, biased"},
+        MethodPreset{"formulas", PathParams{.sampler = SamplerKind::independent},
+                     "independent samples: error estimates and slopes hold exactly"},
+    };
+    return kPresets;
 }
 
 }  // namespace core

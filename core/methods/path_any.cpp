@@ -4,7 +4,7 @@
 
 namespace core {
 
-PathTally renderAnyTile(const PathJob& job, const Tile& tile, Film& film)
+TileTally renderAnyTile(const PathJob& job, const Tile& tile, Film& film)
 {
     return renderTile(job, tile, film);
 }

@@ -4,7 +4,7 @@
 
 namespace core {
 
-PathTally renderFlatTile(const PathJob& job, const Tile& tile, Film& film)
+TileTally renderFlatTile(const PathJob& job, const Tile& tile, Film& film)
 {
     return renderTile(job, tile, film);
 }

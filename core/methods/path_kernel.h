@@ -4,16 +4,11 @@
 
 #include <span>
 
-#include "core/base/parallel.h"
-#include "core/image/film.h"
+#include "core/methods/tiled_film.h"
 #include "core/trace/accel.h"
 #include "shared/scene.h"
 
 namespace core {
-
-/// Side of the squares of pixels whose paths are traced together. Which rays share a packet follows
-/// from it, so it is part of what an image is.
-inline constexpr uint32_t kPathTile = 16;
 
 struct PathJob {
     const Accel* accel = nullptr;
@@ -23,14 +18,8 @@ struct PathJob {
     uint32_t firstSample = 0, sampleCount = 0;
 };
 
-/// What a tile found besides its pixels.
-struct PathTally {
-    FilmCounters counters;
-    uint64_t rays = 0;
-};
-
 /// Adds samples to the pixels of `tile` in order of their index.
-using PathKernel = PathTally (*)(const PathJob& job, const Tile& tile, Film& film);
+using PathKernel = TileTally (*)(const PathJob& job, const Tile& tile, Film& film);
 
 struct PathVariant {
     const char* name;
@@ -41,7 +30,7 @@ struct PathVariant {
 /// From the least able to the one that knows everything.
 std::span<const PathVariant> pathVariants();
 
-PathTally renderFlatTile(const PathJob& job, const Tile& tile, Film& film);
-PathTally renderAnyTile(const PathJob& job, const Tile& tile, Film& film);
+TileTally renderFlatTile(const PathJob& job, const Tile& tile, Film& film);
+TileTally renderAnyTile(const PathJob& job, const Tile& tile, Film& film);
 
 }  // namespace core

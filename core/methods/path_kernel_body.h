@@ -12,7 +12,7 @@ namespace core {
 
 namespace {
 
-constexpr size_t kWave = size_t(kPathTile) * kPathTile;
+constexpr size_t kWave = size_t(kFilmTile) * kFilmTile;
 
 /// A pattern of the sampler at many paths.
 struct Pattern {
@@ -166,41 +166,19 @@ void connectWave(const PathJob& job, Wave& wave)
     }
 }
 
-/// A sample that is not a colour is counted and left out.
-bool isColour(const glm::vec3& L, FilmCounters& counters)
-{
-    if (std::isnan(L.x) || std::isnan(L.y) || std::isnan(L.z)) {
-        ++counters.nan;
-        return false;
-    }
-    if (std::isinf(L.x) || std::isinf(L.y) || std::isinf(L.z)) {
-        ++counters.inf;
-        return false;
-    }
-    if (L.x < 0 || L.y < 0 || L.z < 0) {
-        ++counters.negative;
-        return false;
-    }
-    return true;
-}
-
 void addToFilm(const Wave& wave, const Tile& tile, Film& film, FilmCounters& counters)
 {
     size_t i = 0;
     for (uint32_t y = tile.y0; y < tile.y1; ++y) {
         for (uint32_t x = tile.x0; x < tile.x1; ++x, ++i) {
-            if (!isColour(wave.radiance[i], counters)) continue;
-            const glm::dvec3 L(wave.radiance[i]);
-            const size_t pixel = size_t(y) * film.width + x;
-            film.sum[pixel] += L;
-            film.sumOfSquares[pixel] += L * L;
+            film.add(size_t(y) * film.width + x, wave.radiance[i], counters);
         }
     }
 }
 
-PathTally renderTile(const PathJob& job, const Tile& tile, Film& film)
+TileTally renderTile(const PathJob& job, const Tile& tile, Film& film)
 {
-    PathTally tally;
+    TileTally tally;
     static thread_local Wave wave;
     for (uint32_t sample = 0; sample < job.sampleCount; ++sample) {
         beginWave(job, tile, job.firstSample + sample, wave);
@@ -212,6 +190,7 @@ PathTally renderTile(const PathJob& job, const Tile& tile, Film& film)
             connectWave(job, wave);
         }
         addToFilm(wave, tile, film, tally.counters);
+        tally.paths += uint64_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0);
     }
     return tally;
 }

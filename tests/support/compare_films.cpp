@@ -18,19 +18,15 @@ struct Estimate {
 };
 
 /// Mean over the pixels of a rectangle and the variance of that mean.
-Estimate estimate(const core::Film& film, int channel, uint32_t x0, uint32_t y0, uint32_t x1,
+Estimate estimate(const core::Estimate& film, int channel, uint32_t x0, uint32_t y0, uint32_t x1,
                   uint32_t y1)
 {
-    const double n = static_cast<double>(film.samples);
     Estimate e;
     double pixels = 0;
     for (uint32_t y = y0; y < y1; ++y) {
         for (uint32_t x = x0; x < x1; ++x) {
-            const size_t i = size_t(y) * film.width + x;
-            const double mean = film.sum[i][channel] / n;
-            const double variance = film.sumOfSquares[i][channel] / n - mean * mean;
-            e.mean += mean;
-            e.variance += std::max(variance, 0.0) / (n - 1);
+            e.mean += double(film.mean.at(x, y)[channel]);
+            e.variance += double(film.variance.at(x, y)[channel]);
             pixels += 1;
         }
     }
@@ -41,23 +37,24 @@ Estimate estimate(const core::Film& film, int channel, uint32_t x0, uint32_t y0,
 
 }  // namespace
 
-FilmComparison compareFilms(const core::Film& a, const core::Film& b, uint32_t tile)
+FilmComparison compareFilms(const core::Estimate& a, const core::Estimate& b, uint32_t tile)
 {
     FilmComparison c;
     std::vector<double> green;
     double variance = 0;
     for (int channel = 0; channel < 3; ++channel) {
-        const Estimate wholeA = estimate(a, channel, 0, 0, a.width, a.height);
-        const Estimate wholeB = estimate(b, channel, 0, 0, b.width, b.height);
+        const Estimate wholeA = estimate(a, channel, 0, 0, a.mean.width, a.mean.height);
+        const Estimate wholeB = estimate(b, channel, 0, 0, b.mean.width, b.mean.height);
         c.meanA += wholeA.mean / 3;
         c.meanB += wholeB.mean / 3;
         variance = std::max(variance, wholeA.variance + wholeB.variance);
         const double deviation = std::sqrt(wholeA.variance + wholeB.variance);
         if (deviation > 0)
             c.imageZ = std::max(c.imageZ, std::abs(wholeA.mean - wholeB.mean) / deviation);
-        for (uint32_t y = 0; y < a.height; y += tile) {
-            for (uint32_t x = 0; x < a.width; x += tile) {
-                const uint32_t x1 = std::min(x + tile, a.width), y1 = std::min(y + tile, a.height);
+        for (uint32_t y = 0; y < a.mean.height; y += tile) {
+            for (uint32_t x = 0; x < a.mean.width; x += tile) {
+                const uint32_t x1 = std::min(x + tile, a.mean.width),
+                               y1 = std::min(y + tile, a.mean.height);
                 const Estimate ta = estimate(a, channel, x, y, x1, y1),
                                tb = estimate(b, channel, x, y, x1, y1);
                 const double scale = std::max(std::abs(ta.mean), std::abs(tb.mean));

@@ -26,6 +26,6 @@ struct FilmComparison {
 
 /// Both films must hold independent samples (the independent sampler), at least 64 per pixel, from
 /// different seeds.
-FilmComparison compareFilms(const core::Film& a, const core::Film& b, uint32_t tile = 8);
+FilmComparison compareFilms(const core::Estimate& a, const core::Estimate& b, uint32_t tile = 8);
 
 }  // namespace tests

@@ -8,7 +8,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 #include "shared/warp.h"
 #include "tests/support/stats.h"
 
@@ -202,20 +202,26 @@ SceneBuilder room(const core::Material& walls, const core::Material& things)
     return b;
 }
 
-Estimate estimate(const core::Film& film)
+Estimate estimate(const core::Estimate& picture)
 {
-    const double n = static_cast<double>(film.samples),
-                 pixels = static_cast<double>(film.sum.size());
+    return estimate(picture, {0, 0}, {picture.mean.width, picture.mean.height});
+}
+
+Estimate estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high)
+{
+    const double pixels = double(high.x - low.x) * (high.y - low.y);
     Estimate e;
-    e.samples = n * pixels;
+    e.samples = double(picture.samples) * pixels;
     double variance = 0;
-    for (size_t i = 0; i < film.sum.size(); ++i) {
-        const glm::dvec3 mean = film.sum[i] / n;
-        const glm::dvec3 spread = glm::max(film.sumOfSquares[i] / n - mean * mean, glm::dvec3(0));
-        e.mean += (mean.x + mean.y + mean.z) / (3 * pixels);
-        // The channels of a sample go together: the variance of their mean is at most the mean of
-        // their variances.
-        variance += (spread.x + spread.y + spread.z) / (3 * (n - 1));
+    for (uint32_t y = low.y; y < high.y; ++y) {
+        for (uint32_t x = low.x; x < high.x; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                e.mean += double(picture.mean.at(x, y)[c]) / (3 * pixels);
+                // The channels of a sample go together: the variance of their mean is at most the
+                // mean of their variances.
+                variance += double(picture.variance.at(x, y)[c]) / 3;
+            }
+        }
     }
     e.varianceOfMean = variance / (pixels * pixels);
     return e;
@@ -250,15 +256,14 @@ core::PathParams independentParams(core::Strategy strategy, uint32_t maxDepth)
     return params;
 }
 
-core::Film render(const std::shared_ptr<const core::World>& world, uint32_t width, uint32_t height,
-                  uint32_t spp, const core::PathParams& params, size_t camera)
+core::Estimate render(const std::shared_ptr<const core::World>& world, uint32_t width,
+                      uint32_t height, uint32_t spp, const core::AnyParams& params, size_t camera)
 {
-    const auto renderer = core::makeRenderer("path");
+    const auto renderer = core::makeRenderer(params.id());
     renderer->setWorld(world, {});
-    renderer->setView(world->cameras.at(camera), width, height, params);
-    renderer->advance(spp, {});
-    core::Film film;
-    renderer->readFilm(film);
+    renderer->setView({world->cameras.at(camera), {width, height}, params}, core::Start::anew);
+    renderer->advance({.samples = spp}, {});
+    const core::Estimate film = renderer->read(core::Reading::everything);
     EXPECT_EQ(film.samples, spp);
     EXPECT_TRUE(film.counters.clean()) << film.counters.nan << " nan, " << film.counters.inf
                                        << " inf, " << film.counters.negative << " negative";

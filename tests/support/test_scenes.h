@@ -64,7 +64,9 @@ SceneBuilder room(const core::Material& walls, const core::Material& things);
 struct Estimate {
     double mean = 0, varianceOfMean = 0, samples = 0;
 };
-Estimate estimate(const core::Film& film);
+Estimate estimate(const core::Estimate& picture);
+/// Of the pixels low <= p < high alone.
+Estimate estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high);
 
 /// How many standard errors lie between an estimate and a value, or between two estimates.
 double score(const Estimate& a, double exact);
@@ -79,7 +81,8 @@ core::PathParams independentParams(core::Strategy strategy = core::Strategy::mis
                                    uint32_t maxDepth = 4096);
 
 /// `spp` samples through camera `camera` of the world; expects that not one was dropped (T25).
-core::Film render(const std::shared_ptr<const core::World>& world, uint32_t width, uint32_t height,
-                  uint32_t spp, const core::PathParams& params, size_t camera = 0);
+core::Estimate render(const std::shared_ptr<const core::World>& world, uint32_t width,
+                      uint32_t height, uint32_t spp, const core::AnyParams& params,
+                      size_t camera = 0);
 
 }  // namespace tests

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/base/time.h"
 #include "spirv/accumulate.h"
 #include "spirv/aov.h"
 #include "spirv/bounce.h"
@@ -18,13 +19,6 @@
 namespace gpu {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 constexpr uint32_t kMaxLanes = 1u << 18;
 // Mesa's software device ends every loop of an invocation after 65,535 iterations in all, silently:
@@ -63,6 +57,8 @@ void PathRenderer::setWorld(std::shared_ptr<const core::World> world,
     world_.reset();
     current_ = nullptr;
     samples_ = 0;
+    roundSamples_ = nextTile_ = 0;
+    ++version_;
     choices_.clear();
     batchPace_.restart();
     scene_ = std::make_unique<GpuScene>(device_, *world, progress);
@@ -71,12 +67,15 @@ void PathRenderer::setWorld(std::shared_ptr<const core::World> world,
     stats_.buildSeconds = scene_->buildSeconds();
 }
 
-void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t height,
-                           const core::PathParams& params)
+/// A path keeps nothing of the view before.
+void PathRenderer::setView(const core::View& view, core::Start)
 {
+    const core::Camera& camera = view.camera;
+    const uint32_t width = view.size.x, height = view.size.y;
     CHECK(world_ != nullptr && width > 0 && height > 0);
     current_ = nullptr;  // until everything below has been had
-    params_ = params;
+    params_ = view.params.as<core::PathParams>();
+    const core::PathParams& params = params_;
     frame_ = {};
     frame_.settings = core::worldSettings(*world_);
     frame_.settings.seed = params.seed;
@@ -111,12 +110,12 @@ void PathRenderer::setView(const core::Camera& camera, uint32_t width, uint32_t 
     choice_->lanes = 0;
     kernelsNow_ = &entry->second;
     specialization_ = wanted;
-    const auto start = Clock::now();
+    const auto start = core::Clock::now();
     takeChoice();
     const auto which = wavefront_ ? &Kernels::bounce : &Kernels::megakernel;
     const bool missing = (kernelsNow_->*which).get() == VK_NULL_HANDLE;
     kernel(which);
-    if (missing) stats_.compileSeconds += since(start);
+    if (missing) stats_.compileSeconds += core::secondsSince(start);
     current_ = kernelsNow_;
 }
 
@@ -159,7 +158,8 @@ void PathRenderer::makeBuffers()
         },
         "the clearing of the film");
     samples_ = 0;
-    discarded_ = false;
+    roundSamples_ = nextTile_ = 0;
+    ++version_;
     filmCounters_ = {};
 }
 
@@ -211,7 +211,7 @@ bool PathRenderer::takeChoice()
     const bool tooDeep = device_.isSoftware() && params_.maxDepth > kDeepestMegakernel;
     const bool open = params_.kernel == core::Kernel::automatic && !tooDeep && params_.maxDepth > 1;
     wavefront_ = open ? choice_->wavefront : tooDeep || params_.kernel == core::Kernel::wavefront;
-    stats_.kernel = wavefront_ ? "wavefront" : "megakernel";
+    stats_.details = {{"kernel", std::string(wavefront_ ? "wavefront" : "megakernel")}};
     return !open || choice_->made;
 }
 
@@ -318,42 +318,54 @@ uint32_t PathRenderer::lanesNow() const
                             static_cast<uint32_t>(radiance_.bytes() / sizeof(glm::vec4)));
 }
 
-void PathRenderer::advance(uint32_t samples, std::stop_token stop)
+core::RenderProgress PathRenderer::progress() const
 {
-    CHECK(current_ != nullptr && !discarded_);
-    const auto start = Clock::now();
-    for (uint32_t left = samples; left > 0 && !stop.stop_requested();) {
-        chooseKernel();
-        const uint32_t count =
-            std::clamp(lanesNow() / (shared::kGroupSize * tileCount()), 1u, left);
-        if (!advanceRound(count, stop)) break;
-        left -= count;
-    }
-    stats_.renderSeconds += since(start);
+    return {version_, samples_, tileCount() > 0 ? double(nextTile_) / double(tileCount()) : 0};
 }
 
-/// Adds `samples` to every pixel, in batches of tiles. A stop ends it between two batches if the
-/// film may be discarded; otherwise a round that has begun is finished. False when the film is
-/// lost.
-bool PathRenderer::advanceRound(uint32_t samples, const std::stop_token& stop)
+void PathRenderer::advance(const core::Budget& budget, std::stop_token stop)
+{
+    CHECK(current_ != nullptr);
+    const auto start = core::Clock::now();
+    const auto over = [&] {
+        return stop.stop_requested() || core::secondsSince(start) >= budget.seconds;
+    };
+    const uint64_t end = samples_ + budget.samples;
+    const bool cut = roundSamples_ > 0;
+    bool goes = !stop.stop_requested() && (!cut || advanceRound(over));
+    for (bool first = !cut; goes && samples_ < end; first = false) {
+        if (!first && over()) break;
+        chooseKernel();
+        roundSamples_ = static_cast<uint32_t>(std::clamp<uint64_t>(
+            lanesNow() / (shared::kGroupSize * tileCount()), 1, end - samples_));
+        goes = advanceRound(over);
+    }
+    stats_.renderSeconds += core::secondsSince(start);
+}
+
+/// Adds the round's samples to every pixel that has not had them, in batches of tiles. When it is
+/// `over` between two batches, the other tiles are left for later: returns whether none is left.
+bool PathRenderer::advanceRound(const std::function<bool()>& over)
 {
     const uint32_t tiles = tileCount();
-    for (uint32_t tile = 0; tile < tiles;) {
-        if (pace_.discardOnStop && stop.stop_requested()) {
-            discarded_ = true;
-            clearCounters();
-            return false;
-        }
-        const uint32_t count =
-            std::min(std::max(lanesNow() / (shared::kGroupSize * samples), 1u), tiles - tile);
-        const shared::Batch batch{tile, count, static_cast<uint32_t>(samples_), samples, 0};
+    while (nextTile_ < tiles) {
+        const uint32_t count = std::min(
+            std::max(lanesNow() / (shared::kGroupSize * roundSamples_), 1u), tiles - nextTile_);
+        const shared::Batch batch{nextTile_, count, static_cast<uint32_t>(samples_), roundSamples_,
+                                  0};
         const double seconds = tracePaths(batch, true);
-        const uint32_t lanes = count * samples * shared::kGroupSize;
+        const uint32_t lanes = count * roundSamples_ * shared::kGroupSize;
         batchPace_.measured(lanes, seconds);
         choice_->lanes += lanes;
-        tile += count;
+        nextTile_ += count;
+        ++version_;
+        if (nextTile_ < tiles && over()) {
+            drainCounters();
+            return false;
+        }
     }
-    samples_ += samples;
+    samples_ += roundSamples_;
+    roundSamples_ = nextTile_ = 0;
     drainCounters();
     return true;
 }
@@ -364,10 +376,7 @@ void PathRenderer::drainCounters()
     shared::Counters counts;
     counters_.read(std::as_writable_bytes(std::span(&counts, 1)));
     clearCounters();
-    filmCounters_.nan += counts.nan;
-    filmCounters_.inf += counts.inf;
-    filmCounters_.negative += counts.negative;
-    filmCounters_.stackOverflow += counts.stackOverflow;
+    filmCounters_ += {counts.nan, counts.inf, counts.negative, counts.stackOverflow};
     stats_.rays += uint64_t(counts.closestRays) + counts.shadowRays;
 }
 

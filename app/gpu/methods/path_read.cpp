@@ -3,16 +3,11 @@
 
 #include <algorithm>
 
+#include "core/base/time.h"
+
 namespace gpu {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 constexpr uint32_t kBandTiles = 1u << 12;  // of first hits on their way back: 12 MiB
 
@@ -33,25 +28,56 @@ void storeBand(const std::vector<glm::vec4>& words, size_t firstPixel, core::Aov
 
 }  // namespace
 
-void PathRenderer::readFilm(core::Film& film)
+/// Samples that a pixel has had: tiles of the round under way are ahead of the others.
+uint64_t PathRenderer::pixelSamples(size_t pixel) const
 {
-    const auto start = Clock::now();
-    film.reset(frame_.settings.imageWidth, frame_.settings.imageHeight);
-    if (samples() == 0) return;
-    film.samples = samples_;
-    film.counters = filmCounters_;
-    const size_t pixels = film.sum.size();
+    const size_t x = pixel % frame_.settings.imageWidth, y = pixel / frame_.settings.imageWidth;
+    return samples_ + (y / 8 * frame_.tilesPerRow + x / 8 < nextTile_ ? roundSamples_ : 0);
+}
+
+core::Estimate PathRenderer::read(core::Reading what)
+{
+    CHECK(current_ != nullptr && samples_ <= ~0u);
+    const auto start = core::Clock::now();
+    const uint32_t width = frame_.settings.imageWidth, height = frame_.settings.imageHeight;
+    core::Estimate estimate;
+    estimate.mean = core::Image(width, height, 3);
+    estimate.samples = samples_;
+    estimate.counters = filmCounters_;
+    if (what == core::Reading::everything) {
+        estimate.variance = core::Image(width, height, 3);
+        estimate.weight = core::Image(width, height, 1);
+        readFilm(estimate);
+    } else {
+        readMean(estimate.mean);
+    }
+    stats_.readbackSeconds += core::secondsSince(start);
+    return estimate;
+}
+
+void PathRenderer::readFilm(core::Estimate& estimate)
+{
+    const size_t pixels = estimate.weight.pixels.size();
     std::array<std::vector<glm::vec4>, 3> words;
     for (uint32_t i = 0; i < 3; ++i) {
         words[i].resize(pixels);
         film_[i].read(std::as_writable_bytes(std::span(words[i])));
     }
     for (size_t p = 0; p < pixels; ++p) {
+        const double n = double(pixelSamples(p));
+        estimate.weight.pixels[p] = static_cast<float>(n);
+        if (n == 0) continue;
         const glm::dvec4 a = words[0][p], b = words[1][p], c = words[2][p];
-        film.sum[p] = glm::dvec3(a.x, a.y, a.z) - glm::dvec3(a.w, b.x, b.y);
-        film.sumOfSquares[p] = glm::dvec3(b.z, b.w, c.x) - glm::dvec3(c.y, c.z, c.w);
+        const glm::dvec3 mean = (glm::dvec3(a.x, a.y, a.z) - glm::dvec3(a.w, b.x, b.y)) / n;
+        const glm::dvec3 squares = (glm::dvec3(b.z, b.w, c.x) - glm::dvec3(c.y, c.z, c.w)) / n;
+        for (int k = 0; k < 3; ++k) {
+            estimate.mean.pixels[3 * p + size_t(k)] = static_cast<float>(mean[k]);
+            // As core::Film::varianceOfMean.
+            if (n > 1)
+                estimate.variance.pixels[3 * p + size_t(k)] =
+                    static_cast<float>(std::max(squares[k] - mean[k] * mean[k], 0.0) / (n - 1));
+        }
     }
-    stats_.readbackSeconds += since(start);
 }
 
 /// The buffer that kernels write results of their own to: kept, and bound where they look for it.
@@ -68,10 +94,6 @@ const Buffer& PathRenderer::outputBuffer(uint64_t bytes)
 
 void PathRenderer::readMean(core::Image& mean)
 {
-    CHECK(current_ != nullptr && samples_ <= ~0u);
-    const auto start = Clock::now();
-    mean = core::Image(frame_.settings.imageWidth, frame_.settings.imageHeight, 3);
-    if (samples() == 0) return;
     const uint64_t pixels = mean.pixels.size() / 3;
     const Buffer& output = outputBuffer(pixels * sizeof(glm::vec3));
     constexpr uint32_t kMostGroups = 1u << 15;  // of one dispatch; every device takes twice that
@@ -82,14 +104,13 @@ void PathRenderer::readMean(core::Image& mean)
             for (uint32_t first = 0; first < groups; first += kMostGroups) {
                 const uint32_t count = std::min(kMostGroups, groups - first);
                 dispatch(commands, mean_, bindings_[0],
-                         {first, count, 0, static_cast<uint32_t>(samples_), 0},
+                         {first, count, nextTile_, static_cast<uint32_t>(samples_), roundSamples_},
                          count * shared::kGroupSize);
             }
             barrier(commands);
         },
         "the mean");
     output.read(std::as_writable_bytes(std::span(mean.pixels)));
-    stats_.readbackSeconds += since(start);
 }
 
 /// First hits are found in bands of rows, each in pieces that hold the device no longer than the
@@ -133,7 +154,8 @@ core::Aovs PathRenderer::aovs()
 core::RenderStats PathRenderer::stats() const
 {
     core::RenderStats stats = stats_;
-    stats.paths = samples() * frame_.settings.imageWidth * frame_.settings.imageHeight;
+    const uint64_t width = frame_.settings.imageWidth, height = frame_.settings.imageHeight;
+    stats.paths = samples_ * width * height + uint64_t(nextTile_) * roundSamples_ * 64;
     stats.peakDeviceBytes = device_.peakBytes;
     return stats;
 }

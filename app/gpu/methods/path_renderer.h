@@ -1,9 +1,10 @@
-// The class behind makePathRenderer, for the files that make it up: gpu_path.cpp (scene, view,
-// samples) and gpu_path_read.cpp (what comes back).
+// The class behind makePathRenderer, for the files that make it up: path.cpp (scene, view, samples)
+// and path_read.cpp (what comes back).
 #pragma once
 
 #include <array>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <tuple>
 
@@ -19,13 +20,11 @@ public:
 
     void setWorld(std::shared_ptr<const core::World> world,
                   const core::Progress& progress) override;
-    void setView(const core::Camera& camera, uint32_t width, uint32_t height,
-                 const core::PathParams& params) override;
-    void advance(uint32_t samples, std::stop_token stop) override;
-    uint64_t samples() const override { return discarded_ ? 0 : samples_; }
+    void setView(const core::View& view, core::Start start) override;
+    void advance(const core::Budget& budget, std::stop_token stop) override;
+    core::RenderProgress progress() const override;
     void setPace(const core::Pace& pace) override { pace_ = pace; }
-    void readFilm(core::Film& film) override;
-    void readMean(core::Image& mean) override;
+    core::Estimate read(core::Reading what) override;
     core::Aovs aovs() override;
     core::RenderStats stats() const override;
 
@@ -47,7 +46,10 @@ private:
     void warmUp(const Pipeline& fresh);
     bool takeChoice();
     void chooseKernel();
-    bool advanceRound(uint32_t samples, const std::stop_token& stop);
+    bool advanceRound(const std::function<bool()>& over);
+    void readMean(core::Image& mean);
+    void readFilm(core::Estimate& estimate);
+    uint64_t pixelSamples(size_t pixel) const;
     uint32_t lanesNow() const;
     std::string workOf(const char* kernel, const shared::Batch& batch) const;
     double tracePaths(const shared::Batch& batch, bool keep);
@@ -84,8 +86,10 @@ private:
     BatchPace batchPace_;
     std::map<WorkKind, Choice> choices_;  // for the present scene
     Choice* choice_ = nullptr;
-    bool wavefront_ = true, discarded_ = false;
-    uint64_t samples_ = 0;
+    bool wavefront_ = true;
+    uint64_t samples_ = 0, version_ = 0;
+    // The round under way: its samples (0: none) and the first tile that has not had them.
+    uint32_t roundSamples_ = 0, nextTile_ = 0;
     core::RenderStats stats_;
     core::FilmCounters filmCounters_;
 };

@@ -10,26 +10,19 @@ namespace {
 
 constexpr const char* kSides[] = {"A", "B"};
 
-RenderParams presentParams(const Session& session)
-{
-    RenderParams params = session.render;
-    params.path = session.settings.path;
-    return params;
-}
-
 /// What a side was rendered with; a live one with what is set now.
 RenderParams sideParams(const Session& session, size_t side)
 {
     const Slot& slot = session.slots[side];
-    return slot.picture ? slot.picture->params : presentParams(session);
+    return slot.picture ? slot.picture->params : session.render;
 }
 
 /// As the action equal-time takes it: everything that a picture's parameters say.
 nlohmann::ordered_json changesTo(const RenderParams& params)
 {
-    nlohmann::ordered_json json = paramsJson(params.path);
+    nlohmann::ordered_json json = paramsJson(params.method);
     json["device"] = std::string(core::enumName(params.device));
-    json["method"] = std::string(core::enumName(params.method));
+    json["method"] = std::string(params.method.id());
     return json;
 }
 

@@ -139,10 +139,14 @@ void pictureFigures(const Picture& picture)
     figure("rays", countText(static_cast<double>(s.rays)) + ", " + countText(rate) + " /s",
            "of this picture");
     figure("paths", countText(static_cast<double>(s.paths)), "of this picture");
-    figure("kernel", s.kernel.empty() ? "-" : s.kernel, "how the device traces paths");
+    for (const core::StatsDetail& detail : s.details) {
+        const std::string* word = std::get_if<std::string>(&detail.value);
+        const double* number = std::get_if<double>(&detail.value);
+        figure(detail.name.c_str(), word != nullptr ? *word : digitsText(*number),
+               "of this method");
+    }
     figure("build", secondsText(s.buildSeconds), "the acceleration structure of the scene");
     figure("compile", secondsText(s.compileSeconds), "kernels specialised on the scene");
-    figure("prepare", secondsText(s.prepareSeconds), "upload, buffers, choosing a kernel");
     figure("read back", secondsText(s.readbackSeconds), "from the device to where it can be shown");
     figure("device memory", bytesText(s.peakDeviceBytes), "of the renderer, at its peak");
 }

@@ -2,30 +2,10 @@
 #include <algorithm>
 
 #include "app/view/ui/ui_parts.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 
 namespace app {
 namespace {
-
-/// Why a method cannot be chosen; empty when it can.
-std::string whyNotMethod(Method method, DeviceKind device)
-{
-    for (const core::Method& known : core::methods()) {
-        if (known.name != core::enumName(method)) continue;
-        if (device == DeviceKind::vulkan && method != Method::path)
-            return "this method runs on the CPU only";
-        return {};
-    }
-    return "this version does not have it";
-}
-
-std::string methodHelp(Method method)
-{
-    for (const core::Method& known : core::methods()) {
-        if (known.name == core::enumName(method)) return known.help;
-    }
-    return {};
-}
 
 /// A choice that says why it cannot be made, when so.
 bool choice(const char* name, bool chosen, const std::string& help, const std::string& whyNot)
@@ -38,17 +18,15 @@ bool choice(const char* name, bool chosen, const std::string& help, const std::s
 
 void drawMethod(const UiContext& c)
 {
-    RenderParams& render = c.session.render;
+    const RenderParams& render = c.session.render;
     ImGui::PushID("method");
     rowLabel("method", "how light is found");
-    if (ImGui::BeginCombo("##value", core::enumName(render.method).data())) {
-        const auto names = core::enumNames<Method>();
-        for (size_t i = 0; i < names.size(); ++i) {
-            const auto method = static_cast<Method>(i);
-            if (choice(names[i].data(), render.method == method, methodHelp(method),
-                       whyNotMethod(method, render.device))) {
-                render.method = method;
-            }
+    const std::string now(render.method.id());
+    if (ImGui::BeginCombo("##value", now.c_str())) {
+        for (const core::MethodInfo& method : core::methods()) {
+            const std::string id(method.id());
+            if (choice(id.c_str(), id == now, method.help, whyNot(id, render.device)))
+                c.session.chooseMethod(id);
         }
         ImGui::EndCombo();
     }
@@ -74,7 +52,7 @@ void chooseDevice(const UiContext& c, DeviceKind kind, int index)
 void drawVulkanChoice(const UiContext& c, size_t i)
 {
     const gpu::DeviceInfo& info = c.frame.devices[i];
-    std::string missing;
+    std::string missing = whyNot(c.session.render.method.id(), DeviceKind::vulkan);
     for (const std::string& what : info.missing)
         missing += (missing.empty() ? "it lacks " : ", ") + what;
     const RenderParams& render = c.session.render;
@@ -94,11 +72,14 @@ void drawDevice(const UiContext& c)
     ImGui::PushID("device");
     rowLabel("device", "where it is rendered");
     if (ImGui::BeginCombo("##value", deviceName(c).c_str())) {
-        if (choice("CPU (Embree)", render.device == DeviceKind::cpu, "all cores", {})) {
+        const std::string_view method = render.method.id();
+        const std::string notOnCpu = whyNot(method, DeviceKind::cpu);
+        if (choice("CPU (Embree)", render.device == DeviceKind::cpu, "all cores", notOnCpu)) {
             chooseDevice(c, DeviceKind::cpu, -1);
         }
         const bool first = render.device == DeviceKind::vulkan && render.deviceIndex < 0;
-        if (choice("Vulkan, first suitable", first, "real GPUs before software", {})) {
+        const std::string notOnVulkan = whyNot(method, DeviceKind::vulkan);
+        if (choice("Vulkan, first suitable", first, "real GPUs before software", notOnVulkan)) {
             chooseDevice(c, DeviceKind::vulkan, -1);
         }
         for (size_t i = 0; i < c.frame.devices.size(); ++i) drawVulkanChoice(c, i);
@@ -107,32 +88,36 @@ void drawDevice(const UiContext& c)
     ImGui::PopID();
 }
 
-/// The preset that the parameters equal, or null.
-const Preset* presentPreset(const Settings& settings)
+/// The name of the preset that the parameters equal; empty when there is none.
+std::string presentPreset(const Session& session)
 {
-    for (const std::vector<Preset>* list : {&settings.presets, &builtInPresets()}) {
-        for (const Preset& preset : *list) {
-            if (preset.path == settings.path) return &preset;
-        }
-    }
-    return nullptr;
+    for (const Preset& preset : session.settings.presets)
+        if (preset.params == session.render.method) return preset.name;
+    for (const core::MethodPreset& preset : core::methodNamed(session.render.method.id()).presets)
+        if (preset.params == session.render.method) return preset.name;
+    return {};
 }
 
-/// Returns the index of one's own preset that is to be removed, or -1.
-int presetChoices(const UiContext& c)
+/// Presets of the method: those that come with it, then the user's own. Returns the index of one's
+/// own preset that is to be removed, or -1.
+int presetChoices(const UiContext& c, const std::string& now)
 {
     int removed = -1;
-    const Preset* const now = presentPreset(c.session.settings);
-    for (const Preset& preset : builtInPresets()) {
-        if (ImGui::Selectable(preset.name.c_str(), &preset == now))
+    const std::string_view method = c.session.render.method.id();
+    for (const core::MethodPreset& preset : core::methodNamed(method).presets) {
+        if (ImGui::Selectable(preset.name, preset.name == now))
             c.act("preset", {{"name", preset.name}});
+        tip(preset.help);
     }
     const std::vector<Preset>& own = c.session.settings.presets;
-    if (!own.empty()) ImGui::Separator();
+    bool separated = false;
     for (size_t i = 0; i < own.size(); ++i) {
+        if (own[i].params.id() != method) continue;
+        if (!separated) ImGui::Separator();
+        separated = true;
         ImGui::PushID(static_cast<int>(i));
         const float cross = ImGui::GetFrameHeight();
-        if (ImGui::Selectable(own[i].name.c_str(), &own[i] == now,
+        if (ImGui::Selectable(own[i].name.c_str(), own[i].name == now,
                               ImGuiSelectableFlags_AllowItemOverlap)) {
             c.act("preset", {{"name", own[i].name}});
         }
@@ -151,19 +136,19 @@ void savePreset(const UiContext& c)
         return preset.name == c.state.presetName;
     });
     if (same != own.end())
-        same->path = c.session.settings.path;
+        same->params = c.session.render.method;
     else
-        own.push_back({c.state.presetName, c.session.settings.path});
+        own.push_back({c.state.presetName, c.session.render.method});
     c.state.presetName.clear();
 }
 
 void drawPresets(const UiContext& c)
 {
-    const Preset* const now = presentPreset(c.session.settings);
+    const std::string now = presentPreset(c.session);
     ImGui::PushID("presets");
     rowLabel("preset", "a named set of all parameters below; one's own can be added");
-    if (ImGui::BeginCombo("##value", now != nullptr ? now->name.c_str() : "changed by hand")) {
-        const int removed = presetChoices(c);
+    if (ImGui::BeginCombo("##value", now.empty() ? "changed by hand" : now.c_str())) {
+        const int removed = presetChoices(c, now);
         if (removed >= 0)
             c.session.settings.presets.erase(c.session.settings.presets.begin() + removed);
         ImGui::EndCombo();
@@ -218,7 +203,7 @@ void drawMethodSection(const UiContext& c)
     drawDevice(c);
     drawPresets(c);
     ImGui::Spacing();
-    editParams(c.session.settings.path);
+    editParams(c.session.render.method);
     ImGui::Spacing();
     drawPresetName(c);
 }

@@ -210,7 +210,7 @@ std::string timesText(const Notice& notice)
 
 std::vector<std::string> biases(const RenderParams& params)
 {
-    return biasedParams(params.path);
+    return biasedParams(params.method);
 }
 
 std::shared_ptr<const Picture> shownPicture(const UiContext& c)

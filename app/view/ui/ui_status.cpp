@@ -109,9 +109,8 @@ std::vector<StatusItem> statusItems(const UiContext& c)
     }
     items.push_back({format("%u x %u", picture->fullSize.x, picture->fullSize.y),
                      "pixels of the full picture", dim, 2});
-    items.push_back(
-        {std::string(core::enumName(picture->params.method)) + ", " + picture->stats.device,
-         paramsLabel(picture->params), dim, 1});
+    items.push_back({std::string(picture->params.method.id()) + ", " + picture->stats.device,
+                     paramsLabel(picture->params), dim, 1});
     return items;
 }
 

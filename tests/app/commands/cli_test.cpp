@@ -55,8 +55,7 @@ TEST_F(Cli, NonsenseToRender)
     refused({"-o", "x.exr", "--size", "-64x64"}, 2, "--size");
     refused({"-o", "x.exr", "--time", "-1"}, 2, "--time");
     refused({"-o", "x.exr", "--max-depth", "-1"}, 2, "--max-depth");
-    refused({"-o", "x.exr", "--method", "magic"}, 2, "--method");
-    refused({"-o", "x.exr", "--method", "manylights"}, 2, "not in this version");
+    refused({"-o", "x.exr", "--method", "magic"}, 2, "is not one of path");
     refused({"-o", "x.exr", "--device", "abacus"}, 2, "--device");
     refused({"-o", "x.exr", "--no-skip", "textuers", "--device", "cpu"}, 2, "textuers");
     refused({"-o", "x.exr", "--sppp", "4"}, 2, "did you mean --spp?");

@@ -13,6 +13,7 @@
 
 #include "core/base/check.h"
 #include "core/image/image.h"
+#include "tests/support/fake_estimate.h"
 
 namespace {
 
@@ -21,36 +22,28 @@ class MortalRenderer : public core::Renderer {
 public:
     explicit MortalRenderer(uint64_t life) : life_(life) {}
     void setWorld(std::shared_ptr<const core::World>, const core::Progress&) override {}
-    void setView(const core::Camera&, uint32_t width, uint32_t height,
-                 const core::PathParams&) override
-    {
-        width_ = width;
-        height_ = height;
-    }
+    void setView(const core::View& view, core::Start) override { size_ = view.size; }
     void setPace(const core::Pace&) override {}
-    void advance(uint32_t samples, std::stop_token) override
+    void advance(const core::Budget& budget, std::stop_token) override
     {
-        std::this_thread::sleep_for(std::chrono::milliseconds(300) * samples);
-        samples_ += samples;
+        std::this_thread::sleep_for(std::chrono::milliseconds(300) * budget.samples);
+        samples_ += budget.samples;
         if (samples_ > life_) throw core::Error("the device was lost", core::ExitCode::deviceLost);
     }
-    uint64_t samples() const override { return samples_; }
-    void readFilm(core::Film& film) override
+    core::RenderProgress progress() const override { return {samples_, samples_, 0}; }
+    core::Estimate read(core::Reading) override
     {
-        ASSERT_LE(samples_, life_) << "a lost device was read";
-        film.reset(width_, height_);
-        film.samples = samples_;
-        film.counters.nan = 3;
-        const double n = static_cast<double>(samples_);
-        for (glm::dvec3& sum : film.sum) sum = glm::dvec3(2 * n);
-        for (glm::dvec3& sum : film.sumOfSquares) sum = glm::dvec3(4 * n);
+        EXPECT_LE(samples_, life_) << "a lost device was read";
+        core::Estimate estimate = tests::flatEstimate(size_, 2, 0, samples_);
+        estimate.counters.nan = 3;
+        return estimate;
     }
     core::Aovs aovs() override { return {}; }
     core::RenderStats stats() const override { return {}; }
 
 private:
     uint64_t life_, samples_ = 0;
-    uint32_t width_ = 0, height_ = 0;
+    glm::uvec2 size_{0};
 };
 
 class RenderCommand : public testing::Test {

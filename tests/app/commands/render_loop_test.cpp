@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/fake_estimate.h"
+
 namespace {
 
 /// Every sample of every pixel adds (-1)^k: after n samples the mean is 0 or 1/n, so the error
@@ -19,22 +21,22 @@ public:
     std::vector<uint32_t> steps;
 
     void setWorld(std::shared_ptr<const core::World>, const core::Progress&) override {}
-    void setView(const core::Camera&, uint32_t, uint32_t, const core::PathParams&) override {}
+    void setView(const core::View&, core::Start) override {}
     void setPace(const core::Pace&) override {}
-    void advance(uint32_t samples, std::stop_token) override
+    void advance(const core::Budget& budget, std::stop_token) override
     {
-        steps.push_back(samples);
-        std::this_thread::sleep_for(perSample * samples);
-        samples_ += samples;
+        steps.push_back(budget.samples);
+        std::this_thread::sleep_for(perSample * budget.samples);
+        samples_ += budget.samples;
         if (stopAfterStep) stopAfterStep->request_stop();
     }
-    uint64_t samples() const override { return samples_; }
-    void readFilm(core::Film& film) override
+    core::RenderProgress progress() const override { return {samples_, samples_, 0}; }
+    core::Estimate read(core::Reading) override
     {
-        film.reset(2, 2);
-        film.samples = samples_;
-        for (glm::dvec3& sum : film.sum) sum = glm::dvec3(samples_ % 2 ? 1 : 0);
-        for (glm::dvec3& sum : film.sumOfSquares) sum = glm::dvec3(static_cast<double>(samples_));
+        const double n = double(std::max<uint64_t>(samples_, 1));
+        const double mean = samples_ % 2 ? 1 / n : 0;
+        return tests::flatEstimate({2, 2}, static_cast<float>(mean),
+                                   static_cast<float>(samples_ > 1 ? 1 / (n - 1) : 0), samples_);
     }
     core::Aovs aovs() override { return {}; }
     core::RenderStats stats() const override { return {}; }
@@ -49,7 +51,7 @@ TEST(RenderLoop, TakesExactlyTheSamplesAskedFor)
         FakeRenderer renderer;
         const app::Outcome outcome = app::renderUntil(renderer, {.spp = spp}, {}, {});
         EXPECT_EQ(outcome.samples, spp);
-        EXPECT_EQ(renderer.samples(), spp);
+        EXPECT_EQ(renderer.progress().samples, spp);
         EXPECT_EQ(outcome.ended, app::Ended::spp);
         EXPECT_EQ(renderer.steps.front(), 1u) << "the first step finds out how long a sample takes";
     }
@@ -110,7 +112,7 @@ TEST(RenderLoop, StopsWhenAsked)
     const app::Outcome outcome = app::renderUntil(renderer, {.spp = 1000}, source.get_token(), {});
     EXPECT_EQ(outcome.ended, app::Ended::stopped);
     EXPECT_EQ(outcome.samples, 1u);
-    EXPECT_EQ(renderer.steps.size(), 1u);
+    EXPECT_EQ(renderer.steps, (std::vector<uint32_t>{1, 0})) << "what was cut is completed";
 }
 
 TEST(RenderLoop, SeesAStopThatComesWithTheLastSample)

@@ -180,11 +180,11 @@ size_t noticedGaps(const std::vector<WatchedCommand>& commands, size_t& barriers
 }
 
 /// Renders small images under watch and returns the last.
-core::Film watchRenderer(core::Kernel kernel, bool staged)
+core::Estimate watchRenderer(core::Kernel kernel, bool staged)
 {
     const auto world =
         core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/textured-box.gltf"));
-    core::Film film;
+    core::Estimate film;
     VulkanFaults faults;
     BarrierWatch watch(faults);
     std::optional<tests::StagedMemory> memory;
@@ -197,11 +197,10 @@ core::Film watchRenderer(core::Kernel kernel, bool staged)
         params.maxDepth = 20;  // more than one submission of bounces
         params.rouletteDepth = 4096;
         for (const uint32_t size : {40u, 24u}) {
-            renderer->setView(world->cameras.at(0), size, size, params);
-            for (int i = 0; i < 2; ++i) renderer->advance(2, {});
-            renderer->readFilm(film);
-            core::Image mean;
-            renderer->readMean(mean);
+            renderer->setView({world->cameras.at(0), {size, size}, params}, core::Start::anew);
+            for (int i = 0; i < 2; ++i) renderer->advance({.samples = 2}, {});
+            film = renderer->read(core::Reading::everything);
+            renderer->read(core::Reading::mean);
             renderer->aovs();
         }
     }
@@ -219,10 +218,10 @@ core::Film watchRenderer(core::Kernel kernel, bool staged)
 
 TEST(Barriers, ThePathTracerHasThemAllAndStagedMemoryGivesTheSameImage)
 {
-    const core::Film mapped = watchRenderer(core::Kernel::wavefront, false);
-    const core::Film staged = watchRenderer(core::Kernel::wavefront, true);
-    EXPECT_EQ(mapped.sum, staged.sum);
-    EXPECT_EQ(mapped.sum, watchRenderer(core::Kernel::megakernel, true).sum);
+    const core::Estimate mapped = watchRenderer(core::Kernel::wavefront, false);
+    const core::Estimate staged = watchRenderer(core::Kernel::wavefront, true);
+    EXPECT_EQ(mapped.mean.pixels, staged.mean.pixels);
+    EXPECT_EQ(mapped.mean.pixels, watchRenderer(core::Kernel::megakernel, true).mean.pixels);
 }
 
 /// The display kernel as the window uses it: frames that are not waited for, the output copied

@@ -124,7 +124,7 @@ protected:
         core::PathParams params;
         params.maxDepth = depth;
         params.kernel = core::Kernel::megakernel;  // its dispatches say how many lanes they have
-        renderer->setView(world->cameras.at(0), width, height, params);
+        renderer->setView({world->cameras.at(0), {width, height}, params}, core::Start::anew);
         dispatches.clear();
     }
 
@@ -139,7 +139,7 @@ TEST_F(GpuPace, ADeviceAHundredTimesSlowerIsHeldForAFifthOfASecondAtMost)
         renderer->setWorld(world, {});
         renderer->setPace({.dispatchSeconds = wanted});
         view(256, 256);
-        renderer->advance(4, {});
+        renderer->advance({.samples = 4}, {});
         const double before = *std::max_element(dispatches.begin(), dispatches.end());
         EXPECT_GE(before, std::min(0.9 * wanted, 0.06)) << "batches stayed small";
         EXPECT_LE(before, std::min(1.01 * wanted, 0.101));
@@ -147,7 +147,7 @@ TEST_F(GpuPace, ADeviceAHundredTimesSlowerIsHeldForAFifthOfASecondAtMost)
         secondsPerLane = 1e-4;
         renderer->setWorld(world, {});  // nothing is known of the new scene
         view(64, 64);
-        renderer->advance(2, {});
+        renderer->advance({.samples = 2}, {});
         ASSERT_GT(dispatches.size(), 10u);
         for (size_t i = 0; i < dispatches.size(); ++i)
             EXPECT_LE(dispatches[i], i < 3 ? 0.5 : 0.2) << i;
@@ -165,40 +165,43 @@ TEST_F(GpuPace, FirstHitsAreFoundInPieces)
     EXPECT_LE(*std::max_element(dispatches.begin(), dispatches.end()), 0.051);
 }
 
-TEST_F(GpuPace, AStopBetweenBatchesLeavesNoFilm)
+TEST_F(GpuPace, AStopBetweenBatchesLeavesWholeTiles)
 {
-    core::Film alone, after;
-    view(64, 64);
-    renderer->advance(5, {});
-    renderer->readFilm(alone);
-    for (const bool discard : {true, false}) {
-        renderer->setPace({.dispatchSeconds = 0.002, .discardOnStop = discard});
-        view(256, 256);
-        renderer->advance(1, {});
-        ASSERT_EQ(renderer->samples(), 1u);
-        std::stop_source stop;
-        std::jthread later([&] {
-            std::this_thread::sleep_for(std::chrono::milliseconds(30));
-            stop.request_stop();
-        });
-        renderer->advance(10000, stop.get_token());
-        later.join();
-        core::Film film;
-        renderer->readFilm(film);
-        EXPECT_EQ(film.samples, renderer->samples());
-        if (discard) {
-            EXPECT_EQ(renderer->samples(), 0u);
-            EXPECT_EQ(film.mean().pixels, core::Image(256, 256, 3).pixels);
-        } else {
-            EXPECT_GE(renderer->samples(), 1u);
-            EXPECT_LT(renderer->samples(), 10000u);
-        }
+    view(256, 256);
+    renderer->advance({.samples = 3}, {});
+    const core::Estimate expected = renderer->read(core::Reading::everything);
+    renderer->setPace({.dispatchSeconds = 0.002});
+    view(256, 256);
+    bool partial = false;
+    for (uint64_t version = renderer->progress().version; renderer->progress().samples < 3;) {
+        renderer->advance({.samples = 1, .seconds = 0}, {});
+        const core::RenderProgress now = renderer->progress();
+        ASSERT_GT(now.version, version);
+        version = now.version;
+        if (now.fraction == 0) continue;
+        partial = true;
+        const core::Estimate e = renderer->read(core::Reading::everything);
+        EXPECT_EQ(e.samples, now.samples);
+        // The mean alone divides by the same counts.
+        const core::Image mean = renderer->read(core::Reading::mean).mean;
+        for (size_t i = 0; i < mean.pixels.size(); ++i)
+            ASSERT_NEAR(mean.pixels[i], e.mean.pixels[i], 1e-6f * e.mean.pixels[i] + 1e-30f) << i;
+        size_t ahead = 0;
+        for (const float weight : e.weight.pixels)
+            ahead += weight > static_cast<float>(e.samples) ? 1u : 0u;
+        EXPECT_DOUBLE_EQ(now.fraction, double(ahead) / (256 * 256));
     }
-    // What a stop has left does not show in the next picture.
-    view(64, 64);
-    renderer->advance(5, {});
-    renderer->readFilm(after);
-    EXPECT_EQ(after.sum, alone.sum);
+    EXPECT_TRUE(partial);
+    std::stop_source stop;
+    stop.request_stop();
+    const uint64_t version = renderer->progress().version;
+    renderer->advance({.samples = 5}, stop.get_token());  // stopped before it begins
+    EXPECT_EQ(renderer->progress().version, version);
+    renderer->advance({.samples = 0}, {});
+    const core::Estimate after = renderer->read(core::Reading::everything);
+    ASSERT_EQ(after.samples, 3u);
+    EXPECT_EQ(after.mean.pixels, expected.mean.pixels);
+    EXPECT_EQ(after.variance.pixels, expected.variance.pixels);
     EXPECT_TRUE(after.counters.clean());
 }
 
@@ -207,14 +210,12 @@ TEST_F(GpuPace, TheMeanIsThatOfTheFilm)
     for (const glm::uvec2 size :
          {glm::uvec2(64, 48), glm::uvec2(31, 7), glm::uvec2(100, 90), glm::uvec2(9, 9)}) {
         view(size.x, size.y);
-        core::Image mean;
-        renderer->readMean(mean);
+        core::Image mean = renderer->read(core::Reading::mean).mean;
         EXPECT_EQ(mean.pixels, core::Image(size.x, size.y, 3).pixels) << "before the first sample";
-        renderer->advance(7, {});
-        renderer->readMean(mean);
-        core::Film film;
-        renderer->readFilm(film);
-        const core::Image expected = film.mean();
+        renderer->advance({.samples = 7}, {});
+        mean = renderer->read(core::Reading::mean).mean;
+        const core::Estimate film = renderer->read(core::Reading::everything);
+        const core::Image& expected = film.mean;
         ASSERT_EQ(mean.pixels.size(), expected.pixels.size());
         for (size_t i = 0; i < mean.pixels.size(); ++i) {
             ASSERT_NEAR(mean.pixels[i], expected.pixels[i], 1e-6f * expected.pixels[i] + 1e-30f)
@@ -226,21 +227,22 @@ TEST_F(GpuPace, TheMeanIsThatOfTheFilm)
 
 TEST_F(GpuPace, AnotherCameraNeedsNoNewKernelsBuffersOrChoice)
 {
-    renderer->setView(world->cameras.at(0), 320, 180, {});
-    renderer->advance(60, {});  // the kernel is chosen
+    renderer->setView({world->cameras.at(0), {320, 180}, {}}, core::Start::anew);
+    renderer->advance({.samples = 60}, {});  // the kernel is chosen
     const core::RenderStats before = renderer->stats();
     for (int i = 0; i < 10; ++i) {
         core::Camera camera = world->cameras.at(0);
         camera.position.x += 0.01 * i;
         core::PathParams params;
         dispatches.clear();
-        renderer->setView(camera, i % 2 == 0 ? 320 : 160, i % 2 == 0 ? 180 : 90, params);
+        renderer->setView({camera, i % 2 == 0 ? glm::uvec2(320, 180) : glm::uvec2(160, 90), params},
+                          core::Start::anew);
         EXPECT_LE(dispatches.size(), 1u);  // the film is cleared, nothing is measured
-        renderer->advance(1, {});
+        renderer->advance({.samples = 1}, {});
     }
     EXPECT_EQ(renderer->stats().compileSeconds, before.compileSeconds);
     EXPECT_EQ(renderer->stats().peakDeviceBytes, before.peakDeviceBytes);
-    EXPECT_EQ(renderer->stats().kernel, before.kernel);
+    EXPECT_EQ(renderer->stats().details[0].value, before.details[0].value);
 }
 
 }  // namespace

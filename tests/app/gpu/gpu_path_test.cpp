@@ -6,7 +6,7 @@
 #include "app/gpu/base/memory.h"
 #include "app/gpu/methods/path.h"
 #include "core/gltf/gltf.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 #include "tests/support/compare_films.h"
 
 namespace {
@@ -34,13 +34,12 @@ core::PathParams independent(uint32_t seed, uint32_t depth = 6)
     return params;
 }
 
-core::Film render(core::Renderer& renderer, const core::World& world, uint32_t width,
-                  uint32_t height, uint32_t samples, const core::PathParams& params)
+core::Estimate render(core::Renderer& renderer, const core::World& world, uint32_t width,
+                      uint32_t height, uint32_t samples, const core::PathParams& params)
 {
-    renderer.setView(world.cameras.at(0), width, height, params);
-    renderer.advance(samples, {});
-    core::Film film;
-    renderer.readFilm(film);
+    renderer.setView({world.cameras.at(0), {width, height}, params}, core::Start::anew);
+    renderer.advance({.samples = samples}, {});
+    const core::Estimate film = renderer.read(core::Reading::everything);
     return film;
 }
 
@@ -66,8 +65,8 @@ void expectAgreement(const char* name, uint32_t samples, double detectable)
     gpuRenderer().setWorld(world, {});
     const auto cpu = core::makeRenderer("path");
     cpu->setWorld(world, {});
-    const core::Film a = render(gpuRenderer(), *world, 64, 64, samples, independent(1));
-    const core::Film b = render(*cpu, *world, 64, 64, samples, independent(2));
+    const core::Estimate a = render(gpuRenderer(), *world, 64, 64, samples, independent(1));
+    const core::Estimate b = render(*cpu, *world, 64, 64, samples, independent(2));
     const tests::FilmComparison c = tests::compareFilms(a, b);
     EXPECT_TRUE(c.agree()) << name << ": " << c.describe();
     EXPECT_LT(c.detectable, detectable) << name << " is underpowered: " << c.describe();
@@ -95,11 +94,11 @@ TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
     const auto world = asset(GetParam().name);
     const size_t size = 256;
     gpuRenderer().setWorld(world, {});
-    gpuRenderer().setView(world->cameras.at(0), 256, 256, {});
+    gpuRenderer().setView({world->cameras.at(0), {256, 256}, {}}, core::Start::anew);
     const core::Aovs a = gpuRenderer().aovs();
     const auto cpu = core::makeRenderer("path");
     cpu->setWorld(world, {});
-    cpu->setView(world->cameras.at(0), 256, 256, {});
+    cpu->setView({world->cameras.at(0), {256, 256}, {}}, core::Start::anew);
     const core::Aovs b = cpu->aovs();
     // Pixel centres on an edge that triangles share (the corners of a box, say) may name any of
     // them: equal depth is a tie.
@@ -155,21 +154,21 @@ TEST_F(GpuPathAlone, SameSeedGivesTheSameBitsHoweverItIsCutUp)
          {core::SamplerKind::sobol, core::SamplerKind::independent}) {
         core::PathParams params;
         params.sampler = sampler;
-        const core::Film once = render(gpuRenderer(), *world, 100, 75, 13, params);
-        const core::Film twice = render(gpuRenderer(), *world, 100, 75, 13, params);
-        EXPECT_EQ(once.sum, twice.sum);
+        const core::Estimate once = render(gpuRenderer(), *world, 100, 75, 13, params);
+        const core::Estimate twice = render(gpuRenderer(), *world, 100, 75, 13, params);
+        EXPECT_EQ(once.mean.pixels, twice.mean.pixels);
 
         render(gpuRenderer(), *world, 31, 17, 2, params);  // another size in between
-        gpuRenderer().setView(world->cameras.at(0), 100, 75, params);
-        for (const uint32_t part : {1u, 4u, 1u, 5u, 2u}) gpuRenderer().advance(part, {});
-        core::Film parts;
-        gpuRenderer().readFilm(parts);
-        EXPECT_EQ(once.sum, parts.sum);
-        EXPECT_EQ(once.sumOfSquares, parts.sumOfSquares);
+        gpuRenderer().setView({world->cameras.at(0), {100, 75}, params}, core::Start::anew);
+        for (const uint32_t part : {1u, 4u, 1u, 5u, 2u})
+            gpuRenderer().advance({.samples = part}, {});
+        const core::Estimate parts = gpuRenderer().read(core::Reading::everything);
+        EXPECT_EQ(once.mean.pixels, parts.mean.pixels);
+        EXPECT_EQ(once.variance.pixels, parts.variance.pixels);
         EXPECT_EQ(parts.samples, 13u);
 
         params.seed = 2;
-        EXPECT_NE(once.sum, render(gpuRenderer(), *world, 100, 75, 13, params).sum);
+        EXPECT_NE(once.mean.pixels, render(gpuRenderer(), *world, 100, 75, 13, params).mean.pixels);
     }
 }
 
@@ -182,10 +181,10 @@ TEST_F(GpuPathAlone, BothKernelsGiveTheSameImage)
         params.maxDepth = 32;  // more bounces than one submission holds, fewer than Mesa's loops
                                // allow a whole path
         params.kernel = core::Kernel::wavefront;
-        const core::Film a = render(gpuRenderer(), *world, 96, 64, 8, params);
+        const core::Estimate a = render(gpuRenderer(), *world, 96, 64, 8, params);
         params.kernel = core::Kernel::megakernel;
-        const core::Film b = render(gpuRenderer(), *world, 96, 64, 8, params);
-        EXPECT_EQ(a.sum, b.sum) << name;
+        const core::Estimate b = render(gpuRenderer(), *world, 96, 64, 8, params);
+        EXPECT_EQ(a.mean.pixels, b.mean.pixels) << name;
     }
 }
 
@@ -199,9 +198,9 @@ TEST_F(GpuPathAlone, DepthLimitsMeanWhatTheySay)
         core::PathParams params = independent(3, depth);
         params.rouletteDepth = 4096;
         params.strategy = core::Strategy::bsdf;
-        const core::Film film = render(gpuRenderer(), *world, 16, 16, 4, params);
-        for (const glm::dvec3& sum : film.sum)
-            ASSERT_NEAR(sum.x / 4, 2 - std::pow(0.5, depth), 2e-5) << depth;
+        const core::Estimate film = render(gpuRenderer(), *world, 16, 16, 4, params);
+        for (const float mean : film.mean.pixels)
+            ASSERT_NEAR(mean, 2 - std::pow(0.5, depth), 2e-5) << depth;
     }
 }
 

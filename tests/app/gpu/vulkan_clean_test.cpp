@@ -58,13 +58,11 @@ void render(core::Renderer& renderer, const std::shared_ptr<const core::World>& 
     core::PathParams params;
     params.kernel = kernel;
     params.maxDepth = 20;
-    renderer.setView(world->cameras.at(0), size, size, params);
-    renderer.advance(2, {});
-    renderer.advance(1, {});
-    core::Film film;
-    renderer.readFilm(film);
-    core::Image mean;
-    renderer.readMean(mean);
+    renderer.setView({world->cameras.at(0), {size, size}, params}, core::Start::anew);
+    renderer.advance({.samples = 2}, {});
+    renderer.advance({.samples = 1}, {});
+    const core::Estimate film = renderer.read(core::Reading::everything);
+    const core::Image mean = renderer.read(core::Reading::mean).mean;
     renderer.aovs();
 }
 

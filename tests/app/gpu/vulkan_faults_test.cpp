@@ -1,6 +1,8 @@
 // Vulkan that fails, on purpose: calls that give errors, devices that lie, work that never ends
 // (V4-V7, V12, V13, V16, V18 of the reliability rules). Nothing here needs a GPU: the faults are
 // planted in the table of functions.
+#include <numeric>
+
 #include <gtest/gtest.h>
 
 #include "app/gpu/base/memory.h"
@@ -56,22 +58,19 @@ void expectSays(const std::string& text, std::initializer_list<std::string> part
         EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' in: " << text;
 }
 
-core::Film renderSmall(core::Renderer& renderer, const std::shared_ptr<const core::World>& world,
-                       uint32_t size = 24)
+core::Estimate renderSmall(core::Renderer& renderer,
+                           const std::shared_ptr<const core::World>& world, uint32_t size = 24)
 {
     renderer.setWorld(world, {});
-    renderer.setView(world->cameras.at(0), size, size, {});
-    renderer.advance(1, {});
-    core::Film film;
-    renderer.readFilm(film);
+    renderer.setView({world->cameras.at(0), {size, size}, {}}, core::Start::anew);
+    renderer.advance({.samples = 1}, {});
+    const core::Estimate film = renderer.read(core::Reading::everything);
     return film;
 }
 
-double brightness(const core::Film& film)
+double brightness(const core::Estimate& film)
 {
-    double sum = 0;
-    for (const glm::dvec3& pixel : film.sum) sum += pixel.x + pixel.y + pixel.z;
-    return sum;
+    return std::accumulate(film.mean.pixels.begin(), film.mean.pixels.end(), 0.0);
 }
 
 // --- V12, V13, V18: devices that are not there, too old or too small
@@ -279,9 +278,12 @@ TEST_F(VulkanFails, ImagesBeyondTheLimitsAreRefusedWithTheNumbers)
     const auto world = asset("cornell-diffuse");
     const auto renderer = gpu::makePathRenderer({});
     renderer->setWorld(world, {});
-    expectSays(errorOf(core::ExitCode::deviceLost,
-                       [&] { renderer->setView(world->cameras.at(0), 4000, 3000, {}); }),
-               {"MiB", "4 MiB", "smaller image"});
+    expectSays(
+        errorOf(core::ExitCode::deviceLost,
+                [&] {
+                    renderer->setView({world->cameras.at(0), {4000, 3000}, {}}, core::Start::anew);
+                }),
+        {"MiB", "4 MiB", "smaller image"});
     EXPECT_GT(brightness(renderSmall(*renderer, world)), 0);
 }
 
@@ -548,14 +550,15 @@ TEST_F(VulkanFails, ALossWhileRenderingNamesTheWork)
     for (const core::Kernel kernel : {core::Kernel::megakernel, core::Kernel::wavefront}) {
         core::PathParams params;
         params.kernel = kernel;
-        renderer->setView(world->cameras.at(0), 40, 24, params);
-        renderer->advance(3, {});
+        renderer->setView({world->cameras.at(0), {40, 24}, params}, core::Start::anew);
+        renderer->advance({.samples = 3}, {});
         if (kernel == core::Kernel::megakernel) continue;
         faults.fail<&Api::WaitForFences>(VK_ERROR_DEVICE_LOST);
-        expectSays(errorOf(core::ExitCode::deviceLost, [&] { renderer->advance(1, {}); }),
-                   {deviceName(), "vkWaitForFences",
-                    "bounces of " + std::to_string(world->triangles.size()) + " triangles",
-                    "tiles 0 to 14 of 15", "samples 3 to 3"});
+        expectSays(
+            errorOf(core::ExitCode::deviceLost, [&] { renderer->advance({.samples = 1}, {}); }),
+            {deviceName(), "vkWaitForFences",
+             "bounces of " + std::to_string(world->triangles.size()) + " triangles",
+             "tiles 0 to 14 of 15", "samples 3 to 3"});
     }
 }
 
@@ -612,7 +615,7 @@ int surviveMemory(uint64_t first, uint64_t stride, const Plan& plan,
     // Of the same kernels: most of the time goes to compiling
     auto large = std::make_shared<core::World>(*small);
     large->texels.resize(1 << 16);
-    const core::Film expected = renderSmall(*gpu::makePathRenderer({}), small);
+    const core::Estimate expected = renderSmall(*gpu::makePathRenderer({}), small);
     int happened = 0;
     for (uint64_t k = first;; k += stride) {
         VulkanFaults faults;
@@ -631,7 +634,7 @@ int surviveMemory(uint64_t first, uint64_t stride, const Plan& plan,
             struck = faults.struck() > 0;
             faults.clearPlans();
             if (struck) {
-                EXPECT_EQ(renderSmall(*renderer, small).sum, expected.sum) << k;
+                EXPECT_EQ(renderSmall(*renderer, small).mean.pixels, expected.mean.pixels) << k;
             }
         }
         EXPECT_EQ(faults.objects().complaints(), "") << k;

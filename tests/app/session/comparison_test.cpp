@@ -8,7 +8,7 @@ namespace {
 app::RenderParams depth(uint32_t maxDepth)
 {
     app::RenderParams params;
-    params.path.maxDepth = maxDepth;
+    params.method.as<core::PathParams>().maxDepth = maxDepth;
     return params;
 }
 
@@ -36,7 +36,7 @@ TEST(EqualTime, RendersOneSideAfterTheOther)
     run.start(a, b, 2);
     EXPECT_TRUE(run.running());
     EXPECT_EQ(run.side(), 0);
-    EXPECT_EQ(run.wanted().path.maxDepth, 3u);
+    EXPECT_EQ(run.wanted().method.as<core::PathParams>().maxDepth, 3u);
     EXPECT_EQ(run.wanted().sppLimit, 0u);
     EXPECT_EQ(run.wanted().secondsLimit, 2);
 
@@ -50,7 +50,7 @@ TEST(EqualTime, RendersOneSideAfterTheOther)
 
     EXPECT_EQ(run.side(), 1);
     EXPECT_EQ(run.fraction(), 0);
-    EXPECT_EQ(run.wanted().path.maxDepth, 5u);
+    EXPECT_EQ(run.wanted().method.as<core::PathParams>().maxDepth, 5u);
     EXPECT_EQ(run.wanted().errorLimit, 0);
     const auto second = picture(run.wanted(), 2, 2);
     const auto slotB = run.offer(second);
@@ -108,7 +108,7 @@ TEST(EqualTime, CancelAndANewStart)
     run.start(depth(1), depth(2), 0, 2);  // no time at all would never render
     EXPECT_EQ(run.side(), 0);
     EXPECT_GT(run.seconds(), 0);
-    EXPECT_EQ(run.wanted().path.maxDepth, 1u);
+    EXPECT_EQ(run.wanted().method.as<core::PathParams>().maxDepth, 1u);
 }
 
 TEST(PictureLabel, TellsWhatDistinguishes)
@@ -116,9 +116,9 @@ TEST(PictureLabel, TellsWhatDistinguishes)
     app::RenderParams params = depth(8);
     EXPECT_EQ(app::pictureLabel(*picture(params, 2, 1)), "path, vulkan, depth 8, 21 spp, 2.0 s");
     params.device = app::DeviceKind::cpu;
-    params.path.clampIndirect = 2.5f;
-    params.path.sampler = core::SamplerKind::independent;
-    params.path.seed = 7;
+    params.method.as<core::PathParams>().clampIndirect = 2.5f;
+    params.method.as<core::PathParams>().sampler = core::SamplerKind::independent;
+    params.method.as<core::PathParams>().seed = 7;
     EXPECT_EQ(app::pictureLabel(*picture(params, 65, 1)),
               "path, cpu, depth 8, seed 7, sampler independent, clamp-indirect 2.5, 651 spp, 65 s");
 }

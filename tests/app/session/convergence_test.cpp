@@ -191,7 +191,7 @@ TEST(ReferenceNoise, IsTheRootOfTheMeanVariance)
 app::Picture picture(std::vector<app::ErrorPoint> points, uint32_t depth = 8)
 {
     app::Picture made;
-    made.params.path.maxDepth = depth;
+    made.params.method.as<core::PathParams>().maxDepth = depth;
     made.fullSize = {64, 32};
     made.samples = points.empty() ? 1 : points.back().samples;
     made.seconds = points.empty() ? 0.01 : points.back().seconds;

@@ -23,7 +23,7 @@ app::ReferenceOrder boxOrder(uint64_t samples)
         core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/cornell-diffuse.gltf"));
     order.camera = order.world->cameras.at(0);
     order.size = {48, 40};
-    order.params.sampler = core::SamplerKind::independent;
+    order.params.as<core::PathParams>().sampler = core::SamplerKind::independent;
     order.samples = samples;
     return order;
 }
@@ -44,9 +44,9 @@ TEST(ReferenceJob, IsRightAndIndependentOfThePicture)
     EXPECT_NE(reference->origin.find("seed"), std::string::npos);
 
     // The same parameters, the seed included: means that differ by noise of both, nowhere equal.
-    const core::Film film =
+    const core::Estimate film =
         tests::render(order.world, order.size.x, order.size.y, 1400, order.params);
-    const core::Image mean = film.mean(), variance = film.varianceOfMean();
+    const core::Image &mean = film.mean, &variance = film.variance;
     const core::WelchResult welch =
         core::welchTest({mean, variance, 1400}, {reference->mean, reference->variance, 1400}, 8);
     for (const core::WelchScore& channel : welch.image) EXPECT_LT(std::abs(channel.z), 4.21);

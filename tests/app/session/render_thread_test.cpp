@@ -13,12 +13,12 @@
 
 #include <gtest/gtest.h>
 
-#include "app/gpu/methods/path.h"
 #include "app/session/error_point.h"
 #include "app/session/render_thread.h"
 #include "core/base/check.h"
 #include "core/gltf/gltf.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
+#include "tests/support/fake_estimate.h"
 
 namespace {
 
@@ -32,8 +32,9 @@ struct Book {
     int made = 0, worlds = 0, views = 0, advances = 0;
     const core::World* world = nullptr;  // held by the newest renderer
     core::Pace pace;
-    std::vector<glm::uvec2> sizes;  // of every view
-    double secondsPerPixel = 0;     // of a sample; 0: at once
+    core::Start start = core::Start::anew;  // of the newest view
+    std::vector<glm::uvec2> sizes;          // of every view
+    double secondsPerPixel = 0;             // of a sample; 0: at once
     std::deque<std::function<void()>> atMake, atWorld,
         atAdvance;              // the next calls do these; empty ones do nothing
     bool endlessWorld = false;  // setWorld goes on until it is told to end
@@ -78,43 +79,58 @@ public:
         book_.set<const core::World*>(&Book::world, world.get());
         world_ = std::move(world);
     }
-    void setView(const core::Camera& camera, uint32_t width, uint32_t height,
-                 const core::PathParams&) override
+    void setView(const core::View& view, core::Start start) override
     {
         book_.count(&Book::views);
         const std::lock_guard lock(book_.mutex);
-        book_.sizes.emplace_back(width, height);
-        film_.reset(width, height);
-        value_ = camera.position.x;
+        book_.sizes.push_back(view.size);
+        book_.start = start;
+        size_ = view.size;
+        samples_ = 0;
+        done_ = 0;
+        ++version_;
+        value_ = static_cast<float>(view.camera.position.x);
     }
     void setPace(const core::Pace& pace) override { book_.set(&Book::pace, pace); }
-    void advance(uint32_t samples, std::stop_token stop) override
+    void advance(const core::Budget& budget, std::stop_token stop) override
     {
         book_.count(&Book::advances, &Book::atAdvance);
-        const double each = book_.get(&Book::secondsPerPixel) * film_.width * film_.height;
-        for (uint32_t i = 0; i < samples; ++i) {
-            const auto end = Clock::now() + std::chrono::duration<double>(each);
-            while (each > 0 && Clock::now() < end && !stop.stop_requested())
+        const auto start = Clock::now();
+        const uint64_t wanted = samples_ + std::max(budget.samples, done_ > 0 ? 1u : 0u);
+        while (samples_ < wanted && !stop.stop_requested()) {
+            const double each = book_.get(&Book::secondsPerPixel) * size_.x * size_.y;
+            if (each > 0) {
                 std::this_thread::sleep_for(200us);
-            if (stop.stop_requested()) {
-                film_.samples = 0;
-                return;
+                done_ += 2e-4 / each;
             }
-            ++film_.samples;
+            ++version_;
+            if (each == 0 || done_ >= 1) {
+                ++samples_;
+                done_ = 0;
+            }
+            if (std::chrono::duration<double>(Clock::now() - start).count() >= budget.seconds)
+                break;
         }
     }
-    uint64_t samples() const override { return film_.samples; }
-    void readFilm(core::Film& film) override
+    core::RenderProgress progress() const override { return {version_, samples_, done_}; }
+    core::Estimate read(core::Reading) override
     {
-        const auto n = double(film_.samples);
-        film_.sum.assign(film_.sum.size(), glm::dvec3(n * value_));
-        film_.sumOfSquares.assign(film_.sum.size(), glm::dvec3(n * (value_ * value_ + 1)));
-        film = film_;
+        const float n = static_cast<float>(samples_);
+        core::Estimate e =
+            tests::flatEstimate(size_, value_, samples_ > 1 ? 1 / (n - 1) : 0, samples_);
+        if (samples_ == 0) {  // of the first sample the upper part has been done
+            for (size_t i = 0; i < e.weight.pixels.size(); ++i) {
+                const bool known = double(i) < done_ * double(e.weight.pixels.size());
+                e.weight.pixels[i] = known ? 1.0f : 0.0f;
+                if (!known) std::fill_n(&e.mean.pixels[3 * i], 3, 0.0f);
+            }
+        }
+        return e;
     }
     core::Aovs aovs() override
     {
         core::Aovs aovs;
-        aovs.depth = core::Image(film_.width, film_.height, 1);
+        aovs.depth = core::Image(size_.x, size_.y, 1);
         return aovs;
     }
     core::RenderStats stats() const override { return {}; }
@@ -122,8 +138,10 @@ public:
 private:
     Book& book_;
     std::shared_ptr<const core::World> world_;
-    core::Film film_;
-    double value_ = 0;
+    glm::uvec2 size_{0};
+    uint64_t samples_ = 0, version_ = 0;
+    double done_ = 0;  // of the next sample
+    float value_ = 0;
 };
 
 class RenderThread : public testing::Test {
@@ -259,7 +277,7 @@ TEST_F(RenderThread, OnlyWhatAChangeInvalidatesIsMadeAnew)
     EXPECT_EQ(newest()->mean.pixels[0], 2.0f);
     order.size = {33, 16};
     expect("the size", view);
-    order.params.path.maxDepth = 3;
+    order.params.method.as<core::PathParams>().maxDepth = 3;
     expect("a parameter", view);
     ++order.restarts;
     expect("a restart", view);
@@ -271,8 +289,11 @@ TEST_F(RenderThread, OnlyWhatAChangeInvalidatesIsMadeAnew)
     expect("the device", renderer);
     order.params.deviceIndex = 1;
     expect("which device", renderer);
-    order.params.method = app::Method::guided;
-    expect("the method", renderer);
+    for (const core::MethodInfo& method : core::methods()) {
+        if (method.id() == order.params.method.id()) continue;
+        order.params.method = method.defaults;
+        expect("the method", renderer);
+    }
 }
 
 TEST_F(RenderThread, APauseKeepsTheFilmAndANewViewStillGetsItsPicture)
@@ -321,7 +342,28 @@ TEST_F(RenderThread, AnEditStopsASampleThatWouldTakeForever)
     }
     EXPECT_GT(thread->status().lastStopSeconds, 0);
     EXPECT_LT(thread->status().lastStopSeconds, 5);
-    EXPECT_TRUE(book.get(&Book::pace).discardOnStop);
+}
+
+TEST_F(RenderThread, PartsOfASlowSampleAreNews)
+{
+    order.params.sppLimit = 1;
+    order.size = {256, 256};  // so large that a small picture comes first
+    start();
+    book.set(&Book::secondsPerPixel, 2.5 / (256 * 256));
+    post();
+    ASSERT_TRUE(
+        until([&] { return newest() && newest()->samples == 0 && newest()->fraction > 0; }));
+    const auto part = newest();
+    EXPECT_TRUE(part->preview);
+    EXPECT_EQ(part->mean.width, 256u);
+    // What has not been rendered yet shows the small picture.
+    for (const float value : part->mean.pixels) ASSERT_EQ(value, 1.0f);
+    ASSERT_TRUE(until([&] { return newest()->fraction > part->fraction; }));
+    EXPECT_EQ(newest()->samples, 0u);
+    EXPECT_EQ(finished()->samples, 1u);
+    EXPECT_EQ(newest()->fraction, 0);
+    EXPECT_FALSE(newest()->preview);
+    EXPECT_EQ(book.get(&Book::views), 2);  // the small one and the full one
 }
 
 TEST_F(RenderThread, GoingBackToWhatWasInterruptedStillGivesAPicture)
@@ -569,7 +611,7 @@ TEST_F(RenderThread, AnyOtherFailureStandsUntilTheNextEdit)
     EXPECT_EQ(book.get(&Book::made), 2) << "a renderer that has thrown is not trusted again";
 }
 
-TEST_F(RenderThread, AMethodThatDoesNotExistLeavesTheRendererInPlace)
+TEST_F(RenderThread, ADeviceThatDoesNotExistLeavesTheRendererInPlace)
 {
     start();
     post();
@@ -577,13 +619,13 @@ TEST_F(RenderThread, AMethodThatDoesNotExistLeavesTheRendererInPlace)
     work();
     {
         const std::lock_guard lock(book.mutex);
-        book.atMake.emplace_back([] { throw core::Error("no such method"); });
+        book.atMake.emplace_back([] { throw core::Error("no such device"); });
     }
-    order.params.method = app::Method::guided;
+    order.params.deviceIndex = 7;
     post();
     ASSERT_TRUE(until([&] { return thread->status().errorCount == 1; }));
-    EXPECT_EQ(thread->status().error, "no such method");
-    order.params.method = app::Method::path;
+    EXPECT_EQ(thread->status().error, "no such device");
+    order.params.deviceIndex = -1;
     order.camera.position.x = 2;
     post();
     EXPECT_EQ(finished()->mean.pixels[0], 2.0f);
@@ -724,12 +766,11 @@ void expectDirectRender(app::DeviceKind device)
 
     const auto renderer = app::makeViewRenderer(order.params, false);
     renderer->setWorld(order.world, {});
-    renderer->setView(order.camera, 75, 50, order.params.path);
-    renderer->advance(21, {});
-    core::Film film;
-    renderer->readFilm(film);
-    EXPECT_EQ(picture->mean.pixels, film.mean().pixels);
-    EXPECT_EQ(picture->variance->pixels, film.varianceOfMean().pixels);
+    renderer->setView({order.camera, order.size, order.params.method}, core::Start::anew);
+    renderer->advance({.samples = 21}, {});
+    const core::Estimate direct = renderer->read(core::Reading::everything);
+    EXPECT_EQ(picture->mean.pixels, direct.mean.pixels);
+    EXPECT_EQ(picture->variance->pixels, direct.variance.pixels);
     EXPECT_EQ(picture->aovs->depth.pixels, renderer->aovs().depth.pixels);
     EXPECT_TRUE(picture->counters.clean());
 }
@@ -742,23 +783,6 @@ TEST(RenderThreadReal, ThePictureIsThatOfADirectRenderOnTheCpu)
 TEST(RenderThreadReal, ThePictureIsThatOfADirectRenderOnVulkan)
 {
     expectDirectRender(app::DeviceKind::vulkan);
-}
-
-TEST(RenderThreadReal, MethodsThatDoNotExistAreRefusedByName)
-{
-    for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan}) {
-        app::RenderParams params;
-        params.device = device;
-        params.method = app::Method::manylights;
-        try {
-            app::makeViewRenderer(params, false);
-            FAIL() << "was made";
-        } catch (const core::Error& error) {
-            EXPECT_NE(std::string(error.what()).find("manylights"), std::string::npos)
-                << error.what();
-            EXPECT_NE(std::string(error.what()).find("path"), std::string::npos) << error.what();
-        }
-    }
 }
 
 }  // namespace

@@ -19,7 +19,7 @@
 #include "core/base/check.h"
 #include "core/image/film.h"
 #include "core/image/image_metadata.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -71,10 +71,9 @@ const std::string kOptions = " --device cpu --size 24x16 --spp 3 --max-depth 3 -
 
 void expectSome(const app::Replay& replay)
 {
-    EXPECT_EQ(replay.params, someParams());
+    EXPECT_EQ(replay.params, core::AnyParams(someParams()));
     EXPECT_EQ(replay.size, glm::uvec2(24, 16));
     EXPECT_EQ(replay.samples, 3u);
-    EXPECT_EQ(replay.method, app::Method::path);
     EXPECT_EQ(replay.device, app::DeviceKind::cpu);
     EXPECT_EQ(replay.at, 0);
     EXPECT_FALSE(replay.sceneHash.empty());
@@ -106,15 +105,14 @@ Shown show(uint64_t samples)
     p.camera = core::lookAt({0.1, 0.3, 2.5}, {0, 0.1, 0}, {0, 1, 0}, 0.9);
     p.camera.name = shown.world->cameras.front().name;  // files of cameras without a name leave it
     p.params.device = app::DeviceKind::cpu;
-    p.params.path = someParams();
+    p.params.method = someParams();
     const auto renderer = core::makeRenderer("path");
     renderer->setWorld(shown.world, {});
-    renderer->setView(p.camera, 24, 16, p.params.path);
-    renderer->advance(static_cast<uint32_t>(samples), {});
-    core::Film film;
-    renderer->readFilm(film);
-    p.mean = film.mean();
-    p.variance = std::make_shared<core::Image>(film.varianceOfMean());
+    renderer->setView({p.camera, {24, 16}, p.params.method}, core::Start::anew);
+    renderer->advance({.samples = static_cast<uint32_t>(samples)}, {});
+    const core::Estimate film = renderer->read(core::Reading::everything);
+    p.mean = film.mean;
+    p.variance = std::make_shared<core::Image>(film.variance);
     p.aovs = std::make_shared<core::Aovs>(renderer->aovs());
     p.fullSize = {24, 16};
     p.samples = samples;
@@ -214,7 +212,7 @@ TEST(Replay, EachMissingMemberIsNamed)
     const app::Replay replay = app::replayOf(all, picture);
     EXPECT_EQ(replay.device, app::DeviceKind::vulkan);
     EXPECT_EQ(replay.at, 0.5);
-    EXPECT_EQ(replay.params, core::PathParams());
+    EXPECT_EQ(replay.params, core::AnyParams());
     for (const char* name :
          {"scene", "scene_hash", "camera", "width", "height", "spp", "method", "params"}) {
         core::Metadata some = all;
@@ -242,7 +240,7 @@ TEST(Replay, EachMalformedMemberIsNamed)
                           {"height", "2e3", "from 1 to 65536"},
                           {"width", "99999", "from 1 to 65536"},
                           {"spp", "-1", "whole number"},
-                          {"method", "magic", "path, guided, manylights"},
+                          {"method", "magic", "is not one of path"},
                           {"at", "soon", "a number"},
                           {"camera", "{", "not JSON"},
                           {"camera", "[1]", "expected {"},
@@ -259,7 +257,7 @@ TEST(Replay, EachMalformedMemberIsNamed)
     // A parameter that came later is at its default.
     core::Metadata older = complete(kScene);
     older["params"] = R"({"max-depth": 3})";
-    EXPECT_EQ(app::replayOf(older, picture).params.maxDepth, 3u);
+    EXPECT_EQ(app::replayOf(older, picture).params.as<core::PathParams>().maxDepth, 3u);
 }
 
 TEST(Replay, TheSceneIsSoughtWhereItWasNamedAndBesideThePicture)

@@ -204,7 +204,7 @@ TEST(Session, SavesAPictureThatReplaysToTheSameBits)
     Session session(options(""));
     act(session, "replay", {{"file", file.string()}});
     ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
-    EXPECT_EQ(session.settings.path.maxDepth, 4u);
+    EXPECT_EQ(session.render.method.as<core::PathParams>().maxDepth, 4u);
     EXPECT_EQ(session.picture()->samples, 5u);
     EXPECT_EQ(session.picture()->mean.pixels, saved.pixels)
         << "a saved picture tells how to render it again";
@@ -219,12 +219,12 @@ TEST(Session, ComparesAfterEqualTimes)
     ASSERT_TRUE(until(session, [&] { return session.comparing; }));
     const auto &a = session.slots[0].picture, &b = session.slots[1].picture;
     ASSERT_TRUE(a && b);
-    EXPECT_EQ(a->params.path.maxDepth, 1u);
-    EXPECT_EQ(b->params.path.sampler, core::SamplerKind::independent);
-    EXPECT_EQ(b->params.path.maxDepth, core::PathParams().maxDepth);
+    EXPECT_EQ(a->params.method.as<core::PathParams>().maxDepth, 1u);
+    EXPECT_EQ(b->params.method.as<core::PathParams>().sampler, core::SamplerKind::independent);
+    EXPECT_EQ(b->params.method.as<core::PathParams>().maxDepth, core::PathParams().maxDepth);
     EXPECT_GE(a->seconds, 0.2);
     EXPECT_GE(b->seconds, 0.2);
-    EXPECT_EQ(session.settings.path, core::PathParams())
+    EXPECT_EQ(session.render.method, core::AnyParams())
         << "the parameters in the panel are the person's";
 }
 
@@ -267,7 +267,7 @@ TEST(Session, KeepsSettingsAndCamerasBetweenRuns)
     Session session(o);
     ASSERT_TRUE(until(session, [&] { return settled(session); }));
     EXPECT_EQ(session.settings.view.exposure, 1.5f);
-    EXPECT_EQ(session.settings.path.maxDepth, 5u);
+    EXPECT_EQ(session.render.method.as<core::PathParams>().maxDepth, 5u);
     ASSERT_EQ(session.savedCameras().size(), 1u);
     EXPECT_EQ(session.savedCameras()[0].name, "near");
     act(session, "use-saved-camera", {{"index", 0}});

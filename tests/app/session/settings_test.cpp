@@ -72,16 +72,21 @@ Settings someSettings()
                 .profiler = true,
                 .uiScale = 1.5f,
                 .opacity = 0.3f};
-    s.path = {.maxDepth = 17,
-              .rouletteDepth = 5,
-              .seed = 4294967295u,
-              .sampler = core::SamplerKind::independent,
-              .strategy = core::Strategy::light,
-              .clampIndirect = 2.7f,
-              .kernel = core::Kernel::megakernel};
+    s.keepParams(core::PathParams{.maxDepth = 17,
+                                  .rouletteDepth = 5,
+                                  .seed = 4294967295u,
+                                  .sampler = core::SamplerKind::independent,
+                                  .strategy = core::Strategy::light,
+                                  .clampIndirect = 2.7f,
+                                  .kernel = core::Kernel::megakernel});
     s.windowSize = {800, 601};
     s.recentFiles = {"/a/b.glb", "/a/c d.gltf"};
-    s.presets = {{"mine", {.maxDepth = 3}, ""}, {"\xc3\xa9t\xc3\xa9", {.seed = 9}, ""}};
+    s.presets = {{"mine", core::PathParams{.maxDepth = 3}},
+                 {"\xc3\xa9t\xc3\xa9", core::PathParams{.seed = 9}}};
+    for (const core::MethodInfo& method : core::methods()) {  // of every method one
+        s.presets.push_back({"of " + std::string(method.id()), method.defaults});
+        if (method.id() != "path") s.keepParams(method.defaults);
+    }
     s.cameras = {{"00ff", R"([{"name":"door","position":[0.1,2.0,3.0]}])"}};
     return s;
 }
@@ -108,7 +113,7 @@ TEST(Settings, RoundTripToTheBit)
     };
     differ(s.view, defaults.view);
     differ(s.panels, defaults.panels);
-    differ(s.path, defaults.path);
+    differ(s.paramsOf("path"), defaults.paramsOf("path"));
     app::writeSettings(file, s);
     EXPECT_EQ(read(file), s);
     app::writeSettings(file, defaults);  // over the other
@@ -164,7 +169,7 @@ TEST(Settings, WhatIsAbsentOrWrongFallsBackAlone)
     expected.panels.log = true;
     expected.panels.uiScale = 2;
     expected.recentFiles = {"/x.glb"};
-    expected.presets = {{"a", {.seed = 4}, ""}};
+    expected.presets = {{"a", core::PathParams{.seed = 4}}};
     expected.cameras = {{"j", R"([{"yfov":40}])"}};
     EXPECT_EQ(s, expected);
     app::writeText(file, R"({"version": 1})");
@@ -235,7 +240,7 @@ TEST(Settings, NamesThatAreNotTextAreLeftOut)
     const TemporaryFolder folder;
     Settings s;
     s.recentFiles = {"/good.glb", "/b\xff\xfe.glb"};
-    s.presets = {{"b\xff", {}, ""}};
+    s.presets = {{"b\xff", {}}};
     s.cameras = {{"h", "not json"}, {"\xff", "[1]"}};
     app::writeSettings(folder / "settings.json", s);
     Settings expected;
@@ -273,17 +278,34 @@ TEST(Settings, RecentFilesComeFirstOnce)
     EXPECT_EQ(s.recentFiles.front(), (fs::current_path() / "room.glb").string());
 }
 
-TEST(Settings, BuiltInPresetsAreValidAndTold)
+TEST(Settings, PresetsOfMethodsAreValidAndTold)
 {
-    std::set<std::string> names;
-    for (const app::Preset& preset : app::builtInPresets()) {
-        EXPECT_TRUE(names.insert(preset.name).second) << preset.name;
-        EXPECT_FALSE(preset.help.empty());
-        core::PathParams back;
-        EXPECT_TRUE(app::readParams(app::paramsJson(preset.path), back, preset.name).empty());
-        EXPECT_EQ(back, preset.path);
+    std::set<std::string> names;  // of all methods: they are chosen by name alone
+    for (const core::MethodInfo& method : core::methods()) {
+        for (const core::MethodPreset& preset : method.presets) {
+            EXPECT_TRUE(names.insert(preset.name).second) << preset.name;
+            EXPECT_STRNE(preset.help, "");
+            EXPECT_EQ(preset.params.id(), method.id());
+            core::AnyParams back = method.defaults;
+            EXPECT_TRUE(app::readParams(app::paramsJson(preset.params), back, preset.name).empty());
+            EXPECT_EQ(back, preset.params);
+        }
     }
     EXPECT_TRUE(names.count("balanced"));
+}
+
+/// Files of versions with one method keep its parameters under its name.
+TEST(Settings, ParametersOfTheOnlyMethodThereWasAreRead)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "settings.json";
+    app::writeText(file, R"({"version": 1, "path": {"max-depth": 5},
+                             "presets": [{"name": "mine", "path": {"max-depth": 7}},
+                                         {"name": "of a later version", "method": "magic"}]})");
+    const Settings s = read(file);
+    EXPECT_EQ(s.paramsOf("path"), core::AnyParams(core::PathParams{.maxDepth = 5}));
+    ASSERT_EQ(s.presets.size(), 1u);
+    EXPECT_EQ(s.presets[0].params, core::AnyParams(core::PathParams{.maxDepth = 7}));
 }
 
 TEST(ParamsJson, ProblemsAreNamed)

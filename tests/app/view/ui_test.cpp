@@ -14,6 +14,7 @@
 #include <imgui_internal.h>
 
 #include "app/view/ui/ui_parts.h"
+#include "tests/support/fake_estimate.h"
 
 namespace {
 
@@ -24,33 +25,29 @@ public:
     {
         progress("build", 0.5);
     }
-    void setView(const core::Camera&, uint32_t width, uint32_t height,
-                 const core::PathParams&) override
+    void setView(const core::View& view, core::Start) override
     {
-        width_ = width;
-        height_ = height;
+        size_ = view.size;
         samples_ = 0;
     }
     void setPace(const core::Pace&) override {}
-    void advance(uint32_t samples, std::stop_token) override
+    void advance(const core::Budget& budget, std::stop_token) override
     {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        samples_ += samples;
+        samples_ += budget.samples;
     }
-    uint64_t samples() const override { return samples_; }
-    void readFilm(core::Film& film) override
+    core::RenderProgress progress() const override { return {samples_, samples_, 0}; }
+    core::Estimate read(core::Reading) override
     {
-        film.reset(width_, height_);
-        film.samples = samples_;
-        const auto n = static_cast<double>(samples_);
-        for (glm::dvec3& sum : film.sum) sum = glm::dvec3(0.5 * n);
-        for (glm::dvec3& sum : film.sumOfSquares) sum = glm::dvec3(0.3 * n);
-        film.counters.nan = 3;  // so that the line of status tells it
+        const float n = static_cast<float>(std::max<uint64_t>(samples_, 2));
+        core::Estimate estimate = tests::flatEstimate(size_, 0.5f, 0.05f / (n - 1), samples_);
+        estimate.counters.nan = 3;  // so that the line of status tells it
+        return estimate;
     }
     core::Aovs aovs() override
     {
-        return {core::Image(width_, height_, 1), core::Image(width_, height_, 3),
-                core::Image(width_, height_, 3), core::Image(width_, height_, 3)};
+        return {core::Image(size_.x, size_.y, 1), core::Image(size_.x, size_.y, 3),
+                core::Image(size_.x, size_.y, 3), core::Image(size_.x, size_.y, 3)};
     }
     core::RenderStats stats() const override
     {
@@ -61,7 +58,7 @@ public:
     }
 
 private:
-    uint32_t width_ = 1, height_ = 1;
+    glm::uvec2 size_{1};
     uint64_t samples_ = 0;
 };
 
@@ -290,7 +287,7 @@ TEST(Ui, EveryViewEveryState)
     session.track.add(session.navigation.camera());
     session.track.play();
     session.paused = true;
-    session.settings.path.clampIndirect = 3;
+    session.render.method.as<core::PathParams>().clampIndirect = 3;
     session.render.sppLimit = 10;
     session.render.secondsLimit = 2;
     session.render.errorLimit = 0.5;

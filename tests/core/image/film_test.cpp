@@ -23,6 +23,7 @@ template <class Draw> Film filmOf(uint32_t width, uint32_t height, uint32_t samp
             const glm::dvec3 x(draw(), draw(), draw());
             film.sum[p] += x;
             film.sumOfSquares[p] += x * x;
+            ++film.weight[p];
         }
     return film;
 }
@@ -34,6 +35,7 @@ TEST(Film, handComputed)
     film.samples = 3;  // 1, 2, 6 and 4, 4, 4 in red
     film.sum = {{9, 0, 0}, {12, 0, 0}};
     film.sumOfSquares = {{41, 0, 0}, {48, 0, 0}};
+    film.weight = {3, 3};
     EXPECT_EQ(film.mean().pixels, (std::vector<float>{3, 0, 0, 4, 0, 0}));
     // Spread 4 + 1 + 9 = 14: variance 7, of the mean 7/3.
     const Image variance = film.varianceOfMean();
@@ -49,8 +51,31 @@ TEST(Film, withoutSamplesIsBlack)
     film.samples = 1;
     film.sum.assign(6, glm::dvec3(5));
     film.sumOfSquares.assign(6, glm::dvec3(25));
+    film.weight.assign(6, 1);
     EXPECT_EQ(film.mean().pixels, std::vector<float>(18, 5.0f));
     EXPECT_EQ(film.varianceOfMean().pixels, std::vector<float>(18, 0.0f));
+}
+
+/// Pixels of a film that is in the middle of a sample are divided by what each has had.
+TEST(Film, PixelsAheadHaveTheirOwnWeight)
+{
+    Film film;
+    film.reset(2, 1);
+    film.samples = 1;
+    FilmCounters dropped;
+    film.add(0, glm::vec3(4), dropped);
+    film.add(1, glm::vec3(3), dropped);
+    film.add(1, glm::vec3(5), dropped);
+    film.add(1, glm::vec3(std::nanf(""), 0, 0), dropped);
+    EXPECT_EQ(dropped.nan, 1u);
+    const Estimate e = film.estimate(false);
+    EXPECT_EQ(e.samples, 1u);
+    EXPECT_EQ(e.weight.pixels, (std::vector<float>{1, 3}));
+    EXPECT_EQ(e.mean.pixels[0], 4);
+    EXPECT_FLOAT_EQ(e.mean.pixels[3], 8.0f / 3);
+    EXPECT_EQ(e.variance.pixels[0], 0);
+    EXPECT_FLOAT_EQ(e.variance.pixels[3], (34.0f / 3 - 64.0f / 9) / 2);
+    EXPECT_TRUE(film.estimate(true).variance.pixels.empty());
 }
 
 TEST(Film, resetForgets)

@@ -106,7 +106,7 @@ struct NoisyImage {
             variance.pixels[i] = float(moments.varianceOfMean());
         }
     }
-    Estimate estimate() const { return {mean, variance, samples}; }
+    MeanAndVariance estimate() const { return {mean, variance, samples}; }
 };
 
 TEST(Welch, handComputed)

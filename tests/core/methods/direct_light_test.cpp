@@ -7,7 +7,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
@@ -71,10 +71,9 @@ struct Stage {
         for (size_t i = 0; i < points.size(); ++i) {
             core::PathParams params = independentParams(core::Strategy::mis, 1);
             params.seed = static_cast<uint32_t>(i);  // or all points would err alike
-            renderer->setView(world->cameras[i], 16, 16, params);
-            renderer->advance(spp, {});
-            core::Film film;
-            renderer->readFilm(film);
+            renderer->setView({world->cameras[i], {16, 16}, params}, core::Start::anew);
+            renderer->advance({.samples = spp}, {});
+            const core::Estimate film = renderer->read(core::Reading::everything);
             EXPECT_TRUE(film.counters.clean());
             const double exact = static_cast<double>(kAlbedo) / kPi * irradiance(points[i]);
             const Estimate e = estimate(film);

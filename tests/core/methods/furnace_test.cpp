@@ -161,27 +161,17 @@ TEST(Furnace, NoSurfaceCreatesEnergy)
 // -----------------------------------------------------------------------------------------------------
 
 /// Estimators of the same image agree: over the whole image, and on tiles of 8 x 8 pixels.
-void expectAgreement(const core::Film& a, const core::Film& b, double mdb)
+void expectAgreement(const core::Estimate& a, const core::Estimate& b, double mdb)
 {
     const Estimate ea = estimate(a), eb = estimate(b);
     EXPECT_LT(std::abs(score(ea, eb)), kScore) << ea.mean << " and " << eb.mean;
     EXPECT_LT(detectable(ea, eb), mdb) << "underpowered";
-    const uint32_t tiles = a.width / 8;
+    const uint32_t tiles = a.mean.width / 8;
     const double limit = normalQuantile(1 - 0.5 * kLevel / (tiles * tiles));
     for (uint32_t tile = 0; tile < tiles * tiles; ++tile) {
-        core::Film ta, tb;
-        for (uint32_t y = 0; y < 8; ++y) {
-            for (uint32_t x = 0; x < 8; ++x) {
-                const size_t pixel = size_t(tile / tiles * 8 + y) * a.width + tile % tiles * 8 + x;
-                ta.sum.push_back(a.sum[pixel]);
-                ta.sumOfSquares.push_back(a.sumOfSquares[pixel]);
-                tb.sum.push_back(b.sum[pixel]);
-                tb.sumOfSquares.push_back(b.sumOfSquares[pixel]);
-            }
-        }
-        ta.samples = a.samples;
-        tb.samples = b.samples;
-        EXPECT_LT(std::abs(score(estimate(ta), estimate(tb))), limit) << "tile " << tile;
+        const glm::uvec2 low(tile % tiles * 8, tile / tiles * 8), high = low + 8u;
+        EXPECT_LT(std::abs(score(estimate(a, low, high), estimate(b, low, high))), limit)
+            << "tile " << tile;
     }
 }
 
@@ -197,13 +187,13 @@ TEST_P(Strategies, AgreeInARoom)
                                      : glossy(glm::vec3(0.7f, 0.6f, 0.4f), 0.5f, roughness);
     const auto world = room(lambert(glm::vec3(0.7f)), thing).world();
     const uint32_t size = 32, spp = 768;
-    const core::Film mis = render(world, size, size, spp, independentParams(Strategy::mis, 5));
+    const core::Estimate mis = render(world, size, size, spp, independentParams(Strategy::mis, 5));
     core::PathParams other = independentParams(Strategy::bsdf, 5);
     other.seed = 2;
-    const core::Film bsdf = render(world, size, size, 2 * spp, other);
+    const core::Estimate bsdf = render(world, size, size, 2 * spp, other);
     other.strategy = Strategy::light;
     other.seed = 3;
-    const core::Film light = render(world, size, size, spp, other);
+    const core::Estimate light = render(world, size, size, spp, other);
     {
         SCOPED_TRACE("mis and bsdf");
         expectAgreement(mis, bsdf, 0.03);

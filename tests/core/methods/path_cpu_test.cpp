@@ -10,7 +10,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
@@ -29,22 +29,20 @@ std::unique_ptr<core::Renderer> rendererFor(const std::shared_ptr<const core::Wo
 {
     auto renderer = core::makeRenderer("path");
     renderer->setWorld(world, {});
-    renderer->setView(world->cameras[0], width, height, params);
+    renderer->setView({world->cameras[0], {width, height}, params}, core::Start::anew);
     return renderer;
 }
 
-core::Film filmOf(core::Renderer& renderer)
+core::Estimate filmOf(core::Renderer& renderer)
 {
-    core::Film film;
-    renderer.readFilm(film);
-    return film;
+    return renderer.read(core::Reading::everything);
 }
 
-void expectSameBits(const core::Film& a, const core::Film& b)
+void expectSameBits(const core::Estimate& a, const core::Estimate& b)
 {
     EXPECT_EQ(a.samples, b.samples);
-    EXPECT_TRUE(a.sum == b.sum);
-    EXPECT_TRUE(a.sumOfSquares == b.sumOfSquares);
+    EXPECT_TRUE(a.mean.pixels == b.mean.pixels);
+    EXPECT_TRUE(a.variance.pixels == b.variance.pixels);
 }
 
 TEST(PathCpu, SameBitsForAnyStepsAndThreads)
@@ -55,28 +53,28 @@ TEST(PathCpu, SameBitsForAnyStepsAndThreads)
         core::PathParams params;
         params.sampler = sampler;
         const auto whole = rendererFor(world, 53, 37, params);
-        whole->advance(12, {});
-        const core::Film expected = filmOf(*whole);
+        whole->advance({.samples = 12}, {});
+        const core::Estimate expected = filmOf(*whole);
 
         const auto again = rendererFor(world, 53, 37, params);
-        again->advance(12, {});
+        again->advance({.samples = 12}, {});
         expectSameBits(expected, filmOf(*again));
 
         const auto steps = rendererFor(world, 53, 37, params);
-        for (const uint32_t count : {1u, 4u, 0u, 7u}) steps->advance(count, {});
+        for (const uint32_t count : {1u, 4u, 0u, 7u}) steps->advance({.samples = count}, {});
         expectSameBits(expected, filmOf(*steps));
 
         // Away to another size and back.
-        steps->setView(world->cameras[0], 20, 10, params);
-        steps->advance(3, {});
-        steps->setView(world->cameras[0], 53, 37, params);
-        EXPECT_EQ(steps->samples(), 0u);
-        steps->advance(12, {});
+        steps->setView({world->cameras[0], {20, 10}, params}, core::Start::anew);
+        steps->advance({.samples = 3}, {});
+        steps->setView({world->cameras[0], {53, 37}, params}, core::Start::anew);
+        EXPECT_EQ(steps->progress().samples, 0u);
+        steps->advance({.samples = 12}, {});
         expectSameBits(expected, filmOf(*steps));
 
         const core::ThreadLimit limit(1);
         const auto alone = rendererFor(world, 53, 37, params);
-        alone->advance(12, {});
+        alone->advance({.samples = 12}, {});
         expectSameBits(expected, filmOf(*alone));
     }
 }
@@ -86,46 +84,81 @@ TEST(PathCpu, SeedsAndParametersMatter)
     const auto world = testRoom();
     core::PathParams params;
     const auto renderer = rendererFor(world, 16, 16, params);
-    renderer->advance(2, {});
-    const core::Film first = filmOf(*renderer);
+    renderer->advance({.samples = 2}, {});
+    const core::Estimate first = filmOf(*renderer);
     params.seed = 2;
-    renderer->setView(world->cameras[0], 16, 16, params);
-    renderer->advance(2, {});
-    EXPECT_FALSE(first.sum == filmOf(*renderer).sum);
+    renderer->setView({world->cameras[0], {16, 16}, params}, core::Start::anew);
+    renderer->advance({.samples = 2}, {});
+    EXPECT_FALSE(first.mean.pixels == filmOf(*renderer).mean.pixels);
 }
 
-/// A stop in the middle leaves whole samples: exactly the film of fewer samples.
-TEST(PathCpu, StopLeavesWholeSamples)
+/// A stop in the middle leaves whole tiles, and what follows goes on from there: no bit changes.
+TEST(PathCpu, StopLeavesWholeTiles)
 {
     const auto world = testRoom();
     const core::PathParams params;
     const auto renderer = rendererFor(world, 128, 128, params);
-    renderer->advance(1, {});
+    renderer->advance({.samples = 1}, {});
     std::stop_source source;
     std::jthread stopper([&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(60));
         source.request_stop();
     });
-    renderer->advance(1'000'000, source.get_token());
-    const core::Film stopped = filmOf(*renderer);
+    renderer->advance({.samples = 1'000'000}, source.get_token());
+    const core::Estimate stopped = filmOf(*renderer);
+    const core::RenderProgress where = renderer->progress();
     ASSERT_GE(stopped.samples, 1u);
     ASSERT_LT(stopped.samples, 1'000'000u);
+    EXPECT_EQ(stopped.samples, where.samples);
+    size_t ahead = 0;
+    for (const float weight : stopped.weight.pixels) {
+        EXPECT_GE(weight, static_cast<float>(stopped.samples));
+        ahead += weight > static_cast<float>(stopped.samples) ? 1u : 0u;
+    }
+    EXPECT_DOUBLE_EQ(where.fraction, double(ahead) / (128 * 128));
+    renderer->advance({.samples = 5}, source.get_token());  // stopped before it begins
+    EXPECT_EQ(renderer->progress().version, where.version);
+
+    renderer->advance({.samples = 0}, {});  // completes the step that was cut
+    EXPECT_EQ(renderer->progress().fraction, 0);
     const auto other = rendererFor(world, 128, 128, params);
-    other->advance(static_cast<uint32_t>(stopped.samples), {});
-    expectSameBits(stopped, filmOf(*other));
-    // And it goes on from there.
-    renderer->advance(1, {});
-    other->advance(1, {});
-    expectSameBits(filmOf(*renderer), filmOf(*other));
-    renderer->advance(5, source.get_token());  // stopped before it begins
-    EXPECT_EQ(renderer->samples(), stopped.samples + 1);
+    other->advance({.samples = static_cast<uint32_t>(renderer->progress().samples)}, {});
+    expectSameBits(filmOf(*other), filmOf(*renderer));
+    renderer->advance({.samples = 1}, {});
+    other->advance({.samples = 1}, {});
+    expectSameBits(filmOf(*other), filmOf(*renderer));
+}
+
+/// Time that is over ends a step between two tiles, and one tile at least is done each time.
+TEST(PathCpu, TimeThatIsOverLeavesWholeTiles)
+{
+    const auto world = testRoom();
+    const auto renderer = rendererFor(world, 96, 64, {}), other = rendererFor(world, 96, 64, {});
+    other->advance({.samples = 3}, {});
+    uint64_t version = renderer->progress().version;
+    bool partial = false;
+    while (renderer->progress().samples < 3) {
+        renderer->advance({.samples = 1, .seconds = 0}, {});
+        ASSERT_GT(renderer->progress().version, version);
+        version = renderer->progress().version;
+        partial = partial || renderer->progress().fraction > 0;
+    }
+    EXPECT_TRUE(partial);
+    renderer->advance({.samples = 0}, {});
+    expectSameBits(filmOf(*other), filmOf(*renderer));
 }
 
 TEST(PathCpu, MethodsAreFoundByName)
 {
     ASSERT_FALSE(core::methods().empty());
-    for (const core::Method& method : core::methods())
-        EXPECT_NE(core::makeRenderer(method.name), nullptr);
+    for (const core::MethodInfo& method : core::methods()) {
+        EXPECT_EQ(core::findMethod(method.id()), &method);
+        if (method.make == nullptr)
+            EXPECT_STRNE(method.whyNot, nullptr) << method.id();
+        else
+            EXPECT_NE(core::makeRenderer(method.id()), nullptr);
+    }
+    EXPECT_EQ(core::findMethod("magic"), nullptr);
     EXPECT_THROW(core::makeRenderer("magic"), core::Error);
 }
 
@@ -147,12 +180,12 @@ std::vector<double> errorsByDoubling(core::SamplerKind sampler, int doublings, u
     const auto renderer = rendererFor(world, size, size, params);
     for (uint32_t replicate = 0; replicate < replicates; ++replicate) {
         params.seed = 100 + replicate;
-        renderer->setView(world->cameras[0], size, size, params);
+        renderer->setView({world->cameras[0], {size, size}, params}, core::Start::anew);
         for (int k = 0; k <= doublings; ++k) {
-            renderer->advance(k == 0 ? 1u : 1u << (k - 1), {});
-            const core::Film film = filmOf(*renderer);
-            for (const glm::dvec3& sum : film.sum) {
-                const double error = sum.x / static_cast<double>(film.samples) - 2.0;
+            renderer->advance({.samples = k == 0 ? 1u : 1u << (k - 1)}, {});
+            const core::Estimate film = filmOf(*renderer);
+            for (size_t i = 0; i < film.mean.pixels.size(); i += 3) {
+                const double error = static_cast<double>(film.mean.pixels[i]) - 2.0;
                 errors[static_cast<size_t>(k)] += error * error / (size * size * replicates);
             }
         }
@@ -233,16 +266,16 @@ TEST(PathCpu, ScaleAndPlaceDoNotMatter)
         return b.world();
     };
     const core::PathParams params = independentParams(core::Strategy::mis, 5);
-    const core::Film here = render(moved(glm::dmat4(1)), 32, 32, 384, params);
+    const core::Estimate here = render(moved(glm::dmat4(1)), 32, 32, 384, params);
     for (const glm::dvec3 shift : {glm::dvec3(1e4, 0, 0), glm::dvec3(148376, 1234, -223423)}) {
-        const core::Film there =
+        const core::Estimate there =
             render(moved(glm::translate(glm::dmat4(1), shift)), 32, 32, 384, params);
-        EXPECT_TRUE(here.sum == there.sum) << shift.x;
+        EXPECT_TRUE(here.mean.pixels == there.mean.pixels) << shift.x;
     }
     for (const double scale : {1e-4, 1e-2, 1e2, 1e6}) {
         core::PathParams other = params;
         other.seed = 7;
-        const core::Film there =
+        const core::Estimate there =
             render(moved(glm::scale(glm::dmat4(1), glm::dvec3(scale))), 32, 32, 384, other);
         const Estimate a = estimate(here), b = estimate(there);
         EXPECT_LT(std::abs(score(a, b)), kScore) << scale;

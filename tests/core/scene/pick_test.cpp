@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/gltf/gltf.h"
-#include "core/methods/methods.h"
+#include "core/methods/method.h"
 #include "core/scene/pick.h"
 
 namespace {
@@ -15,7 +15,7 @@ TEST(Pick, FindsTheFirstHitsOfTheRenderer)
     constexpr uint32_t kWidth = 37, kHeight = 23;
     const std::unique_ptr<core::Renderer> renderer = core::makeRenderer("path");
     renderer->setWorld(world, {});
-    renderer->setView(camera, kWidth, kHeight, {});
+    renderer->setView({camera, {kWidth, kHeight}, {}}, core::Start::anew);
     const core::Aovs aovs = renderer->aovs();
     int hits = 0, others = 0;
     for (uint32_t y = 0; y < kHeight; ++y) {

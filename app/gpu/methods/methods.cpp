@@ -1,0 +1,17 @@
+#include "app/gpu/methods/methods.h"
+
+#include <array>
+
+#include "app/gpu/methods/path.h"
+
+namespace gpu {
+
+std::span<const Method> methods()
+{
+    static constexpr std::array kMethods{
+        Method{"path", makePathRenderer},
+    };
+    return kMethods;
+}
+
+}  // namespace gpu

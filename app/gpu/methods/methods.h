@@ -1,0 +1,25 @@
+// The table of methods on Vulkan, beside the CPU's (core/methods/method.h); app/methods joins the
+// two.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "app/gpu/base/device.h"
+#include "core/methods/renderer.h"
+
+namespace gpu {
+
+struct Method {
+    std::string_view id;
+    // Throws core::Error (noDevice) when no device is suitable; null: `whyNot` says why there is
+    // none
+    std::unique_ptr<core::Renderer> (*make)(const DeviceOptions& options);
+    const char* whyNot = nullptr;
+};
+
+/// One entry for each method of the CPU's table.
+std::span<const Method> methods();
+
+}  // namespace gpu

@@ -1,0 +1,273 @@
+// Every method of the table on every device that has it, driven through the one interface: nothing
+// here names a method, so that none can be added untested.
+#include "app/methods/methods.h"
+
+#include <gtest/gtest.h>
+
+#include "app/files/params_json.h"
+#include "app/files/stats.h"
+#include "app/session/reference_job.h"
+#include "app/session/replay.h"
+#include "app/session/set_param.h"
+#include "core/base/check.h"
+#include "core/gltf/gltf.h"
+#include "tests/support/compare_films.h"
+
+namespace {
+
+std::shared_ptr<const core::World> asset(const std::string& name)
+{
+    return core::makeWorld(
+        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
+}
+
+/// A method's defaults with independent samples and without a limit of depth, where it has such.
+core::AnyParams independent(std::string_view method, uint32_t seed)
+{
+    core::AnyParams params = core::methodNamed(method).defaults;
+    if (uint32_t* value = core::findParam<uint32_t>(params, "seed")) *value = seed;
+    if (uint32_t* value = core::findParam<uint32_t>(params, "max-depth")) *value = 24;
+    app::setParam(params, "sampler", "independent");
+    return params;
+}
+
+/// A method on a device that has it, with one renderer for all its tests.
+struct Where {
+    std::string method;
+    app::DeviceKind device;
+
+    core::Renderer& renderer() const
+    {
+        static std::map<std::pair<std::string, app::DeviceKind>, std::unique_ptr<core::Renderer>>
+            all;
+        std::unique_ptr<core::Renderer>& mine = all[{method, device}];
+        if (!mine) mine = app::makeRenderer(method, {.device = device});
+        return *mine;
+    }
+};
+
+void PrintTo(const Where& where, std::ostream* out)
+{
+    *out << where.method << " on " << core::enumName(where.device);
+}
+
+std::vector<Where> everywhere()
+{
+    std::vector<Where> all;
+    for (const core::MethodInfo& method : core::methods())
+        for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan})
+            if (app::whyNot(method.id(), device).empty())
+                all.push_back({std::string(method.id()), device});
+    return all;
+}
+
+core::Estimate render(core::Renderer& renderer, const core::View& view, uint32_t samples)
+{
+    renderer.setView(view, core::Start::anew);
+    renderer.advance({.samples = samples}, {});
+    return renderer.read(core::Reading::everything);
+}
+
+void expectSameBits(const core::Estimate& a, const core::Estimate& b)
+{
+    EXPECT_EQ(a.samples, b.samples);
+    EXPECT_EQ(a.mean.pixels, b.mean.pixels);
+    EXPECT_EQ(a.variance.pixels, b.variance.pixels);
+    EXPECT_EQ(a.weight.pixels, b.weight.pixels);
+}
+
+class EveryMethod : public testing::TestWithParam<Where> {
+protected:
+    core::Renderer& renderer() const { return GetParam().renderer(); }
+    const core::MethodInfo& info() const { return core::methodNamed(GetParam().method); }
+};
+
+TEST_P(EveryMethod, SameBitsForAnyStepsAndPauses)
+{
+    if (!info().traits.deterministic) GTEST_SKIP();
+    const auto world = asset("cornell-glossy");
+    renderer().setWorld(world, {});
+    const core::View view{world->cameras.at(0), {100, 75}, info().defaults};
+    const core::Estimate expected = render(renderer(), view, 13);
+    EXPECT_EQ(expected.samples, 13u);
+    EXPECT_TRUE(expected.counters.clean());
+    expectSameBits(expected, render(renderer(), view, 13));
+
+    renderer().setView(view, core::Start::anew);
+    for (const uint32_t part : {1u, 4u, 0u, 1u, 5u, 2u}) renderer().advance({.samples = part}, {});
+    expectSameBits(expected, renderer().read(core::Reading::everything));
+
+    // Stopped after every piece, and resumed.
+    renderer().setPace({.dispatchSeconds = 0.001});
+    renderer().setView(view, core::Start::anew);
+    uint64_t version = renderer().progress().version;
+    while (renderer().progress().samples < 13) {
+        const auto left = static_cast<uint32_t>(13 - renderer().progress().samples);
+        renderer().advance({.samples = left, .seconds = 0}, {});
+        ASSERT_GT(renderer().progress().version, version) << "a call without a piece of work";
+        version = renderer().progress().version;
+    }
+    renderer().setPace({});
+    renderer().advance({.samples = 0}, {});
+    expectSameBits(expected, renderer().read(core::Reading::everything));
+
+    std::stop_source stop;
+    stop.request_stop();
+    version = renderer().progress().version;
+    renderer().advance({.samples = 5}, stop.get_token());  // stopped before it begins
+    EXPECT_EQ(renderer().progress().version, version);
+
+    // The mean alone is that of everything.
+    const core::Image mean = renderer().read(core::Reading::mean).mean;
+    for (size_t i = 0; i < mean.pixels.size(); ++i)
+        ASSERT_NEAR(mean.pixels[i], expected.mean.pixels[i], 1e-6f * expected.mean.pixels[i]) << i;
+}
+
+TEST_P(EveryMethod, SeedsMatter)
+{
+    core::AnyParams params = info().defaults;
+    uint32_t* seed = core::findParam<uint32_t>(params, "seed");
+    ASSERT_NE(seed, nullptr) << "a reference needs a seed of its own";
+    const auto world = asset("cornell-glossy");
+    renderer().setWorld(world, {});
+    const core::View view{world->cameras.at(0), {32, 24}, params};
+    const core::Estimate one = render(renderer(), view, 2);
+    core::View other = view;
+    *core::findParam<uint32_t>(other.params, "seed") = *seed + 1;
+    EXPECT_NE(one.mean.pixels, render(renderer(), other, 2).mean.pixels);
+}
+
+/// A closed box of albedo 0.5 that emits 1 shows 2 everywhere; an albedo of 0.8 makes 5 of it.
+TEST_P(EveryMethod, FurnacesAreUniform)
+{
+    if (!info().traits.radiance) GTEST_SKIP() << "its pictures are not of radiance";
+    for (const auto& [name, radiance] :
+         {std::pair("furnace-50", 2.0), std::pair("furnace-80", 5.0)}) {
+        const auto world = asset(name);
+        renderer().setWorld(world, {});
+        core::AnyParams params = independent(GetParam().method, 3);
+        if (uint32_t* depth = core::findParam<uint32_t>(params, "max-depth")) *depth = 4096;
+        const core::Estimate e = render(renderer(), {world->cameras.at(0), {32, 32}, params}, 256);
+        double sum = 0, variance = 0;
+        for (const float value : e.mean.pixels) sum += double(value);
+        for (const float value : e.variance.pixels) variance += double(value);
+        const double n = double(e.mean.pixels.size()), error = std::sqrt(3 * variance) / n;
+        EXPECT_LT(std::abs(sum / n - radiance), 4.21 * error + 1e-5 * radiance) << name;
+        EXPECT_LT((4.21 + 2.33) * error, 0.02 * radiance) << name << " is underpowered";
+    }
+}
+
+TEST_P(EveryMethod, FirstHitsAreThoseOfTheWorldAndDoNotDisturbThePicture)
+{
+    const auto world = asset("cornell-glossy");
+    renderer().setWorld(world, {});
+    const core::View view{world->cameras.at(0), {40, 30}, info().defaults};
+    const core::Estimate expected = render(renderer(), view, 3);
+    const core::Aovs aovs = renderer().aovs();
+    expectSameBits(expected, renderer().read(core::Reading::everything));
+    EXPECT_GT(*aovs.depth.at(20, 15), 0.0f);
+    EXPECT_GE(aovs.ids.at(20, 15)[0], 0.0f);
+}
+
+/// What a picture says of itself is enough to ask for it again.
+TEST_P(EveryMethod, MetadataLeadBackToTheParameters)
+{
+    const auto world = asset("cornell-glossy");
+    core::AnyParams params = independent(GetParam().method, 41);
+    app::PictureFacts facts{.scene = REKINDLE_SOURCE_DIR "/assets/cornell-glossy.gltf",
+                            .world = world.get(),
+                            .camera = world->cameras.at(0),
+                            .size = {16, 12},
+                            .params = params,
+                            .samples = 3,
+                            .device = "cpu",
+                            .driver = "",
+                            .ended = "spp"};
+    EXPECT_EQ(app::replayOf(app::imageMetadata(facts), "x.exr").params, params);
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(everywhere()),
+                         [](const testing::TestParamInfo<Where>& where) {
+                             return where.param.method + "_" +
+                                    std::string(core::enumName(where.param.device));
+                         });
+
+TEST(Methods, DevicesAgree)
+{
+    for (const core::MethodInfo& method : core::methods()) {
+        const std::string id(method.id());
+        const Where cpu{id, app::DeviceKind::cpu}, vulkan{id, app::DeviceKind::vulkan};
+        if (!app::whyNot(id, cpu.device).empty() || !app::whyNot(id, vulkan.device).empty())
+            continue;
+        for (const char* name : {"cornell-diffuse", "textured-box", "sky"}) {
+            const auto world = asset(name);
+            cpu.renderer().setWorld(world, {});
+            vulkan.renderer().setWorld(world, {});
+            const core::Camera& camera = world->cameras.at(0);
+            const tests::FilmComparison c = tests::compareFilms(
+                render(vulkan.renderer(), {camera, {48, 48}, independent(id, 1)}, 192),
+                render(cpu.renderer(), {camera, {48, 48}, independent(id, 2)}, 192));
+            EXPECT_TRUE(c.agree()) << id << ", " << name << ": " << c.describe();
+            EXPECT_LT(c.detectable, 0.1) << id << ", " << name << " is underpowered";
+        }
+    }
+}
+
+TEST(Methods, WhatADeviceLacksSaysWhy)
+{
+    for (const core::MethodInfo& method : core::methods()) {
+        bool somewhere = false;
+        for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan}) {
+            const std::string why = app::whyNot(method.id(), device);
+            somewhere = somewhere || why.empty();
+            if (why.empty()) continue;
+            try {
+                app::makeRenderer(method.id(), {.device = device});
+                FAIL() << method.id() << " was made where it does not run";
+            } catch (const core::Error& error) {
+                EXPECT_EQ(error.code(), core::ExitCode::commandLine);
+                EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+            }
+        }
+        EXPECT_TRUE(somewhere) << method.id() << " runs nowhere";
+    }
+    for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan}) {
+        try {
+            app::makeRenderer("magic", {.device = device});
+            FAIL() << "was made";
+        } catch (const core::Error& error) {
+            const std::string text = error.what();
+            EXPECT_NE(text.find("magic"), std::string::npos) << text;
+            EXPECT_NE(text.find(core::methods().front().id()), std::string::npos) << text;
+        }
+    }
+}
+
+/// The reference of any method is of that method, and its noise is not that of the picture.
+TEST(Methods, ReferencesAreIndependentOfThePicture)
+{
+    for (const core::MethodInfo& method : core::methods()) {
+        if (method.make == nullptr) continue;
+        app::ReferenceOrder order;
+        order.world = asset("cornell-glossy");
+        order.camera = order.world->cameras.at(0);
+        order.size = {32, 24};
+        order.params = independent(method.id(), 5);
+        order.samples = 128;
+        const auto box = std::make_shared<core::Mailbox<app::Reference>>();
+        core::Worker worker("core");
+        const uint64_t generation = worker.start("reference", app::referenceJob(order, box));
+        worker.wait();
+        ASSERT_EQ(worker.status().state, core::JobState::done) << worker.status().error;
+        const auto reference = box->get(generation);
+        ASSERT_NE(reference, nullptr);
+        EXPECT_EQ(reference->samples, 128u);
+        EXPECT_NE(reference->origin.find(method.id()), std::string::npos) << reference->origin;
+        const auto renderer = method.make();
+        renderer->setWorld(order.world, {});
+        const core::Estimate e = render(*renderer, {order.camera, order.size, order.params}, 128);
+        EXPECT_NE(e.mean.pixels, reference->mean.pixels);
+    }
+}
+
+}  // namespace
