@@ -1,5 +1,5 @@
 // What the path-tracing kernels share: buffers of paths, lanes to pixels, the tracing of one vertex.
-#include "scene_buffers.glsl"
+#include "scene.glsl"
 #include "shared/path.h"
 
 layout(constant_id = 1) const uint kSampler = 0u;  // kSpecializeSampler
@@ -63,13 +63,13 @@ bool extendPath(SampleStream stream, inout PathState path, inout vec3 L, inout u
     Hit hit;
     const Ray ray = Ray(path.origin, 0.0, path.direction, kInfinity);
     if (!traceClosest(ray, alphaSeed(stream, path.depth, 0u), hit)) {
-        L += shadeMiss(frame.settings, path);
+        L += shadeMiss(scene, frame.settings, path);
         return false;
     }
     ShadowRay shadow;
     const uint depth = path.depth;
     const VertexNumbers numbers = drawVertexNumbers(stream, depth);
-    const bool goesOn = shadeSurface(frame.settings, numbers, hit, path, shadow, L);
+    const bool goesOn = shadeSurface(scene, frame.settings, numbers, hit, path, shadow, L);
     if (any(notEqual(shadow.contribution, vec3(0.0)))) {
         ++shadowRays;
         const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);

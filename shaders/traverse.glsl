@@ -10,21 +10,11 @@
 //   BVH_FETCH_VERTEX(i)  word i of the slots, vec4 (three words per slot: v0 | triangle, v1 | material, v2 | emitter;
 //                        bit 31 of the material: needs the alpha test)
 //   BVH_GRID_LOW, BVH_GRID_SCALE  vec3, as core::Bvh holds them
-// and, for scenes under kFeatureAlpha, bool alphaPasses(uint slot, vec2 barycentrics, uint alphaSeed).
 #ifndef REKINDLE_TRAVERSE_GLSL
 #define REKINDLE_TRAVERSE_GLSL
 
 #include "shared/intersect.h"
-#include "shared/layout.h"
-
-#ifndef REKINDLE_SHARED_SURFACE_H
-struct Hit {
-    float t;
-    vec2 barycentrics;  // weights of v1 and v2
-    uint slot;
-};
-bool alphaPasses(uint slot, vec2 barycentrics, uint alphaSeed);
-#endif
+#include "shared/surface.h"
 
 struct Ray {
     vec3 origin;
@@ -100,7 +90,7 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
         } while (node != kBvhDone && !waits);
         if (FEATURE(kFeatureAlpha)) {
             if (waits) {
-                if (alphaPasses(candidate.slot, candidate.barycentrics, alphaSeed)) hit = candidate;
+                if (alphaPasses(scene, candidate.slot, candidate.barycentrics, alphaSeed)) hit = candidate;
                 node = anyHit && hit.slot != kNone ? kBvhDone : node;
                 waits = false;
             }

@@ -29,8 +29,8 @@ void main()
         words[i + 2u] = vec4(-1.0);
         return;
     }
-    SurfacePoint s = makeSurfacePoint(hit, path.direction);
-    const Shading shading = evaluateMaterial(s, path.direction);
+    SurfacePoint s = makeSurfacePoint(scene, hit, path.direction);
+    const Shading shading = evaluateMaterial(scene, s, path.direction);
     const Bsdf bsdf = makeBsdf(shading.inputs);
     words[i] = vec4(hit.t, s.frame[2]);
     words[i + 1u] = vec4(albedoBsdf(bsdf, toLocal(s.frame, -path.direction)), 0.0);

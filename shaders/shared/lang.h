@@ -1,8 +1,7 @@
 // The language bridge: lets one text compile as GLSL (Vulkan compute) and as C++ (GLM).
 // Rules for every header of this folder: float suffixes on literals, no swizzles (use xyz()), no
 // bool members, no recursion, no GLSL keyword as a name (sample, shared, buffer, input, output,
-// half, ...). Scene data is reached only through the fetch functions that SCENE_PARAM / SCENE_ARG
-// carry (see scene.h).
+// half, ...). Scene data is reached only through the fetch functions of scene.h.
 #ifndef REKINDLE_SHARED_LANG_H
 #define REKINDLE_SHARED_LANG_H
 
@@ -14,15 +13,10 @@
 #define SHARED_BEGIN namespace shared {
 #define SHARED_END }
 #define SHARED_CONST inline constexpr
+#define IN(T) const T&  // of what is too large to be copied
 #define OUT(T) T&
 #define INOUT(T) T&
 #define PRECISE
-// A function over Real is float in GLSL, and both float and double in C++, where references run in
-// double.
-#define REAL_FN template <class Real> SHARED_FN
-#define REAL_STRUCT template <class Real>
-#define OF_REAL(T) T<Real>
-#define REAL_ARRAY(name, size) const Real* name
 
 // A source file may define REKINDLE_FEATURES (kFeature bits) before it includes anything: the
 // functions are then its own and hold code for these bits only, as a specialised pipeline does.
@@ -62,14 +56,10 @@ inline uint floatAsUint(float x)
 #define SHARED_END
 #define SHARED_FN
 #define SHARED_CONST const
+#define IN(T) T
 #define OUT(T) out T
 #define INOUT(T) inout T
 #define PRECISE precise
-#define Real float
-#define REAL_FN
-#define REAL_STRUCT
-#define OF_REAL(T) T
-#define REAL_ARRAY(name, size) float name[size]
 #define uintAsFloat uintBitsToFloat
 #define floatAsUint floatBitsToUint
 

@@ -11,53 +11,53 @@
 SHARED_BEGIN
 
 /// Index i in [0, count) with cdf[i] <= u < cdf[i + 1] among the emitters.
-SHARED_FN uint chooseEmitter(SCENE_PARAM uint count, float u, OUT(float) pmf)
+SHARED_FN uint chooseEmitter(IN(SceneView) scene, uint count, float u, OUT(float) pmf)
 {
     uint low = 0u;
     uint high = count;
     while (high - low > 1u) {
         const uint middle = (low + high) >> 1u;
-        if (fetchEmitterCdf(SCENE_ARG middle) <= u) {
+        if (fetchEmitterCdf(scene, middle) <= u) {
             low = middle;
         } else {
             high = middle;
         }
     }
-    pmf = fetchEmitterCdf(SCENE_ARG low + 1u) - fetchEmitterCdf(SCENE_ARG low);
+    pmf = fetchEmitterCdf(scene, low + 1u) - fetchEmitterCdf(scene, low);
     return low;
 }
 
 /// Probability with which chooseEmitter returns `emitter`.
-SHARED_FN float pmfEmitter(SCENE_PARAM uint emitter)
+SHARED_FN float pmfEmitter(IN(SceneView) scene, uint emitter)
 {
     if (!FEATURE(kFeatureManyEmitters)) return 1.0f;
-    return fetchEmitterCdf(SCENE_ARG emitter + 1u) - fetchEmitterCdf(SCENE_ARG emitter);
+    return fetchEmitterCdf(scene, emitter + 1u) - fetchEmitterCdf(scene, emitter);
 }
 
 /// Inverts `count` intervals of a CDF that starts at `first`; returns the interval, and u stretched
 /// inside it.
-SHARED_FN uint invertEnvironmentCdf(SCENE_PARAM uint first, uint count, INOUT(float) u,
+SHARED_FN uint invertEnvironmentCdf(IN(SceneView) scene, uint first, uint count, INOUT(float) u,
                                     OUT(float) pmf)
 {
     uint low = 0u;
     uint high = count;
     while (high - low > 1u) {
         const uint middle = (low + high) >> 1u;
-        if (fetchEnvironmentCdf(SCENE_ARG first + middle) <= u) {
+        if (fetchEnvironmentCdf(scene, first + middle) <= u) {
             low = middle;
         } else {
             high = middle;
         }
     }
-    const float a = fetchEnvironmentCdf(SCENE_ARG first + low);
-    const float b = fetchEnvironmentCdf(SCENE_ARG first + low + 1u);
+    const float a = fetchEnvironmentCdf(scene, first + low);
+    const float b = fetchEnvironmentCdf(scene, first + low + 1u);
     pmf = b - a;
     u = pmf > 0.0f ? min((u - a) / pmf, kOneMinusEpsilon) : 0.5f;
     return low;
 }
 
 /// Radiance of the environment from direction `d` (unit), bilinear, without the sun.
-SHARED_FN vec3 environmentRadiance(SCENE_PARAM PathSettings settings, vec3 d)
+SHARED_FN vec3 environmentRadiance(IN(SceneView) scene, PathSettings settings, vec3 d)
 {
     const vec2 uv = environmentUv(d);
     const int width = int(settings.environmentWidth);
@@ -69,10 +69,10 @@ SHARED_FN vec3 environmentRadiance(SCENE_PARAM PathSettings settings, vec3 d)
     const uint x1 = wrapTexel(int(corner.x) + 1, width, kWrapRepeat);
     const uint row0 = wrapTexel(int(corner.y), height, kWrapClamp) * settings.environmentWidth;
     const uint row1 = wrapTexel(int(corner.y) + 1, height, kWrapClamp) * settings.environmentWidth;
-    const vec3 top = mix(xyz(fetchEnvironmentTexel(SCENE_ARG row0 + x0)),
-                         xyz(fetchEnvironmentTexel(SCENE_ARG row0 + x1)), f.x);
-    const vec3 bottom = mix(xyz(fetchEnvironmentTexel(SCENE_ARG row1 + x0)),
-                            xyz(fetchEnvironmentTexel(SCENE_ARG row1 + x1)), f.x);
+    const vec3 top = mix(xyz(fetchEnvironmentTexel(scene, row0 + x0)),
+                         xyz(fetchEnvironmentTexel(scene, row0 + x1)), f.x);
+    const vec3 bottom = mix(xyz(fetchEnvironmentTexel(scene, row1 + x0)),
+                            xyz(fetchEnvironmentTexel(scene, row1 + x1)), f.x);
     return settings.environmentIntensity * mix(top, bottom, f.y);
 }
 
@@ -84,67 +84,60 @@ SHARED_FN float environmentDensity(PathSettings settings, float texelPmf, float 
 }
 
 /// Density with which sampleEnvironment finds direction `d`.
-SHARED_FN float pdfEnvironment(SCENE_PARAM PathSettings settings, vec3 d)
+SHARED_FN float pdfEnvironment(IN(SceneView) scene, PathSettings settings, vec3 d)
 {
     const vec2 uv = environmentUv(d);
     const uint width = settings.environmentWidth;
     const uint height = settings.environmentHeight;
     const uint x = min(uint(uv.x * float(width)), width - 1u);
     const uint y = min(uint(uv.y * float(height)), height - 1u);
-    const float row = fetchEnvironmentCdf(SCENE_ARG y + 1u) - fetchEnvironmentCdf(SCENE_ARG y);
+    const float row = fetchEnvironmentCdf(scene, y + 1u) - fetchEnvironmentCdf(scene, y);
     const uint first = height + 1u + y * (width + 1u) + x;
-    const float column =
-        fetchEnvironmentCdf(SCENE_ARG first + 1u) - fetchEnvironmentCdf(SCENE_ARG first);
+    const float column = fetchEnvironmentCdf(scene, first + 1u) - fetchEnvironmentCdf(scene, first);
     return environmentDensity(settings, row * column, sqrt(d.x * d.x + d.z * d.z));
 }
 
 /// Picks a texel by its power and a point in it.
-SHARED_FN bool sampleEnvironment(SCENE_PARAM PathSettings settings, vec2 u, OUT(EmitterSample) s)
+SHARED_FN bool sampleEnvironment(IN(SceneView) scene, PathSettings settings, vec2 u,
+                                 OUT(EmitterSample) s)
 {
     vec2 v = u;
     float row = 0.0f;
     float column = 0.0f;
-    const uint y = invertEnvironmentCdf(SCENE_ARG 0u, settings.environmentHeight, v.y, row);
+    const uint y = invertEnvironmentCdf(scene, 0u, settings.environmentHeight, v.y, row);
     const uint first = settings.environmentHeight + 1u + y * (settings.environmentWidth + 1u);
-    const uint x = invertEnvironmentCdf(SCENE_ARG first, settings.environmentWidth, v.x, column);
+    const uint x = invertEnvironmentCdf(scene, first, settings.environmentWidth, v.x, column);
     s.wi = environmentDirection(vec2((float(x) + v.x) / float(settings.environmentWidth),
                                      (float(y) + v.y) / float(settings.environmentHeight)));
     s.distance = kDistant;
     s.barycentrics = vec2(0.0f, 0.0f);
     s.pdf = environmentDensity(settings, row * column, sqrt(s.wi.x * s.wi.x + s.wi.z * s.wi.z));
-    s.radiance = environmentRadiance(SCENE_ARG settings, s.wi);
+    s.radiance = environmentRadiance(scene, settings, s.wi);
     return s.pdf > 0.0f;
 }
 
 /// A textured emitter's radiance at barycentrics of its triangle.
-SHARED_FN vec3 emitterTexture(SCENE_PARAM uint triangle, vec2 w)
+SHARED_FN vec3 emitterTexture(IN(SceneView) scene, uint triangle, vec2 w)
 {
-    const uvec4 vertices = fetchTriangleIndices(SCENE_ARG triangle);
-    const VertexAttributes a = fetchVertexAttributes(SCENE_ARG vertices.x);
-    const VertexAttributes b = fetchVertexAttributes(SCENE_ARG vertices.y);
-    const VertexAttributes c = fetchVertexAttributes(SCENE_ARG vertices.z);
+    const uvec4 vertices = fetchTriangleIndices(scene, triangle);
+    const VertexAttributes a = fetchVertexAttributes(scene, vertices.x);
+    const VertexAttributes b = fetchVertexAttributes(scene, vertices.y);
+    const VertexAttributes c = fetchVertexAttributes(scene, vertices.z);
     const vec2 uv0 = interpolate(vec2(a.u, a.v), vec2(b.u, b.v), vec2(c.u, c.v), w);
     vec2 uv1 = uv0;
     vec4 color;
-    if (FEATURE(kFeatureVertexExtra)) {
-#ifdef __cplusplus
-        if (scene.extra != nullptr)
-#endif
-        {
-            interpolateVertexExtra(SCENE_ARG vertices, w, uv1, color);
-        }
-    }
-    const uint t = textureOfSlot(fetchMaterial(SCENE_ARG vertices.w, 5u),
-                                 fetchMaterial(SCENE_ARG vertices.w, 6u), kTextureEmissive);
-    return t != 0u ? xyz(lookUpTexture(SCENE_ARG t - 1u, uv0, uv1)) : vec3(1.0f, 1.0f, 1.0f);
+    if (hasVertexExtra(scene)) interpolateVertexExtra(scene, vertices, w, uv1, color);
+    const uint t = textureOfSlot(fetchMaterial(scene, vertices.w, 5u),
+                                 fetchMaterial(scene, vertices.w, 6u), kTextureEmissive);
+    return t != 0u ? xyz(lookUpTexture(scene, t - 1u, uv0, uv1)) : vec3(1.0f, 1.0f, 1.0f);
 }
 
 /// Samples one emitter as seen from p; the pdf (0 for those without extent) does not hold the
 /// choice among emitters.
-SHARED_FN bool sampleEmitter(SCENE_PARAM PathSettings settings, uint index, vec3 p, vec2 u,
+SHARED_FN bool sampleEmitter(IN(SceneView) scene, PathSettings settings, uint index, vec3 p, vec2 u,
                              OUT(EmitterSample) s)
 {
-    const Emitter e = fetchEmitter(SCENE_ARG index);
+    const Emitter e = fetchEmitter(scene, index);
     const uint kind = e.kind & 0xffu;
     s.wi = vec3(0.0f, 0.0f, 1.0f);
     s.distance = 0.0f;
@@ -155,17 +148,17 @@ SHARED_FN bool sampleEmitter(SCENE_PARAM PathSettings settings, uint index, vec3
     if (FEATURE(kFeatureEmissiveTriangles) && kind == kEmitterTriangle) {
         found = sampleTriangleEmitter(e, p, u, s);
         if (FEATURE(kFeatureEmissiveTextures) && found && (e.kind & kEmitterTextured) != 0u) {
-            s.radiance *= emitterTexture(SCENE_ARG e.slot, s.barycentrics);
+            s.radiance *= emitterTexture(scene, e.slot, s.barycentrics);
         }
         // Rays meet a transparent emitter with probability alpha: so much of it shines.
         if (FEATURE(kFeatureAlpha) && found)
-            s.radiance *= surfaceAlpha(SCENE_ARG e.slot, s.barycentrics);
+            s.radiance *= surfaceAlpha(scene, e.slot, s.barycentrics);
     }
     if (FEATURE(kFeaturePunctualLights) && kind >= kEmitterPoint && kind <= kEmitterDirectional) {
         found = samplePunctual(e, p, s);
     }
     if (FEATURE(kFeatureEnvironment) && kind == kEmitterEnvironment) {
-        found = sampleEnvironment(SCENE_ARG settings, u, s);
+        found = sampleEnvironment(scene, settings, u, s);
     }
     if (FEATURE(kFeatureSun) && kind == kEmitterSun) {
         found = sampleSun(e, u, s);

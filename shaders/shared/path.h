@@ -2,6 +2,9 @@
 // estimation, multiple importance sampling with the power heuristic (Veach 1997), Russian roulette.
 // Devices only trace rays in between:
 //   beginPath; loop { hit? shadeSurface : shadeMiss; trace the shadow ray; } until the path ends.
+// shadeSurface is prepareVertex, connect, scatter. How a vertex chooses the direction it goes on in
+// is the one pair sampleDirection / pdfDirection (directions.h); a method that chooses otherwise
+// brings a pair of its own and nothing else.
 // Absorption is applied where a ray reaches the inner side of a solid; a shadow ray wholly inside
 // one is not absorbed.
 #ifndef REKINDLE_SHARED_PATH_H
@@ -10,7 +13,11 @@
 #include "camera.h"
 #include "lights.h"
 #include "mis.h"
-#include "sampler.h"
+#include "vertex.h"
+
+#ifndef REKINDLE_OWN_DIRECTIONS
+#include "directions.h"
+#endif
 
 SHARED_BEGIN
 
@@ -33,28 +40,6 @@ struct ShadowRay {
     float tMax;
     vec3 contribution;
 };
-
-/// The random numbers of a path's vertex. Drawn before the vertex is shaded, so that a CPU can draw
-/// those of many paths together.
-struct VertexNumbers {
-    vec2 bsdf;
-    vec2 lobe;  // x which lobe, y roulette
-    vec2 light;
-    float choice;  // of the emitter
-};
-
-SHARED_FN VertexNumbers drawVertexNumbers(SampleStream stream, uint depth)
-{
-    const uint dimension = kDimensionPath + depth * kDimensionsPerVertex;
-    VertexNumbers n;
-    n.bsdf = streamVec2(stream, dimension + kDimensionBsdf);
-    n.lobe = streamVec2(stream, dimension + kDimensionLobe);
-    n.light = streamVec2(stream, dimension + kDimensionLight);
-    n.choice = FEATURE(kFeatureManyEmitters)
-                   ? streamFloat(stream, dimension + kDimensionLightChoice)
-                   : 0.0f;
-    return n;
-}
 
 /// Seed of the alpha test for the rays that leave a vertex; `shadow` 1 for the connection to an
 /// emitter.
@@ -100,24 +85,24 @@ SHARED_FN vec3 clampIndirect(PathSettings settings, uint depth, vec3 contributio
 }
 
 /// Radiance that a ray which hit nothing brings home.
-SHARED_FN vec3 shadeMiss(SCENE_PARAM PathSettings settings, PathState path)
+SHARED_FN vec3 shadeMiss(IN(SceneView) scene, PathSettings settings, PathState path)
 {
     vec3 L = vec3(0.0f, 0.0f, 0.0f);
     if (FEATURE(kFeatureEnvironment) && settings.environmentEmitter != kNone) {
         float density = 0.0f;
         if (path.pdf > 0.0f && settings.strategy != kStrategyBsdf) {
-            density = pmfEmitter(SCENE_ARG settings.environmentEmitter) *
-                      pdfEnvironment(SCENE_ARG settings, path.direction);
+            density = pmfEmitter(scene, settings.environmentEmitter) *
+                      pdfEnvironment(scene, settings, path.direction);
         }
         L += emissionWeight(settings, path.pdf, density) *
-             environmentRadiance(SCENE_ARG settings, path.direction);
+             environmentRadiance(scene, settings, path.direction);
     }
     if (FEATURE(kFeatureSun) && settings.sunEmitter != kNone) {
-        const Emitter sun = fetchEmitter(SCENE_ARG settings.sunEmitter);
+        const Emitter sun = fetchEmitter(scene, settings.sunEmitter);
         const float density = pdfSun(sun, path.direction);
         if (density > 0.0f) {
             L += emissionWeight(settings, path.pdf,
-                                pmfEmitter(SCENE_ARG settings.sunEmitter) * density) *
+                                pmfEmitter(scene, settings.sunEmitter) * density) *
                  sun.radiance;
         }
     }
@@ -126,102 +111,127 @@ SHARED_FN vec3 shadeMiss(SCENE_PARAM PathSettings settings, PathState path)
 
 /// Emission of the surface at `s`, weighted against next-event estimation from the path's previous
 /// vertex.
-SHARED_FN vec3 shadeEmission(SCENE_PARAM PathSettings settings, PathState path, Hit hit,
+SHARED_FN vec3 shadeEmission(IN(SceneView) scene, PathSettings settings, PathState path, Hit hit,
                              SurfacePoint s, vec3 emission)
 {
     float density = 0.0f;
     if (path.pdf > 0.0f && s.emitter != kNone && settings.strategy != kStrategyBsdf) {
-        const vec3 a = xyz(fetchTriangleVertex(SCENE_ARG hit.slot, 0u));
-        const vec3 b = xyz(fetchTriangleVertex(SCENE_ARG hit.slot, 1u));
-        const vec3 c = xyz(fetchTriangleVertex(SCENE_ARG hit.slot, 2u));
-        density = pmfEmitter(SCENE_ARG s.emitter) *
+        const vec3 a = xyz(fetchTriangleVertex(scene, hit.slot, 0u));
+        const vec3 b = xyz(fetchTriangleVertex(scene, hit.slot, 1u));
+        const vec3 c = xyz(fetchTriangleVertex(scene, hit.slot, 2u));
+        density = pmfEmitter(scene, s.emitter) *
                   pdfTriangleEmitter(a, b, c, path.origin, path.direction, hit.t);
     }
     return clampIndirect(settings, path.depth,
                          emissionWeight(settings, path.pdf, density) * path.beta * emission);
 }
 
-/// Connects the vertex to one emitter; contribution zero when nothing can come of it.
-SHARED_FN ShadowRay connectToEmitter(SCENE_PARAM PathSettings settings, VertexNumbers numbers,
-                                     PathState path, SurfacePoint s, Bsdf bsdf, vec3 wo)
+/// No connection: nothing to trace.
+SHARED_FN ShadowRay noShadowRay(vec3 origin)
 {
     ShadowRay shadow;
-    shadow.origin = s.position;
+    shadow.origin = origin;
     shadow.direction = vec3(0.0f, 0.0f, 1.0f);
     shadow.tMax = 0.0f;
     shadow.contribution = vec3(0.0f, 0.0f, 0.0f);
-    if (settings.emitterCount == 0u || isDelta(bsdf)) return shadow;
+    return shadow;
+}
+
+/// Emission and absorption at a hit, and what connect and scatter need to know of it. False when
+/// the path ends here.
+SHARED_FN bool prepareVertex(IN(SceneView) scene, PathSettings settings, Hit hit,
+                             INOUT(PathState) path, OUT(Vertex) vertex, INOUT(vec3) L)
+{
+    vertex.surface = makeSurfacePoint(scene, hit, path.direction);
+    const Shading shading = evaluateMaterial(scene, vertex.surface, path.direction);
+    if (FEATURE(kFeatureVolume) && vertex.surface.backFace != 0u &&
+        (shading.inputs.flags & kMaterialVolume) != 0u) {
+        path.beta *= exp(-hit.t * shading.absorption);
+    }
+    if (FEATURE(kFeatureEmissiveTriangles) && maxComponent(shading.emission) > 0.0f) {
+        L += shadeEmission(scene, settings, path, hit, vertex.surface, shading.emission);
+    }
+    if (path.depth >= settings.maxDepth || (shading.inputs.flags & kMaterialUnlit) != 0u)
+        return false;
+    vertex.bsdf = makeBsdf(shading.inputs);
+    vertex.wo = toLocal(vertex.surface.frame, -path.direction);
+    return true;
+}
+
+/// Cosine of `wi` (world) to the geometric normal on the side of wo: positive for reflection.
+/// `cosine` is that to the shading normal. Where the two differ in sign no light goes through the
+/// surface: false.
+SHARED_FN bool sideOf(IN(SurfacePoint) s, vec3 wi, float cosine, OUT(float) side)
+{
+    side = dot(wi, s.normal) * (s.backFace != 0u ? -1.0f : 1.0f);
+    return side * cosine > 0.0f;
+}
+
+/// Where a ray starts that leaves to the given side of the surface (see sideOf).
+SHARED_FN vec3 originOnSide(IN(SurfacePoint) s, float side)
+{
+    const vec3 outside = s.backFace != 0u ? -s.normal : s.normal;
+    return offsetRay(s.position, side > 0.0f ? outside : -outside);
+}
+
+/// Connects the vertex to one emitter; contribution zero when nothing can come of it.
+SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
+                            PathState path, IN(Vertex) vertex)
+{
+    ShadowRay shadow = noShadowRay(vertex.surface.position);
+    if (settings.emitterCount == 0u || isDelta(vertex.bsdf)) return shadow;
 
     float pmf = 1.0f;
     uint emitter = 0u;
     if (FEATURE(kFeatureManyEmitters)) {
-        emitter = chooseEmitter(SCENE_ARG settings.emitterCount, numbers.choice, pmf);
+        emitter = chooseEmitter(scene, settings.emitterCount, numbers.choice, pmf);
     }
     EmitterSample e;
-    if (!sampleEmitter(SCENE_ARG settings, emitter, s.position, numbers.light, e)) return shadow;
+    if (!sampleEmitter(scene, settings, emitter, vertex.surface.position, numbers.light, e)) {
+        return shadow;
+    }
     if (settings.strategy == kStrategyBsdf && e.pdf > 0.0f) return shadow;
 
-    const vec3 wi = toLocal(s.frame, e.wi);
-    const float side = dot(e.wi, s.normal) * (s.backFace != 0u ? -1.0f : 1.0f);
-    // Where the two normals disagree, no light goes through the surface.
-    if (!(side * wi.z > 0.0f)) return shadow;
+    const vec3 wi = toLocal(vertex.surface.frame, e.wi);
+    float side;
+    if (!sideOf(vertex.surface, e.wi, wi.z, side)) return shadow;
     vec3 f;
     float pdf;
-    evalPdfBsdf(bsdf, wo, wi, f, pdf);
+    evalPdfBsdf(vertex.bsdf, vertex.wo, wi, f, pdf);
     float weight = 1.0f / pmf;
     if (e.pdf > 0.0f) {
         weight /= e.pdf;
-        if (settings.strategy == kStrategyMis) weight *= powerHeuristic(pmf * e.pdf, pdf);
+        if (settings.strategy == kStrategyMis) {
+            pdf = pdfDirection(scene, vertex, wi, pdf);
+            weight *= powerHeuristic(pmf * e.pdf, pdf);
+        }
     }
     shadow.contribution =
         clampIndirect(settings, path.depth + 1u, path.beta * f * e.radiance * (abs(wi.z) * weight));
-    const vec3 outside = s.backFace != 0u ? -s.normal : s.normal;
-    shadow.origin = offsetRay(s.position, side > 0.0f ? outside : -outside);
+    shadow.origin = originOnSide(vertex.surface, side);
     shadow.direction = e.wi;
     shadow.tMax = kDistant;
     if (e.distance < 0.5f * kDistant) {
         // Aimed anew from the shifted origin: along the old direction an emitter seen edge-on would
         // block itself.
-        shadow.direction = (s.position - shadow.origin) + e.distance * e.wi;
+        shadow.direction = (vertex.surface.position - shadow.origin) + e.distance * e.wi;
         shadow.tMax = 0.9999f;
     }
     return shadow;
 }
 
-/// One vertex of a path. Adds emission to L, sets the connection to an emitter, and moves `path` on
-/// to the next ray; returns false when the path ends here (the shadow ray still counts).
-SHARED_FN bool shadeSurface(SCENE_PARAM PathSettings settings, VertexNumbers numbers, Hit hit,
-                            INOUT(PathState) path, OUT(ShadowRay) shadow, INOUT(vec3) L)
+/// Moves the path on to the ray that leaves the vertex; false when it ends here, by chance or
+/// because nothing goes on.
+SHARED_FN bool scatter(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
+                       IN(Vertex) vertex, INOUT(PathState) path)
 {
-    SurfacePoint s = makeSurfacePoint(SCENE_ARG hit, path.direction);
-    const Shading shading = evaluateMaterial(SCENE_ARG s, path.direction);
-    shadow.origin = s.position;
-    shadow.direction = vec3(0.0f, 0.0f, 1.0f);
-    shadow.tMax = 0.0f;
-    shadow.contribution = vec3(0.0f, 0.0f, 0.0f);
-
-    if (FEATURE(kFeatureVolume) && s.backFace != 0u &&
-        (shading.inputs.flags & kMaterialVolume) != 0u) {
-        path.beta *= exp(-hit.t * shading.absorption);
-    }
-    if (FEATURE(kFeatureEmissiveTriangles) && maxComponent(shading.emission) > 0.0f) {
-        L += shadeEmission(SCENE_ARG settings, path, hit, s, shading.emission);
-    }
-    if (path.depth >= settings.maxDepth || (shading.inputs.flags & kMaterialUnlit) != 0u)
-        return false;
-
-    const Bsdf bsdf = makeBsdf(shading.inputs);
-    const vec3 wo = toLocal(s.frame, -path.direction);
-    shadow = connectToEmitter(SCENE_ARG settings, numbers, path, s, bsdf, wo);
-
     BsdfSample next;
-    if (!sampleBsdf(bsdf, wo, numbers.lobe.x, numbers.bsdf, next)) return false;
-    const vec3 wi = toWorld(s.frame, next.wi);
-    const float side = dot(wi, s.normal) * (s.backFace != 0u ? -1.0f : 1.0f);
-    if (!(side * next.wi.z > 0.0f)) return false;
+    if (!sampleDirection(scene, vertex, numbers, next)) return false;
+    const vec3 wi = toWorld(vertex.surface.frame, next.wi);
+    float side;
+    if (!sideOf(vertex.surface, wi, next.wi.z, side)) return false;
     path.beta *= next.weight;
-    const vec3 outside = s.backFace != 0u ? -s.normal : s.normal;
-    path.origin = offsetRay(s.position, side > 0.0f ? outside : -outside);
+    path.origin = originOnSide(vertex.surface, side);
     path.direction = wi;
     path.pdf = next.pdf;
     path.depth += 1u;
@@ -233,6 +243,20 @@ SHARED_FN bool shadeSurface(SCENE_PARAM PathSettings settings, VertexNumbers num
         path.beta *= 1.0f / survival;
     }
     return maxComponent(path.beta) > 0.0f;
+}
+
+/// One vertex of a path. Adds emission to L, sets the connection to an emitter, and moves `path` on
+/// to the next ray; returns false when the path ends here (the shadow ray still counts).
+SHARED_FN bool shadeSurface(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
+                            Hit hit, INOUT(PathState) path, OUT(ShadowRay) shadow, INOUT(vec3) L)
+{
+    Vertex vertex;
+    if (!prepareVertex(scene, settings, hit, path, vertex, L)) {
+        shadow = noShadowRay(vertex.surface.position);
+        return false;
+    }
+    shadow = connect(scene, settings, numbers, path, vertex);
+    return scatter(scene, settings, numbers, vertex, path);
 }
 
 SHARED_END

@@ -13,11 +13,25 @@
 //   u      absolute weight of a sample: E[sum u_i h(x_i)] = integral of h
 //   v      u p, dimensionless, of mean sum one
 //
-// Functions over Real exist in GLSL for float, in C++ for float and double.
+// Functions over Real exist in GLSL for float, in C++ for float and double, in which references
+// run.
 #ifndef REKINDLE_SHARED_REUSE_H
 #define REKINDLE_SHARED_REUSE_H
 
 #include "lang.h"
+
+#ifdef __cplusplus
+#define REAL_FN template <class Real> SHARED_FN
+#define REAL_STRUCT template <class Real>
+#define OF_REAL(T) T<Real>
+#define REAL_ARRAY(name, size) const Real* name
+#else
+#define Real float  // only in kernels that include this header
+#define REAL_FN
+#define REAL_STRUCT
+#define OF_REAL(T) T
+#define REAL_ARRAY(name, size) float name[size]
+#endif
 
 SHARED_BEGIN
 

@@ -1,6 +1,8 @@
 // How the shared text reaches scene data: a handful of fetch functions. In GLSL they are prototypes
-// that shaders/scene_buffers.glsl defines over texel buffers; in C++ they read core::World through
-// a SceneView, which SCENE_PARAM and SCENE_ARG carry along.
+// that shaders/scene.glsl defines over texel buffers; in C++ they read core::World through the
+// pointers of a SceneView. Either way every function that reads the scene takes one as its first
+// argument. On the device it holds nothing that is ever read: the buffers are bound, and the
+// argument vanishes when functions are inlined.
 #ifndef REKINDLE_SHARED_SCENE_H
 #define REKINDLE_SHARED_SCENE_H
 
@@ -9,13 +11,12 @@
 #ifdef __cplusplus
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #ifdef __F16C__
 #include <immintrin.h>
 #endif
-
-#define SCENE_PARAM const SceneView &scene,
-#define SCENE_ARG scene,
 
 SHARED_BEGIN
 
@@ -63,6 +64,18 @@ inline vec4 fetchTriangleVertex(const SceneView& scene, uint slot, uint k)
         uintAsFloat(scene.triangleEmitter != nullptr ? scene.triangleEmitter[slot] : kNone));
 }
 
+// Static, not inline, where a source file has features of its own: see lang.h.
+SHARED_FN bool hasVertexAttributes(const SceneView& scene)
+{
+    return FEATURE(kFeatureShadingNormals | kFeatureTextures | kFeatureVertexExtra) &&
+           scene.attributes != nullptr;
+}
+
+SHARED_FN bool hasVertexExtra(const SceneView& scene)
+{
+    return FEATURE(kFeatureVertexExtra) && scene.extra != nullptr;
+}
+
 inline VertexAttributes fetchVertexAttributes(const SceneView& scene, uint vertex)
 {
     return scene.attributes[vertex];
@@ -73,16 +86,23 @@ inline VertexExtra fetchVertexExtra(const SceneView& scene, uint vertex)
     return scene.extra[vertex];
 }
 
+/// Word `word` of 16 bytes of a record, as the device fetches it.
+template <class Word, class Record> Word fetchWord(const Record& record, uint word)
+{
+    static_assert(sizeof(Word) == 16 && sizeof(Record) % 16 == 0);
+    Word result;
+    std::memcpy(&result, reinterpret_cast<const std::byte*>(&record) + 16u * word, sizeof(Word));
+    return result;
+}
+
 inline vec4 fetchMaterial(const SceneView& scene, uint material, uint word)
 {
-    const float* f = &scene.materials[material].baseColor.x + 4u * word;
-    return vec4(f[0], f[1], f[2], f[3]);
+    return fetchWord<vec4>(scene.materials[material], word);
 }
 
 inline uvec4 fetchTextureReference(const SceneView& scene, uint reference, uint word)
 {
-    const uint* f = &scene.textureReferences[reference].firstTexel + 4u * word;
-    return uvec4(f[0], f[1], f[2], f[3]);
+    return fetchWord<uvec4>(scene.textureReferences[reference], word);
 }
 
 inline vec4 fetchTexel(const SceneView& scene, uint texel)
@@ -120,23 +140,28 @@ SHARED_END
 
 #else
 
-#define SCENE_PARAM
-#define SCENE_ARG
+struct SceneView {
+    uint unused;  // a structure without members is not allowed
+};
 
 /// Three vertex indices and the material of a triangle, by the scene's own numbering.
-uvec4 fetchTriangleIndices(uint triangle);
+uvec4 fetchTriangleIndices(SceneView scene, uint triangle);
 /// Vertex k of the triangle in a slot; w: k = 0 its index in the scene, 1 its material and alpha
 /// bit, 2 its emitter.
-vec4 fetchTriangleVertex(uint slot, uint k);
-VertexAttributes fetchVertexAttributes(uint vertex);
-VertexExtra fetchVertexExtra(uint vertex);
-vec4 fetchMaterial(uint material, uint word);
-uvec4 fetchTextureReference(uint reference, uint word);
-vec4 fetchTexel(uint texel);
-Emitter fetchEmitter(uint emitter);
-float fetchEmitterCdf(uint i);
-vec4 fetchEnvironmentTexel(uint i);
-float fetchEnvironmentCdf(uint i);
+vec4 fetchTriangleVertex(SceneView scene, uint slot, uint k);
+/// Whether vertices have normals or coordinates that the features here look at.
+bool hasVertexAttributes(SceneView scene);
+/// Whether vertices have colours or second coordinates that the features here look at.
+bool hasVertexExtra(SceneView scene);
+VertexAttributes fetchVertexAttributes(SceneView scene, uint vertex);
+VertexExtra fetchVertexExtra(SceneView scene, uint vertex);
+vec4 fetchMaterial(SceneView scene, uint material, uint word);
+uvec4 fetchTextureReference(SceneView scene, uint reference, uint word);
+vec4 fetchTexel(SceneView scene, uint texel);
+Emitter fetchEmitter(SceneView scene, uint emitter);
+float fetchEmitterCdf(SceneView scene, uint i);
+vec4 fetchEnvironmentTexel(SceneView scene, uint i);
+float fetchEnvironmentCdf(SceneView scene, uint i);
 
 #endif
 

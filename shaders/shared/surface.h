@@ -68,14 +68,14 @@ SHARED_FN uint wrapTexel(int i, int size, uint mode)
 
 /// Bilinear (or nearest) look-up; row 0 is at v = 0 as in glTF. Coordinates that are not finite
 /// read some texel.
-SHARED_FN vec4 lookUpTexture(SCENE_PARAM uint reference, vec2 uv0, vec2 uv1)
+SHARED_FN vec4 lookUpTexture(IN(SceneView) scene, uint reference, vec2 uv0, vec2 uv1)
 {
-    const uvec4 head = fetchTextureReference(SCENE_ARG reference, 0u);
+    const uvec4 head = fetchTextureReference(scene, reference, 0u);
     const uint flags = head.w;
     vec2 uv = (flags & kTextureTexCoord1) != 0u ? uv1 : uv0;
     if ((flags & kTextureTransformed) != 0u) {
-        const uvec4 row0 = fetchTextureReference(SCENE_ARG reference, 1u);
-        const uvec4 row1 = fetchTextureReference(SCENE_ARG reference, 2u);
+        const uvec4 row0 = fetchTextureReference(scene, reference, 1u);
+        const uvec4 row1 = fetchTextureReference(scene, reference, 2u);
         uv = vec2(uintAsFloat(row0.x) * uv.x + uintAsFloat(row0.y) * uv.y + uintAsFloat(row0.z),
                   uintAsFloat(row1.x) * uv.x + uintAsFloat(row1.y) * uv.y + uintAsFloat(row1.z));
     }
@@ -94,11 +94,11 @@ SHARED_FN vec4 lookUpTexture(SCENE_PARAM uint reference, vec2 uv0, vec2 uv1)
     const int y = int(corner.y);
     const uint x0 = wrapTexel(x, width, wrapS);
     const uint row0 = head.x + wrapTexel(y, height, wrapT) * head.y;
-    if (nearest) return fetchTexel(SCENE_ARG row0 + x0);
+    if (nearest) return fetchTexel(scene, row0 + x0);
     const uint x1 = wrapTexel(x + 1, width, wrapS);
     const uint row1 = head.x + wrapTexel(y + 1, height, wrapT) * head.y;
-    const vec4 top = mix(fetchTexel(SCENE_ARG row0 + x0), fetchTexel(SCENE_ARG row0 + x1), f.x);
-    const vec4 bottom = mix(fetchTexel(SCENE_ARG row1 + x0), fetchTexel(SCENE_ARG row1 + x1), f.x);
+    const vec4 top = mix(fetchTexel(scene, row0 + x0), fetchTexel(scene, row0 + x1), f.x);
+    const vec4 bottom = mix(fetchTexel(scene, row1 + x0), fetchTexel(scene, row1 + x1), f.x);
     return mix(top, bottom, f.y);
 }
 
@@ -133,12 +133,12 @@ SHARED_FN vec4 unpackHalfColor(uint rg, uint ba)
 
 /// Texture coordinates and colour at a point of a triangle (`vertices` as fetchTriangleIndices
 /// gives them).
-SHARED_FN void interpolateVertexExtra(SCENE_PARAM uvec4 vertices, vec2 w, OUT(vec2) uv1,
+SHARED_FN void interpolateVertexExtra(IN(SceneView) scene, uvec4 vertices, vec2 w, OUT(vec2) uv1,
                                       OUT(vec4) color)
 {
-    const VertexExtra a = fetchVertexExtra(SCENE_ARG vertices.x);
-    const VertexExtra b = fetchVertexExtra(SCENE_ARG vertices.y);
-    const VertexExtra c = fetchVertexExtra(SCENE_ARG vertices.z);
+    const VertexExtra a = fetchVertexExtra(scene, vertices.x);
+    const VertexExtra b = fetchVertexExtra(scene, vertices.y);
+    const VertexExtra c = fetchVertexExtra(scene, vertices.z);
     uv1 = interpolate(vec2(a.u1, a.v1), vec2(b.u1, b.v1), vec2(c.u1, c.v1), w);
     color = (1.0f - w.x - w.y) * unpackHalfColor(a.colorRg, a.colorBa) +
             w.x * unpackHalfColor(b.colorRg, b.colorBa) +
@@ -155,11 +155,11 @@ SHARED_FN vec3 ensureVisible(vec3 n, vec3 wo)
 }
 
 /// Everything about the hit but its material. `direction` is that of the ray, unit.
-SHARED_FN SurfacePoint makeSurfacePoint(SCENE_PARAM Hit hit, vec3 direction)
+SHARED_FN SurfacePoint makeSurfacePoint(IN(SceneView) scene, Hit hit, vec3 direction)
 {
-    const vec4 a = fetchTriangleVertex(SCENE_ARG hit.slot, 0u);
-    const vec4 b = fetchTriangleVertex(SCENE_ARG hit.slot, 1u);
-    const vec4 c = fetchTriangleVertex(SCENE_ARG hit.slot, 2u);
+    const vec4 a = fetchTriangleVertex(scene, hit.slot, 0u);
+    const vec4 b = fetchTriangleVertex(scene, hit.slot, 1u);
+    const vec4 c = fetchTriangleVertex(scene, hit.slot, 2u);
     const vec2 w = hit.barycentrics;
     SurfacePoint s;
     const vec3 e1 = xyz(b) - xyz(a);
@@ -176,36 +176,24 @@ SHARED_FN SurfacePoint makeSurfacePoint(SCENE_PARAM Hit hit, vec3 direction)
 
     vec3 n = s.normal;
     vec4 tangent = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    if (FEATURE(kFeatureShadingNormals | kFeatureTextures | kFeatureVertexExtra)) {
-#ifdef __cplusplus
-        if (scene.attributes != nullptr)
-#endif
-        {
-            const uvec4 vertices = fetchTriangleIndices(SCENE_ARG s.triangle);
-            const VertexAttributes va = fetchVertexAttributes(SCENE_ARG vertices.x);
-            const VertexAttributes vb = fetchVertexAttributes(SCENE_ARG vertices.y);
-            const VertexAttributes vc = fetchVertexAttributes(SCENE_ARG vertices.z);
-            s.uv0 = interpolate(vec2(va.u, va.v), vec2(vb.u, vb.v), vec2(vc.u, vc.v), w);
-            if (FEATURE(kFeatureShadingNormals) && va.normal != kNoNormal) {
-                const vec3 ns = (1.0f - w.x - w.y) * unpackOct(va.normal) +
-                                w.x * unpackOct(vb.normal) + w.y * unpackOct(vc.normal);
-                const float length2 = dot(ns, ns);
-                n = length2 > 1.0e-8f ? ns * inversesqrt(length2) : n;
-            }
-            if (FEATURE(kFeatureNormalMaps)) {
-                tangent = unpackTangent(va.tangent) * (1.0f - w.x - w.y) +
-                          unpackTangent(vb.tangent) * w.x + unpackTangent(vc.tangent) * w.y;
-                tangent.w = unpackTangent(va.tangent).w;
-            }
-#ifdef __cplusplus
-            if (scene.extra != nullptr)
-#endif
-            {
-                if (FEATURE(kFeatureVertexExtra)) {
-                    interpolateVertexExtra(SCENE_ARG vertices, w, s.uv1, s.color);
-                }
-            }
+    if (hasVertexAttributes(scene)) {
+        const uvec4 vertices = fetchTriangleIndices(scene, s.triangle);
+        const VertexAttributes va = fetchVertexAttributes(scene, vertices.x);
+        const VertexAttributes vb = fetchVertexAttributes(scene, vertices.y);
+        const VertexAttributes vc = fetchVertexAttributes(scene, vertices.z);
+        s.uv0 = interpolate(vec2(va.u, va.v), vec2(vb.u, vb.v), vec2(vc.u, vc.v), w);
+        if (FEATURE(kFeatureShadingNormals) && va.normal != kNoNormal) {
+            const vec3 ns = (1.0f - w.x - w.y) * unpackOct(va.normal) + w.x * unpackOct(vb.normal) +
+                            w.y * unpackOct(vc.normal);
+            const float length2 = dot(ns, ns);
+            n = length2 > 1.0e-8f ? ns * inversesqrt(length2) : n;
         }
+        if (FEATURE(kFeatureNormalMaps)) {
+            tangent = unpackTangent(va.tangent) * (1.0f - w.x - w.y) +
+                      unpackTangent(vb.tangent) * w.x + unpackTangent(vc.tangent) * w.y;
+            tangent.w = unpackTangent(va.tangent).w;
+        }
+        if (hasVertexExtra(scene)) interpolateVertexExtra(scene, vertices, w, s.uv1, s.color);
     }
     n = dot(n, s.normal) < 0.0f ? -n : n;  // the geometric front decides
     const float side = s.backFace != 0u ? -1.0f : 1.0f;
@@ -223,10 +211,10 @@ SHARED_FN SurfacePoint makeSurfacePoint(SCENE_PARAM Hit hit, vec3 direction)
 }
 
 /// Replaces the shading normal by that of the normal map, if the material has one.
-SHARED_FN void applyNormalMap(SCENE_PARAM uint reference, float scale, vec3 direction,
+SHARED_FN void applyNormalMap(IN(SceneView) scene, uint reference, float scale, vec3 direction,
                               INOUT(SurfacePoint) s)
 {
-    const vec4 texel = lookUpTexture(SCENE_ARG reference, s.uv0, s.uv1);
+    const vec4 texel = lookUpTexture(scene, reference, s.uv0, s.uv1);
     vec3 m = vec3(scale * (2.0f * texel.x - 1.0f), scale * (2.0f * texel.y - 1.0f),
                   2.0f * texel.z - 1.0f);
     const float length2 = dot(m, m);
@@ -245,10 +233,10 @@ struct Shading {
 };
 
 /// Reads the material at `s` with its textures; perturbs the frame where there is a normal map.
-SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direction)
+SHARED_FN Shading evaluateMaterial(IN(SceneView) scene, INOUT(SurfacePoint) s, vec3 direction)
 {
-    const vec4 word0 = fetchMaterial(SCENE_ARG s.material, 0u);
-    const vec4 word5 = fetchMaterial(SCENE_ARG s.material, 5u);
+    const vec4 word0 = fetchMaterial(scene, s.material, 0u);
+    const vec4 word5 = fetchMaterial(scene, s.material, 5u);
     const uint flags = floatAsUint(word5.z);
     Shading shading;
     shading.emission = vec3(0.0f, 0.0f, 0.0f);
@@ -267,8 +255,8 @@ SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direc
 
     const bool shiny = FEATURE(kFeatureSpecular | kFeatureTransmission | kFeatureMetal);
     if (shiny) {
-        const vec4 word2 = fetchMaterial(SCENE_ARG s.material, 2u);
-        const vec4 word3 = fetchMaterial(SCENE_ARG s.material, 3u);
+        const vec4 word2 = fetchMaterial(scene, s.material, 2u);
+        const vec4 word3 = fetchMaterial(scene, s.material, 3u);
         shading.inputs.metallic = word2.x;
         shading.inputs.roughness = word2.y;
         shading.inputs.ior = word2.z;
@@ -278,7 +266,7 @@ SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direc
     }
     vec4 word4 = vec4(0.0f, 0.0f, 0.0f, 1.0f);
     if (FEATURE(kFeatureVolume | kFeatureNormalMaps)) {
-        word4 = fetchMaterial(SCENE_ARG s.material, 4u);
+        word4 = fetchMaterial(scene, s.material, 4u);
         shading.absorption = xyz(word4);
     }
     if (FEATURE(kFeatureClearcoat)) {
@@ -287,49 +275,47 @@ SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direc
     }
     const bool emits = FEATURE(kFeatureEmissiveTriangles) &&
                        (s.backFace == 0u || (flags & kMaterialDoubleSided) != 0u);
-    if (emits) shading.emission = xyz(fetchMaterial(SCENE_ARG s.material, 1u));
+    if (emits) shading.emission = xyz(fetchMaterial(scene, s.material, 1u));
 
     if (FEATURE(kFeatureTextures)) {
-        const vec4 word6 = fetchMaterial(SCENE_ARG s.material, 6u);
+        const vec4 word6 = fetchMaterial(scene, s.material, 6u);
         uint t = textureOfSlot(word5, word6, kTextureBaseColor);
-        if (t != 0u) shading.inputs.baseColor *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
+        if (t != 0u) shading.inputs.baseColor *= xyz(lookUpTexture(scene, t - 1u, s.uv0, s.uv1));
         if (shiny) {
             t = textureOfSlot(word5, word6, kTextureMetallicRoughness);
             if (t != 0u) {
-                const vec4 texel = lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1);
+                const vec4 texel = lookUpTexture(scene, t - 1u, s.uv0, s.uv1);
                 shading.inputs.roughness *= texel.y;
                 shading.inputs.metallic *= texel.z;
             }
             t = textureOfSlot(word5, word6, kTextureSpecular);
-            if (t != 0u) shading.inputs.specular *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).w;
+            if (t != 0u) shading.inputs.specular *= lookUpTexture(scene, t - 1u, s.uv0, s.uv1).w;
             t = textureOfSlot(word5, word6, kTextureSpecularColor);
             if (t != 0u) {
-                shading.inputs.specularColor *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
+                shading.inputs.specularColor *= xyz(lookUpTexture(scene, t - 1u, s.uv0, s.uv1));
             }
         }
         if (FEATURE(kFeatureTransmission)) {
             t = textureOfSlot(word5, word6, kTextureTransmission);
             if (t != 0u)
-                shading.inputs.transmission *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
+                shading.inputs.transmission *= lookUpTexture(scene, t - 1u, s.uv0, s.uv1).x;
         }
         if (FEATURE(kFeatureClearcoat)) {
             t = textureOfSlot(word5, word6, kTextureClearcoat);
-            if (t != 0u)
-                shading.inputs.clearcoat *= lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).x;
+            if (t != 0u) shading.inputs.clearcoat *= lookUpTexture(scene, t - 1u, s.uv0, s.uv1).x;
             t = textureOfSlot(word5, word6, kTextureClearcoatRoughness);
             if (t != 0u) {
-                shading.inputs.clearcoatRoughness *=
-                    lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1).y;
+                shading.inputs.clearcoatRoughness *= lookUpTexture(scene, t - 1u, s.uv0, s.uv1).y;
             }
         }
         if (FEATURE(kFeatureEmissiveTextures)) {
             t = textureOfSlot(word5, word6, kTextureEmissive);
             if (t != 0u && emits)
-                shading.emission *= xyz(lookUpTexture(SCENE_ARG t - 1u, s.uv0, s.uv1));
+                shading.emission *= xyz(lookUpTexture(scene, t - 1u, s.uv0, s.uv1));
         }
         if (FEATURE(kFeatureNormalMaps)) {
             t = textureOfSlot(word5, word6, kTextureNormal);
-            if (t != 0u) applyNormalMap(SCENE_ARG t - 1u, word4.w, direction, s);
+            if (t != 0u) applyNormalMap(scene, t - 1u, word4.w, direction, s);
         }
     }
     return shading;
@@ -337,37 +323,31 @@ SHARED_FN Shading evaluateMaterial(SCENE_PARAM INOUT(SurfacePoint) s, vec3 direc
 
 /// How much of the surface is there at a point of a triangle: 0 or 1 where alpha is a mask, alpha
 /// where it blends, 1 where the material has neither.
-SHARED_FN float surfaceAlpha(SCENE_PARAM uint triangle, vec2 barycentrics)
+SHARED_FN float surfaceAlpha(IN(SceneView) scene, uint triangle, vec2 barycentrics)
 {
-    const uvec4 vertices = fetchTriangleIndices(SCENE_ARG triangle);
-    const vec4 word5 = fetchMaterial(SCENE_ARG vertices.w, 5u);
+    const uvec4 vertices = fetchTriangleIndices(scene, triangle);
+    const vec4 word5 = fetchMaterial(scene, vertices.w, 5u);
     const uint flags = floatAsUint(word5.z);
     if ((flags & (kMaterialAlphaMask | kMaterialAlphaBlend)) == 0u) return 1.0f;
-    float alpha = fetchMaterial(SCENE_ARG vertices.w, 0u).w;
+    float alpha = fetchMaterial(scene, vertices.w, 0u).w;
     vec2 uv0 = vec2(0.0f, 0.0f);
     vec2 uv1 = vec2(0.0f, 0.0f);
     vec4 color = vec4(1.0f, 1.0f, 1.0f, 1.0f);
-#ifdef __cplusplus
-    if (scene.extra != nullptr)
-#endif
-    {
-        if (FEATURE(kFeatureVertexExtra))
-            interpolateVertexExtra(SCENE_ARG vertices, barycentrics, uv1, color);
-    }
+    if (hasVertexExtra(scene)) interpolateVertexExtra(scene, vertices, barycentrics, uv1, color);
     const uint t =
         FEATURE(kFeatureTextures)
-            ? textureOfSlot(word5, fetchMaterial(SCENE_ARG vertices.w, 6u), kTextureBaseColor)
+            ? textureOfSlot(word5, fetchMaterial(scene, vertices.w, 6u), kTextureBaseColor)
             : 0u;
     if (t != 0u) {
-        const VertexAttributes a = fetchVertexAttributes(SCENE_ARG vertices.x);
-        const VertexAttributes b = fetchVertexAttributes(SCENE_ARG vertices.y);
-        const VertexAttributes c = fetchVertexAttributes(SCENE_ARG vertices.z);
+        const VertexAttributes a = fetchVertexAttributes(scene, vertices.x);
+        const VertexAttributes b = fetchVertexAttributes(scene, vertices.y);
+        const VertexAttributes c = fetchVertexAttributes(scene, vertices.z);
         uv0 = interpolate(vec2(a.u, a.v), vec2(b.u, b.v), vec2(c.u, c.v), barycentrics);
-        alpha *= lookUpTexture(SCENE_ARG t - 1u, uv0, uv1).w;
+        alpha *= lookUpTexture(scene, t - 1u, uv0, uv1).w;
     }
     alpha *= color.w;
     if ((flags & kMaterialAlphaMask) != 0u) {
-        return alpha >= fetchMaterial(SCENE_ARG vertices.w, 1u).w ? 1.0f : 0.0f;
+        return alpha >= fetchMaterial(scene, vertices.w, 1u).w ? 1.0f : 0.0f;
     }
     return alpha;
 }
@@ -375,11 +355,11 @@ SHARED_FN float surfaceAlpha(SCENE_PARAM uint triangle, vec2 barycentrics)
 /// The alpha test inside traversal: true when the surface is there for this ray. Blending is
 /// stochastic: the surface is there with probability alpha, decided by a hash of `seed` and the
 /// triangle.
-SHARED_FN bool alphaPasses(SCENE_PARAM uint slot, vec2 barycentrics, uint seed)
+SHARED_FN bool alphaPasses(IN(SceneView) scene, uint slot, vec2 barycentrics, uint seed)
 {
-    const uint triangle = floatAsUint(fetchTriangleVertex(SCENE_ARG slot, 0u).w);
+    const uint triangle = floatAsUint(fetchTriangleVertex(scene, slot, 0u).w);
     return unitFloat(hashUint(seed ^ hashUint(triangle))) <
-           surfaceAlpha(SCENE_ARG triangle, barycentrics);
+           surfaceAlpha(scene, triangle, barycentrics);
 }
 
 SHARED_END

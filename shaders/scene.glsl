@@ -19,44 +19,56 @@ layout(set = 0, binding = kBindFrame, scalar) uniform FrameBlock
     FrameData frame;
 };
 
-uvec4 fetchTriangleIndices(uint triangle)
+const SceneView scene = SceneView(0u);  // for the functions that take one
+
+uvec4 fetchTriangleIndices(SceneView view, uint triangle)
 {
     return texelFetch(indexWords, int(triangle));
 }
 
-vec4 fetchTriangleVertex(uint slot, uint k)
+vec4 fetchTriangleVertex(SceneView view, uint slot, uint k)
 {
     return uintBitsToFloat(texelFetch(triangleWords, int(3u * slot + k)));
 }
 
-VertexAttributes fetchVertexAttributes(uint vertex)
+bool hasVertexAttributes(SceneView view)
+{
+    return FEATURE(kFeatureShadingNormals | kFeatureTextures | kFeatureVertexExtra);
+}
+
+bool hasVertexExtra(SceneView view)
+{
+    return FEATURE(kFeatureVertexExtra);
+}
+
+VertexAttributes fetchVertexAttributes(SceneView view, uint vertex)
 {
     const uvec4 word = texelFetch(attributeWords, int(vertex));
     return VertexAttributes(word.x, uintBitsToFloat(word.y), uintBitsToFloat(word.z), word.w);
 }
 
-VertexExtra fetchVertexExtra(uint vertex)
+VertexExtra fetchVertexExtra(SceneView view, uint vertex)
 {
     const uvec4 word = texelFetch(extraWords, int(vertex));
     return VertexExtra(uintBitsToFloat(word.x), uintBitsToFloat(word.y), word.z, word.w);
 }
 
-vec4 fetchMaterial(uint material, uint word)
+vec4 fetchMaterial(SceneView view, uint material, uint word)
 {
     return uintBitsToFloat(texelFetch(materialWords, int(material * kMaterialWords + word)));
 }
 
-uvec4 fetchTextureReference(uint reference, uint word)
+uvec4 fetchTextureReference(SceneView view, uint reference, uint word)
 {
     return texelFetch(textureReferenceWords, int(reference * kTextureReferenceWords + word));
 }
 
-vec4 fetchTexel(uint texel)
+vec4 fetchTexel(SceneView view, uint texel)
 {
     return texelFetch(texels, int(texel));
 }
 
-Emitter fetchEmitter(uint emitter)
+Emitter fetchEmitter(SceneView view, uint emitter)
 {
     const int first = int(emitter * kEmitterWords);
     const uvec4 a = texelFetch(emitterWords, first);
@@ -67,17 +79,17 @@ Emitter fetchEmitter(uint emitter)
                    uintBitsToFloat(c.w), uintBitsToFloat(d.xyz), uintBitsToFloat(d.w));
 }
 
-float fetchEmitterCdf(uint i)
+float fetchEmitterCdf(SceneView view, uint i)
 {
     return texelFetch(emitterCdf, int(i)).x;
 }
 
-vec4 fetchEnvironmentTexel(uint i)
+vec4 fetchEnvironmentTexel(SceneView view, uint i)
 {
     return texelFetch(environmentTexels, int(i));
 }
 
-float fetchEnvironmentCdf(uint i)
+float fetchEnvironmentCdf(SceneView view, uint i)
 {
     return texelFetch(environmentCdf, int(i)).x;
 }
