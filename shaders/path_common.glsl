@@ -54,7 +54,7 @@ bool insideImage(uvec2 pixel)
 SampleStream laneStream(uint lane, uvec2 pixel)
 {
     const uint index = batch.firstSample + lane / (kGroupSize * batch.tileCount);
-    return makeStream(kSampler, frame.settings.seed, pixel, index);
+    return makeStream(kSampler, frame.settings.seed, pixel, index, kPurposePath);
 }
 
 /// Extends a path by one vertex: trace, shade, connect. Returns false when the path has ended.

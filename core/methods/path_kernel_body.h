@@ -91,8 +91,8 @@ void beginWave(const PathJob& job, const Tile& tile, uint32_t sample, Wave& wave
     for (uint32_t y = tile.y0; y < tile.y1; ++y) {
         for (uint32_t x = tile.x0; x < tile.x1; ++x, ++i) {
             const glm::uvec2 pixel(x, y);
-            wave.stream =
-                shared::makeStream(job.settings.samplerKind, job.settings.seed, pixel, sample);
+            wave.stream = shared::makeStream(job.settings.samplerKind, job.settings.seed, pixel,
+                                             sample, shared::kPurposePath);
             wave.pixels[i] = wave.stream.pixel;
             wave.paths[i] = shared::beginPath(job.camera, job.settings, pixel, wave.stream);
             wave.radiance[i] = glm::vec3(0);

@@ -1,5 +1,5 @@
-// Sample streams: pure functions of (kind, seed, pixel, sample index, dimension); nothing else is
-// state. Sobol: padded two-dimensional (0,2)-sequences with hash-based Owen scrambling and
+// Sample streams: pure functions of (kind, seed, pixel, sample index, dimension, purpose); nothing
+// else is state. Sobol: padded two-dimensional (0,2)-sequences with hash-based Owen scrambling and
 // nested-uniform shuffled indices, each dimension and pixel on its own seeds: Burley, "Practical
 // Hash-based Owen Scrambling", JCGT 9(4), 2020, with the better mixing Laine-Karras constants found
 // by Vegdahl (2021). Independent: pcg4d.
@@ -24,22 +24,36 @@ SHARED_CONST uint kDimensionLobe = 1u;  // x lobe, y roulette
 SHARED_CONST uint kDimensionLight = 2u;
 SHARED_CONST uint kDimensionLightChoice = 3u;
 
+// What random numbers are for. Estimators that share a pixel and a sample index (candidates and the
+// paths that are traced of them, say) must not share numbers: each purpose has streams of its own.
+SHARED_CONST uint kPurposePath = 0u;          // paths from the camera
+SHARED_CONST uint kPurposeCandidates = 1u;    // directions proposed to resampling
+SHARED_CONST uint kPurposeSelection = 2u;     // which candidate, neighbour or history is taken
+SHARED_CONST uint kPurposeResampling = 3u;    // which stored samples survive
+SHARED_CONST uint kPurposeLightTracing = 4u;  // paths from emitters, virtual lights
+SHARED_CONST uint kPurposeTraining = 5u;      // paths that only teach a guide
+SHARED_CONST uint kPurposeOcclusion = 6u;     // ambient occlusion
+SHARED_CONST uint kPurposeRounding = 7u;      // stochastic rounding of what is stored
+SHARED_CONST uint kPurposeCount = 8u;
+
 /// Where a sample's random numbers come from. `index` counts the samples of the pixel and may use
 /// all 32 bits.
 struct SampleStream {
     uint kind;
-    uint seed;
+    uint seed;  // of one purpose: see makeStream
     uint pixel;
     uint index;
 };
 
-/// The stream of sample `index` of a pixel (coordinates below 65536).
-SHARED_FN SampleStream makeStream(uint kind, uint seed, uvec2 pixel, uint index)
+/// The stream of sample `index` of a pixel (coordinates below 65536) for one purpose, which is a
+/// seed of its own: among seeds below 2^28 no two purposes meet. Paths keep the seed as it is
+/// given.
+SHARED_FN SampleStream makeStream(uint kind, uint seed, uvec2 pixel, uint index, uint purpose)
 {
     SampleStream s;
     s.kind = kind;
-    s.seed = seed;
     s.pixel = pixel.x | (pixel.y << 16u);
+    s.seed = seed ^ (purpose * 0x9e3779b9u);
     s.index = index;
     return s;
 }

@@ -343,7 +343,8 @@ TEST(BsdfSampling, deltaPartsAreDrawnWithTheProbabilityTheDensityLacks)
 Draw metalWith(const std::function<vec3(vec3, float, vec2)>& normal)
 {
     return [normal](const Bsdf& b, vec3 wo, uint i, BsdfSample& s) {
-        auto stream = shared::makeStream(shared::kSamplerIndependent, 1, uvec2(3, 4), i);
+        auto stream = shared::makeStream(shared::kSamplerIndependent, 1, uvec2(3, 4), i,
+                                         shared::kPurposePath);
         s.flags = shared::kLobeSpecular;
         s.wi = shared::mirrorAbout(wo, normal(wo, b.alpha, shared::streamVec2(stream, 0)));
         return s.wi.z > 0;

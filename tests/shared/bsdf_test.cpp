@@ -387,7 +387,8 @@ TEST(Bsdf, isReciprocal)
         Bsdf other = shared::makeBsdf(turned);
         bool solid = (b.parts & shared::kBsdfSolid) != 0;
         for (uint i = 0; i < 400; ++i) {
-            auto stream = shared::makeStream(shared::kSamplerIndependent, 4, uvec2(9, 9), i);
+            auto stream = shared::makeStream(shared::kSamplerIndependent, 4, uvec2(9, 9), i,
+                                             shared::kPurposePath);
             vec3 wo = shared::sampleUniformHemisphere(shared::streamVec2(stream, 0));
             vec3 wi = shared::sampleSphere(shared::streamVec2(stream, 1));
             if (i % 2 == 1) {  // random pairs miss narrow lobes
@@ -430,8 +431,8 @@ TEST(Bsdf, opaqueSurfacesSendNothingBelow)
         if (m.transmission > 0) continue;
         Bsdf b = shared::makeBsdf(m);
         for (uint i = 0; i < 50; ++i) {
-            vec3 wi = shared::sampleUniformHemisphere(
-                shared::streamVec2(shared::makeStream(1, 0, uvec2(0, 0), i), 0));
+            vec3 wi = shared::sampleUniformHemisphere(shared::streamVec2(
+                shared::makeStream(1, 0, uvec2(0, 0), i, shared::kPurposePath), 0));
             EXPECT_EQ(shared::evalBsdf(b, directionAt(40), vec3(wi.x, wi.y, -wi.z)), vec3(0));
             EXPECT_EQ(shared::pdfBsdf(b, directionAt(40), vec3(wi.x, wi.y, -wi.z)), 0.0f);
             EXPECT_EQ(shared::pdfBsdf(b, vec3(wi.x, wi.y, -wi.z), wi), 0.0f);

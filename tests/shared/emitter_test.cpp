@@ -25,8 +25,9 @@ constexpr double kPi = std::numbers::pi;
 
 vec2 random2(uint i, uint dimension = 0)
 {
-    return shared::streamVec2(shared::makeStream(shared::kSamplerIndependent, 2, uvec2(5, 6), i),
-                              dimension);
+    return shared::streamVec2(
+        shared::makeStream(shared::kSamplerIndependent, 2, uvec2(5, 6), i, shared::kPurposePath),
+        dimension);
 }
 
 Emitter triangle(vec3 a, vec3 b, vec3 c, uint flags = 0)

@@ -43,7 +43,8 @@ vec2 draw(uint kind, Along along, uint i, uint offset)
         seed += i;
         break;
     }
-    return shared::streamVec2(makeStream(kind, seed, pixel, index), dimension);
+    return shared::streamVec2(makeStream(kind, seed, pixel, index, shared::kPurposePath),
+                              dimension);
 }
 
 constexpr Along kAll[] = {Along::index, Along::pixelX, Along::pixelY, Along::dimension,
@@ -113,12 +114,13 @@ TEST(Rng, coordinatesOfOnePatternAreUncorrelated)
         std::vector<float> nextFrame(kCount);
         for (uint i = 0; i < kCount; ++i) {
             uvec2 pixel(i & 1023u, i >> 10u);
-            auto stream = makeStream(kind, 9, pixel, 40);
+            auto stream = makeStream(kind, 9, pixel, 40, shared::kPurposePath);
             vec2 v = shared::streamVec2(stream, 2);
             x[i] = v.x;
             y[i] = v.y;
             otherDimension[i] = shared::streamFloat(stream, 3);
-            nextFrame[i] = shared::streamFloat(makeStream(kind, 9, pixel, 42), 2);
+            nextFrame[i] =
+                shared::streamFloat(makeStream(kind, 9, pixel, 42, shared::kPurposePath), 2);
         }
         double bound = kScore / 1024;
         EXPECT_LT(std::abs(correlation(x, y)), bound);

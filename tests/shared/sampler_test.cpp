@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <set>
 #include <vector>
 
 namespace tests {
@@ -24,8 +25,8 @@ int unevenIntervals(uint seed, uvec2 pixel, uint dimension, uint first, uint k)
 {
     std::vector<vec2> points;
     for (uint i = 0; i < (1u << k); ++i) {
-        points.push_back(
-            shared::streamVec2(makeStream(kSamplerSobol, seed, pixel, first + i), dimension));
+        points.push_back(shared::streamVec2(
+            makeStream(kSamplerSobol, seed, pixel, first + i, shared::kPurposePath), dimension));
     }
     int wrong = 0;
     for (uint a = 0; a <= k; ++a) {
@@ -118,7 +119,8 @@ Moments meansOf(uint kind, uint n, uint replicates, double (*f)(vec2))
     for (uint r = 0; r < replicates; ++r) {
         double sum = 0;
         for (uint i = 0; i < n; ++i) {
-            sum += f(shared::streamVec2(makeStream(kind, 11, uvec2(r & 63u, r >> 6u), i), 2));
+            sum += f(shared::streamVec2(
+                makeStream(kind, 11, uvec2(r & 63u, r >> 6u), i, shared::kPurposePath), 2));
         }
         result.add(sum / n);
     }
@@ -160,8 +162,10 @@ TEST(Sampler, scramblesAreUnbiasedPointByPoint)
         std::vector<double> cells(256);
         constexpr uint kCount = 200'000;
         for (uint r = 0; r < kCount; ++r) {
-            vec2 p = shared::streamVec2(
-                makeStream(kSamplerSobol, r >> 16, uvec2(r & 255u, (r >> 8) & 255u), index), 4);
+            vec2 p = shared::streamVec2(makeStream(kSamplerSobol, r >> 16,
+                                                   uvec2(r & 255u, (r >> 8) & 255u), index,
+                                                   shared::kPurposePath),
+                                        4);
             cells[static_cast<std::size_t>(p.x * 16) * 16 + static_cast<std::size_t>(p.y * 16)] +=
                 1;
         }
@@ -176,7 +180,7 @@ TEST(Sampler, paddedDimensionsDoNotConspire)
     auto estimate = [](uint seed, uint a, uint b) {
         double sum = 0;
         for (uint i = 0; i < 256; ++i) {
-            auto stream = makeStream(kSamplerSobol, seed, uvec2(4, 2), i);
+            auto stream = makeStream(kSamplerSobol, seed, uvec2(4, 2), i, shared::kPurposePath);
             sum += (static_cast<double>(shared::streamFloat(stream, a)) - 0.5) *
                    (static_cast<double>(shared::streamFloat(stream, b)) - 0.5);
         }
@@ -200,13 +204,66 @@ TEST(Sampler, paddedDimensionsDoNotConspire)
 
 TEST(Sampler, streamsAreFunctionsOfTheirArguments)
 {
-    auto stream = makeStream(kSamplerSobol, 3, uvec2(8, 9), 10);
+    auto stream = makeStream(kSamplerSobol, 3, uvec2(8, 9), 10, shared::kPurposePath);
     vec2 first = shared::streamVec2(stream, 5);
     shared::streamVec2(stream, 6);
-    EXPECT_EQ(first, shared::streamVec2(makeStream(kSamplerSobol, 3, uvec2(8, 9), 10), 5));
+    EXPECT_EQ(first, shared::streamVec2(
+                         makeStream(kSamplerSobol, 3, uvec2(8, 9), 10, shared::kPurposePath), 5));
     EXPECT_EQ(first.x, shared::streamFloat(stream, 5));
-    EXPECT_NE(first, shared::streamVec2(makeStream(kSamplerSobol, 3, uvec2(9, 8), 10), 5));
-    EXPECT_NE(first, shared::streamVec2(makeStream(kSamplerSobol, 4, uvec2(8, 9), 10), 5));
+    EXPECT_NE(first, shared::streamVec2(
+                         makeStream(kSamplerSobol, 3, uvec2(9, 8), 10, shared::kPurposePath), 5));
+    EXPECT_NE(first, shared::streamVec2(
+                         makeStream(kSamplerSobol, 4, uvec2(8, 9), 10, shared::kPurposePath), 5));
+}
+
+TEST(Sampler, thePurposeOfPathsLeavesTheSeedAsItIs)
+{
+    EXPECT_EQ(makeStream(kSamplerSobol, 77, uvec2(8, 9), 10, shared::kPurposePath).seed, 77u);
+    // Seeds below 2^28 of two purposes never meet: the upper four bits of what is mixed in differ.
+    std::set<uint> upper;
+    for (uint purpose = 0; purpose < shared::kPurposeCount; ++purpose) {
+        const uint seed = makeStream(kSamplerSobol, 0, uvec2(8, 9), 10, purpose).seed;
+        EXPECT_TRUE(upper.insert(seed >> 28u).second) << purpose;
+    }
+}
+
+/// Chi-square of pairs of numbers on `side` x `side` cells over pixels and samples: the same
+/// pattern drawn for two purposes.
+double independenceP(uint kind, uint a, uint b, uint dimension, uint side)
+{
+    std::vector<double> cells(std::size_t(side) * side);
+    constexpr uint kPixels = 64, kSamples = 8;
+    for (uint i = 0; i < kPixels * kPixels * kSamples; ++i) {
+        const uvec2 pixel(i % kPixels, i / kPixels % kPixels);
+        const uint index = 4099u * (i / (kPixels * kPixels));
+        const float x = shared::streamFloat(makeStream(kind, 5, pixel, index, a), dimension);
+        const float y = shared::streamFloat(makeStream(kind, 5, pixel, index, b), dimension);
+        cells[static_cast<std::size_t>(x * static_cast<float>(side)) * side +
+              static_cast<std::size_t>(y * static_cast<float>(side))] += 1;
+    }
+    const std::vector<double> expected(cells.size(), double(kPixels) * kPixels * kSamples /
+                                                         static_cast<double>(cells.size()));
+    return chiSquareTest(cells, expected).p;
+}
+
+TEST(Sampler, streamsOfDifferentPurposesAreIndependent)
+{
+    for (const uint kind : {kSamplerSobol, kSamplerIndependent}) {
+        for (uint a = 0; a < shared::kPurposeCount; ++a) {
+            for (uint b = a + 1; b < shared::kPurposeCount; ++b) {
+                for (const uint dimension : {0u, 2u, 5u, 34u}) {
+                    // Halves see what leading bits have in common, sixteenths the finer ones.
+                    for (const uint side : {2u, 16u}) {
+                        EXPECT_GT(independenceP(kind, a, b, dimension, side), kLevel)
+                            << "kind " << kind << ", purposes " << a << " and " << b
+                            << ", dimension " << dimension << ", side " << side;
+                    }
+                }
+            }
+        }
+    }
+    // Streams that are the same would be seen.
+    EXPECT_LT(independenceP(kSamplerSobol, 1, 1, 2, 2), kLevel);
 }
 
 }  // namespace

@@ -22,8 +22,9 @@ constexpr double kPi = std::numbers::pi;
 
 vec2 random2(uint i, uint dimension = 0)
 {
-    return shared::streamVec2(shared::makeStream(shared::kSamplerIndependent, 5, uvec2(1, 2), i),
-                              dimension);
+    return shared::streamVec2(
+        shared::makeStream(shared::kSamplerIndependent, 5, uvec2(1, 2), i, shared::kPurposePath),
+        dimension);
 }
 
 std::size_t cell(double x, std::size_t n)

@@ -68,7 +68,7 @@ inline vec3 directionAt(double degrees, double turn = 0.7)
 inline bool drawBsdf(const Bsdf& b, vec3 wo, uint index, BsdfSample& s,
                      uint kind = shared::kSamplerIndependent, uint seed = 1)
 {
-    auto stream = shared::makeStream(kind, seed, uvec2(3, 4), index);
+    auto stream = shared::makeStream(kind, seed, uvec2(3, 4), index, shared::kPurposePath);
     return shared::sampleBsdf(b, wo, shared::streamFloat(stream, 1), shared::streamVec2(stream, 0),
                               s);
 }
