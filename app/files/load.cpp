@@ -2,9 +2,9 @@
 #include "app/files/load.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "core/base/check.h"
+#include "core/base/time.h"
 #include "core/gltf/gltf.h"
 
 namespace app {
@@ -41,7 +41,7 @@ std::vector<std::string> warningLines(const core::Warnings& warnings)
 LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
                       const core::Progress& progress, std::stop_token stop)
 {
-    const auto start = std::chrono::steady_clock::now();
+    const core::Clock::time_point start = core::Clock::now();
     LoadedWorld loaded;
     {
         // The scene's own copies of meshes and texels are freed at the end of this block.
@@ -53,8 +53,7 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
             throw core::Error(options.file.string() + ": loading was cancelled",
                               core::ExitCode::interrupted);
     }
-    loaded.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    loaded.seconds = core::secondsSince(start);
 
     const core::Warnings& warnings = loaded.world->warnings;
     if (options.load.strict && warnings.total() > 0)

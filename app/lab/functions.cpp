@@ -15,7 +15,7 @@ namespace app::lab {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 constexpr double kBoxLow = .3, kBoxHigh = .6;         // F4
 constexpr double kLobeCentre = .55, kLobeWidth = .1;  // F5
@@ -31,7 +31,7 @@ struct Peak {  // of F6
     double integral(double low, double high) const
     {
         const double unit = 1 / (sigma * std::numbers::sqrt2);
-        const double area = height * sigma * std::sqrt(kPi / 2);
+        const double area = height * sigma * std::sqrt(pi / 2);
         return area * (std::erf((high - centre) * unit) - std::erf((low - centre) * unit));
     }
 };
@@ -55,7 +55,7 @@ double powerIntegral(double x)
 
 double rippleIntegral(double x)
 {
-    return x - .9 / (20 * kPi) * std::cos(20 * kPi * x);
+    return x - .9 / (20 * pi) * std::cos(20 * pi * x);
 }
 
 }  // namespace
@@ -85,12 +85,12 @@ size_t functionIndex(std::string_view id)
 
 Values evaluateFunctions(double x)
 {
-    const double sine = std::sin(kPi * x), cosine = std::cos(kPi * x);
+    const double sine = std::sin(pi * x), cosine = std::cos(pi * x);
     const double d = (x - kLobeCentre) / kLobeWidth;
     Values f;
     f[0] = 1;
     f[1] = 2 * x;
-    f[2] = kPi / 2 * sine;
+    f[2] = pi / 2 * sine;
     f[3] = x >= kBoxLow && x < kBoxHigh ? 1 / (kBoxHigh - kBoxLow) : 0;
     f[4] = 1 / (1 + d * d);
     f[5] = kFirstPeak.at(x) + kSecondPeak.at(x);
@@ -106,7 +106,7 @@ Values integrateFunctions(double low, double high)
     Values f;
     f[0] = high - low;
     f[1] = (high - low) * (high + low);
-    f[2] = (std::cos(kPi * low) - std::cos(kPi * high)) / 2;
+    f[2] = (std::cos(pi * low) - std::cos(pi * high)) / 2;
     f[3] = std::max(inBox, 0.) / (kBoxHigh - kBoxLow);
     f[4] = kLobeWidth * (lobeAngle(high) - lobeAngle(low));
     f[5] = kFirstPeak.integral(low, high) + kSecondPeak.integral(low, high);

@@ -2,7 +2,6 @@
 #include "app/lab/run_lab.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <mutex>
 
@@ -10,6 +9,7 @@
 #include "app/lab/moving_lobe.h"
 #include "app/lab/table.h"
 #include "app/lab/traps.h"
+#include "core/base/time.h"
 
 namespace app::lab {
 
@@ -152,7 +152,7 @@ runLab(const LabSettings& settings,
        const std::function<void(const char* stage, double fraction)>& progress,
        std::stop_token stop)
 {
-    const auto start = std::chrono::steady_clock::now();
+    const core::Clock::time_point start = core::Clock::now();
     LabResults results;
     results.trials = settings.trials;
     results.seed = settings.seed;
@@ -165,8 +165,7 @@ runLab(const LabSettings& settings,
     results.flatland = flatlandVariants(settings.trials, settings.seed, flat.part(0), stop);
     results.traps = measureTraps(settings.trials, settings.seed, traps.part(0), stop);
     if (results.flatland.empty() || results.traps.empty()) return {};
-    results.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    results.seconds = core::secondsSince(start);
     return results;
 }
 

@@ -1,13 +1,13 @@
-// Elapsed time.
+// The one clock of measurements, and the seconds since a moment of it.
 #pragma once
 
 #include <chrono>
 
 namespace core {
 
+/// Steady: setting the system's clock changes no measurement.
 using Clock = std::chrono::steady_clock;
 
-/// Seconds from `start` until now.
 inline double secondsSince(Clock::time_point start)
 {
     return std::chrono::duration<double>(Clock::now() - start).count();

@@ -3,7 +3,6 @@
 #include "core/base/worker.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <new>
 #include <utility>
@@ -14,16 +13,11 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "core/base/time.h"
+
 namespace core {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point start)
-{
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Names this thread and makes it give way to others; a system that refuses is no failure.
 void settleThread(const std::string& name, int niceness)
@@ -74,7 +68,7 @@ struct Worker::Running final : JobContext {
     JobStatus status(JobState state) const
     {
         const std::lock_guard lock(mutex);
-        return {number, state, name, stage, fraction, since(start), {}};
+        return {number, state, name, stage, fraction, secondsSince(start), {}};
     }
 };
 

@@ -9,7 +9,7 @@ namespace core::gltf {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A value that must be above zero (and at most `high`); otherwise a warning and `fallback`.
 double positive(const Object& object, const char* key, double fallback, double high)
@@ -47,7 +47,7 @@ void checkClipPlanes(const Object& lens)
 
 SceneCamera readCamera(Load& load, const Object& object)
 {
-    constexpr double kMinFov = 1e-3, kMaxFov = 179.9 / 180 * kPi, kDefaultFov = 0.9;
+    constexpr double kMinFov = 1e-3, kMaxFov = 179.9 / 180 * pi, kDefaultFov = 0.9;
     SceneCamera camera;
     camera.name = object.softString("name");
     const std::string type = object.softString("type");
@@ -107,9 +107,8 @@ std::optional<PunctualLight> readLight(Load& load, const Object& object)
                   "'spot' is missing — a cone of 0 to 45 degrees instead");
         return light;
     }
-    light.outerCone =
-        static_cast<float>(spot->softNumber("outerConeAngle", kPi / 4, 1e-4, kPi / 2));
-    const double inner = spot->softNumber("innerConeAngle", 0, 0, kPi / 2);
+    light.outerCone = static_cast<float>(spot->softNumber("outerConeAngle", pi / 4, 1e-4, pi / 2));
+    const double inner = spot->softNumber("innerConeAngle", 0, 0, pi / 2);
     light.innerCone = static_cast<float>(inner);
     if (!(light.innerCone < light.outerCone)) {
         load.warn("KHR_LIGHTS_PUNCTUAL_LIGHT_SPOT_ANGLES", spot->pointer(),

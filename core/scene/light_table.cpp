@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "core/base/check.h"
@@ -55,7 +56,7 @@ std::vector<double> environmentWeights(std::span<const glm::vec4> texels, uint32
         }
     }
     std::vector<double> weights(texels.size());
-    const double pi = 3.14159265358979323846;
+    using std::numbers::pi;
     for (size_t y = 0; y < height; ++y) {
         const size_t above = y == 0 ? 0 : y - 1, below = y + 1 == height ? y : y + 1;
         const double top = std::cos(pi * static_cast<double>(y) / height);

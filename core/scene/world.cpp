@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -16,7 +17,7 @@ namespace core {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using std::numbers::pi;
 
 std::vector<int> sortedUnique(std::vector<int> values)
 {
@@ -83,7 +84,7 @@ Camera cameraOfNode(const SceneCamera& camera, const glm::dmat4& toFile, const P
         return v - c.forward * glm::dot(v, c.forward);
     };
     c.up = unitOr(upright(up), unitOr(upright(fallback), {0, 1, 0}));
-    c.yfov = std::clamp(camera.yfov, 1e-5, kPi - 1e-3);
+    c.yfov = std::clamp(camera.yfov, 1e-5, pi - 1e-3);
     c.aspect = camera.aspect;
     c.orthographic = camera.orthographic;
     c.ymag = camera.ymag * placement.scale;

@@ -3,6 +3,7 @@
 // from far away counts with what it sends through the scene's disc, pi R^2.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "core/base/check.h"
@@ -14,7 +15,7 @@ namespace core {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using std::numbers::pi;
 
 double asPower(const glm::vec3& c)
 {
@@ -146,7 +147,7 @@ void addTriangles(World& world, std::vector<double>& powers)
             world.triangleEmitter.assign(world.triangles.size(), shared::kNone);
         world.triangleEmitter[i] = static_cast<uint32_t>(world.emitters.size());
         world.emitters.push_back(e);
-        powers.push_back(0.5 * glm::length(n) * kPi * asPower(m.emissive) * mean *
+        powers.push_back(0.5 * glm::length(n) * pi * asPower(m.emissive) * mean *
                          (twoSided ? 2 : 1));
         world.features |= shared::kFeatureEmissiveTriangles;
         if (slot != 0) world.features |= shared::kFeatureEmissiveTextures;
@@ -159,7 +160,7 @@ double makePunctual(const PunctualLight& light, const glm::dmat4& toFile, const 
                     shared::Emitter& e)
 {
     const double scale2 = world.placement.scale * world.placement.scale;
-    const double disc = kPi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
+    const double disc = pi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
     const glm::vec3 strength = light.color * light.intensity;
     glm::dvec3 axis = -glm::dvec3(toFile[2]);
     axis /= glm::length(axis);
@@ -171,14 +172,14 @@ double makePunctual(const PunctualLight& light, const glm::dmat4& toFile, const 
         return asPower(strength) * disc;
     }
     e.radiance = strength * static_cast<float>(scale2);  // W/sr: distances change with the scale
-    if (light.kind == shared::kEmitterPoint) return 4 * kPi * asPower(e.radiance);
+    if (light.kind == shared::kEmitterPoint) return 4 * pi * asPower(e.radiance);
     const double inner = std::cos(static_cast<double>(light.innerCone));
     const double outer = std::cos(static_cast<double>(light.outerCone));
     const double slope = 1 / std::max(0.001, inner - outer);
     e.b = glm::vec3(axis);
     e.scale = static_cast<float>(slope);
     e.offset = static_cast<float>(-outer * slope);
-    const double solidAngle = 2 * kPi * ((1 - inner) + (inner - outer) / 3);
+    const double solidAngle = 2 * pi * ((1 - inner) + (inner - outer) / 3);
     return asPower(e.radiance) * std::max(solidAngle, 1e-6);
 }
 
@@ -236,7 +237,7 @@ void addSun(World& world, const Scene& scene, double disc, std::vector<double>& 
     if (!scene.sun) return;
     const double half = std::sin(0.5 * static_cast<double>(scene.sun->angularRadius));
     const double oneMinusCos = 2 * half * half;
-    const double power = asPower(scene.sun->radiance) * 2 * kPi * oneMinusCos * disc;
+    const double power = asPower(scene.sun->radiance) * 2 * pi * oneMinusCos * disc;
     const glm::dvec3 towards(scene.sun->directionTowards);
     if (!(power > 0) || !(glm::length(towards) > 0)) return;
     shared::Emitter e{};
@@ -255,7 +256,7 @@ void addSun(World& world, const Scene& scene, double disc, std::vector<double>& 
 void collectEmitters(World& world, const Scene& scene, const Pose& pose)
 {
     std::vector<double> powers;
-    const double disc = kPi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
+    const double disc = pi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
     addTriangles(world, powers);
     addPunctual(world, scene, pose, powers);
     addEnvironment(world, scene, disc, powers);

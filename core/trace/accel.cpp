@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <exception>
 #include <mutex>
 #include <string>
@@ -14,6 +13,7 @@
 
 #include "core/base/check.h"
 #include "core/base/handoff.h"
+#include "core/base/time.h"
 #include "core/trace/scene_view.h"
 
 namespace core {
@@ -148,7 +148,7 @@ Accel::Accel(std::shared_ptr<const World> world,
              AccelQuality quality)
     : impl_(std::make_unique<Impl>(std::move(world)))
 {
-    const auto start = std::chrono::steady_clock::now();
+    const Clock::time_point start = Clock::now();
     Impl& impl = *impl_;
     const uint32_t count = static_cast<uint32_t>(impl.world->triangles.size());
     CHECK(impl.world->positions.size() < (1ull << 32) &&
@@ -184,8 +184,7 @@ Accel::Accel(std::shared_ptr<const World> world,
                                                   : " (code " + std::to_string(error) + ")"),
             ExitCode::deviceLost);
     }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    impl.buildSeconds = seconds.count();
+    impl.buildSeconds = secondsSince(start);
 }
 
 Accel::~Accel() = default;

@@ -2,6 +2,7 @@
 // of a plane. Also what dims light on its way: absorption, alpha.
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ namespace {
 
 using namespace tests;
 
-constexpr double kPi = 3.14159265358979323846;
+using std::numbers::pi;
 constexpr float kAlbedo = 0.6f;
 
 /// Irradiance at p (normal n) from a polygon of radiance one wholly above the horizon: Lambert's
@@ -75,7 +76,7 @@ struct Stage {
             renderer->advance({.samples = spp}, {});
             const core::Estimate film = renderer->read(core::Reading::everything);
             EXPECT_TRUE(film.counters.clean());
-            const double exact = static_cast<double>(kAlbedo) / kPi * irradiance(points[i]);
+            const double exact = static_cast<double>(kAlbedo) / pi * irradiance(points[i]);
             const Estimate e = estimate(film);
             if (exact == 0) {
                 EXPECT_EQ(e.mean, 0.0);
@@ -207,7 +208,7 @@ TEST(DirectLight, ConstantEnvironment)
 {
     Stage stage;
     stage.builder.constantEnvironment(glm::vec3(1.5f));
-    stage.compare(600, [&](glm::dvec3) { return 1.5 * kPi; });
+    stage.compare(600, [&](glm::dvec3) { return 1.5 * pi; });
 }
 
 TEST(DirectLight, Sun)
@@ -218,7 +219,7 @@ TEST(DirectLight, Sun)
         stage.builder.scene.sun = core::Sun{towards, angle, glm::vec3(100)};
         const double s = std::sin(static_cast<double>(angle));
         stage.compare(
-            40, [&](glm::dvec3) { return 100 * kPi * s * s * static_cast<double>(towards.y); });
+            40, [&](glm::dvec3) { return 100 * pi * s * s * static_cast<double>(towards.y); });
     }
 }
 
@@ -237,10 +238,10 @@ TEST(DirectLight, TinyAndBright)
         double irradiance = 0;
         const int steps = 400;
         for (int j = 0; j < steps; ++j) {
-            const double v = 5.5 + 2.0 * (j + 0.5) / steps, theta = kPi * v / 32;
+            const double v = 5.5 + 2.0 * (j + 0.5) / steps, theta = pi * v / 32;
             irradiance += (1 - std::abs(v - 6.5)) * std::sin(theta) * std::cos(theta);
         }
-        irradiance *= 2.0 / steps * (kPi / 32) * (2 * kPi / 64) * static_cast<double>(radiance);
+        irradiance *= 2.0 / steps * (pi / 32) * (2 * pi / 64) * static_cast<double>(radiance);
         stage.compare(600, [&](glm::dvec3) { return irradiance; });
     }
     Stage stage;

@@ -158,7 +158,6 @@ TEST(Furnace, NoSurfaceCreatesEnergy)
 }
 
 // --- T10: pairwise
-// -----------------------------------------------------------------------------------------------------
 
 /// Estimators of the same image agree: over the whole image, and on tiles of 8 x 8 pixels.
 void expectAgreement(const core::Estimate& a, const core::Estimate& b, double mdb)

@@ -2,6 +2,7 @@
 // (T23, T24), an error that falls as it must (T20), first-hit data, scale and distance (N1, N2),
 // grazing views (N4).
 #include <cmath>
+#include <numbers>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -163,7 +164,6 @@ TEST(PathCpu, MethodsAreFoundByName)
 }
 
 // --- T20
-// ----------------------------------------------------------------------------------------------------------------
 
 /// Mean squared error against the known answer of a furnace, after 1, 2, 4, ... samples, over
 /// replicates.
@@ -221,7 +221,6 @@ TEST(PathCpu, SobolConvergesFaster)
 }
 
 // --- AOVs, scale, grazing
-// ------------------------------------------------------------------------------------------------
 
 TEST(PathCpu, AovsAreThoseOfTheFirstHit)
 {
@@ -288,7 +287,7 @@ TEST(PathCpu, ScaleAndPlaceDoNotMatter)
 TEST(PathCpu, GrazingViewsAreClean)
 {
     for (const double degrees : {89.0, 89.9, 89.99}) {
-        const double angle = degrees / 180 * 3.14159265358979, height = 5 * std::cos(angle);
+        const double angle = degrees / 180 * std::numbers::pi, height = 5 * std::cos(angle);
         SceneBuilder b;
         b.quad({-8, 0, 8}, {16, 0, 0}, {0, 0, -16}, b.material(lambert(glm::vec3(0.5f))));
         core::PunctualLight light;
@@ -297,7 +296,7 @@ TEST(PathCpu, GrazingViewsAreClean)
         const glm::dvec3 towards(std::sin(angle), std::cos(angle), 0);
         b.light(light, glm::inverse(glm::lookAt(towards, glm::dvec3(0), glm::dvec3(0, 0, 1))));
         b.camera({0, height, 5 * std::sin(angle)}, {0, 0, 0}, 1e-5);
-        const double exact = 0.5 / 3.14159265358979 * 1000 * std::cos(angle);
+        const double exact = 0.5 / std::numbers::pi * 1000 * std::cos(angle);
         const Estimate e = estimate(render(b.world(), 8, 8, 16, independentParams()));
         EXPECT_NEAR(e.mean / exact, 1.0, 2e-3) << degrees;
     }

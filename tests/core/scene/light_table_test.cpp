@@ -1,6 +1,7 @@
 // T12 and T13: the choice of an emitter and of an environment texel happens exactly as often as its
 // probability says.
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <random>
 
@@ -132,7 +133,6 @@ TEST(LightTable, TriangleNamesItsEmitter)
 }
 
 // --- environment
-// -------------------------------------------------------------------------------------------------------
 
 struct EnvironmentCase {
     const char* name;
@@ -205,9 +205,9 @@ TEST_P(EnvironmentTable, TexelsAreDrawnByTheirDensity)
                     {(static_cast<float>(x) + 0.5f) / static_cast<float>(across),
                      static_cast<float>(v)});
                 integral += static_cast<double>(shared::pdfEnvironment(scene, settings, d)) *
-                            std::sin(3.14159265358979 * v);
+                            std::sin(std::numbers::pi * v);
             }
-            const double cell = 2 * 3.14159265358979 * 3.14159265358979 / (double(across) * down);
+            const double cell = 2 * std::numbers::pi * std::numbers::pi / (double(across) * down);
             expected[y * across + x] = integral / steps * cell * draws;
             total += expected[y * across + x] / draws;
         }
@@ -248,7 +248,7 @@ TEST_P(EnvironmentTable, EstimatesItsOwnPower)
         world->environment, settings.environmentWidth, settings.environmentHeight);
     // Mean over the texel is by the bilinear footprint, its sine by the row's own mean
     double exact = 0;
-    const double pi = 3.14159265358979323846;
+    using std::numbers::pi;
     const uint32_t width = settings.environmentWidth, height = settings.environmentHeight;
     const int fine = 32;
     for (uint32_t y = 0; y < height * fine; ++y) {

@@ -1,6 +1,7 @@
 // Flattening: placement (N1, N2), transforms (N16), degenerate input (N5), animation, cameras,
 // lights, features.
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -128,7 +129,6 @@ TEST(Placement, ScalesWhatHasALength)
 }
 
 // --- N16
-// -----------------------------------------------------------------------------------------------------------------
 
 /// Whatever the transform, the fronts of a closed box look outward, seen by Embree from outside and
 /// by the normals.
@@ -231,7 +231,6 @@ TEST(Degenerate, TrianglesAreDroppedAndCounted)
 }
 
 // --- animation
-// ---------------------------------------------------------------------------------------------------------
 
 core::AnimationChannel channel(core::AnimationChannel::Path path,
                                core::AnimationChannel::Interpolation interpolation,
@@ -287,8 +286,8 @@ TEST(Animation, RotationsGoTheShortWay)
                            {{0, 0, 0, 1}, {0, -h, 0, -h}});
     glm::dvec4 q;
     ASSERT_TRUE(core::evaluateChannel(c, 2, q));
-    EXPECT_NEAR(std::abs(q.y), std::sin(3.14159265 / 8), 1e-7);
-    EXPECT_NEAR(std::abs(q.w), std::cos(3.14159265 / 8), 1e-7);
+    EXPECT_NEAR(std::abs(q.y), std::sin(std::numbers::pi / 8), 1e-7);
+    EXPECT_NEAR(std::abs(q.w), std::cos(std::numbers::pi / 8), 1e-7);
 }
 
 TEST(Animation, MovesTheWorldAndKeepsTheMeshes)
@@ -309,7 +308,6 @@ TEST(Animation, MovesTheWorldAndKeepsTheMeshes)
 }
 
 // --- cameras and features
-// ----------------------------------------------------------------------------------------------
 
 TEST(Cameras, LookAlongMinusZ)
 {
