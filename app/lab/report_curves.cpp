@@ -250,22 +250,21 @@ std::string lobePlots(double step, const std::vector<const LobeSequence*>& group
 
 std::string lobeTable(const std::vector<LobeSequence>& sequences)
 {
-    std::string html =
-        "<div class=\"scroll\"><table><thead><tr><th class=\"n\">δ</th><th>method</th><th></th><th "
-        "class=\"n\">largest bias</th><th class=\"n\">largest |z|</th><th class=\"n\">late "
-        "variance / Discard</th><th class=\"n\">expected</th></tr></thead><tbody>\n";
+    std::string rows;
     for (const LobeSequence& s : sequences) {
         double largest = 0;
         for (const LobeFrame& frame : s.frames)
             if (std::isfinite(frame.z)) largest = std::max(largest, std::abs(frame.z));
-        html += "<tr><td class=\"n\">" + numberText(s.step) + "</td><td>" +
-                escapeMarkup(lobeLabel(s)) + "</td><td>" + (s.unbiased ? "unbiased" : "biased") +
-                "</td><td class=\"n\">" + percent(s.largestBias) + "</td><td class=\"n\">" +
-                shortNumber(largest, 2) + "</td><td class=\"n\">" +
-                shortNumber(s.lateVarianceRatio) + "</td><td class=\"n\">" +
-                shortNumber(s.expectedRatio) + "</td></tr>\n";
+        rows += "<tr>" + numberCell(numberText(s.step)) + "<td>" + escapeMarkup(lobeLabel(s)) +
+                "</td><td>" + (s.unbiased ? "unbiased" : "biased") + "</td>" +
+                numberCell(percent(s.largestBias)) + numberCell(shortNumber(largest, 2)) +
+                numberCell(shortNumber(s.lateVarianceRatio)) +
+                numberCell(shortNumber(s.expectedRatio)) + "</tr>\n";
     }
-    return html + "</tbody></table></div>\n";
+    return tableMarkup(numberHead("δ") + "<th>method</th><th></th>" + numberHead("largest bias") +
+                           numberHead("largest |z|") + numberHead("late variance / Discard") +
+                           numberHead("expected"),
+                       rows);
 }
 
 }  // namespace

@@ -6,11 +6,15 @@
 
 #include "app/lab/report_data.h"
 #include "app/lab/results.h"
+#include "app/report/page.h"
 #include "app/report/svg.h"
+#include "app/report/text.h"
 
 namespace app::lab {
 
-// Each is a whole section element, or empty where there is nothing to tell.
+using namespace report;  // every section is made of its pieces
+
+// Each is a whole section element, or empty where there is nothing to show.
 std::string summarySection(const LabResults& results);
 std::string ideaSection();
 std::string winnersSection(const LabResults& results);
@@ -26,20 +30,6 @@ std::string lobesSection(const LabResults& results);
 std::string storesPart(const LabResults& results);
 std::string flatlandSection(const LabResults& results);
 std::string trapsSection(const LabResults& results);
-
-/// A section with its heading; `content` is HTML.
-std::string section(const std::string& id, const std::string& title, const std::string& content);
-
-std::string paragraph(const std::string& html);
-
-/// "−6.6 %", of a fraction.
-std::string percent(double fraction, int digits = 2);
-
-/// "0.0988 ± 0.0007": as many digits as the error leaves.
-std::string measured(double value, double error);
-
-/// "1 cell", "3 cells".
-std::string counted(size_t count, const std::string& noun);
 
 /// "D2: F5; D9: F1, F2" as text; "none" when there is none.
 std::string rowList(const std::vector<Row>& rows);

@@ -11,11 +11,6 @@ namespace {
 constexpr const char* kBiasHead =
     "<th class=\"n\">bias</th><th class=\"n\">expected</th><th class=\"n\">z</th>";
 
-std::string numberCell(const std::string& text, bool bad = false)
-{
-    return std::string("<td class=\"n") + (bad ? " bad" : "") + "\">" + text + "</td>";
-}
-
 /// A bias is worth showing where chance does not explain it; else its size is chance.
 std::string biasCells(double bias, double expected, double z)
 {
@@ -91,12 +86,9 @@ std::string flatlandSection(const LabResults& results)
     html += "<figure>" + flatlandPicture() +
             "<figcaption>The pixel of the new camera sees [.08, .16] of the ground; from the old "
             "one, [.10, .13] of it was hidden.</figcaption></figure>\n";
-    html += std::string("<div class=\"scroll\"><table><thead><tr><th>variant</th><th></th><th "
-                        "class=\"n\">mean</th>") +
-            kBiasHead +
-            "<th class=\"n\">variance</th><th class=\"n\">expected</th><th class=\"n\">mean "
-            "Σv</th></tr></thead><tbody>\n" +
-            rows + "</tbody></table></div>\n";
+    html += tableMarkup("<th>variant</th><th></th>" + numberHead("mean") + kBiasHead +
+                            numberHead("variance") + numberHead("expected") + numberHead("mean Σv"),
+                        rows);
     return section("flatland", "Flatland: samples from another camera", html);
 }
 
@@ -113,8 +105,7 @@ std::string trapsSection(const LabResults& results)
     std::string html =
         paragraph("Things that look right and are not. Each was run the wrong way and the right "
                   "way, often enough for the difference to show beyond doubt.");
-    html += std::string("<div class=\"scroll\"><table><thead><tr><th>trap</th><th>way</th>") +
-            kBiasHead + "</tr></thead><tbody>\n" + rows + "</tbody></table></div>\n";
+    html += tableMarkup(std::string("<th>trap</th><th>way</th>") + kBiasHead, rows);
     return section("traps", "Traps", html);
 }
 

@@ -35,7 +35,7 @@ std::string storesPart(const LabResults& results)
         rows[store][s.step] = s.lateVarianceRatio;
         steps.insert(s.step);
     }
-    std::string html =
+    const std::string html =
         "<h3>What to keep</h3>\n" +
         paragraph(
             "A history keeps K samples, but may stand for more: N, the nominal count that c is "
@@ -44,20 +44,18 @@ std::string storesPart(const LabResults& results)
             "costs when they are chosen by their weight alone: a score u (p + η f/I) spares bright "
             "ones. When the lobe moves so fast that few old samples are of use, a large N trusts "
             "them too much. R-A with k = 8, four new samples a frame; variance relative to Discard "
-            "in the frames 30 to 39.") +
-        "<div class=\"scroll\"><table><thead><tr><th>store</th>";
-    for (const double step : steps) html += "<th class=\"n\">δ = " + numberText(step) + "</th>";
-    html += "</tr></thead><tbody>\n";
+            "in the frames 30 to 39.");
+    std::string head = "<th>store</th>", body;
+    for (const double step : steps) head += numberHead("δ = " + numberText(step));
     for (const Store& store : order) {
-        html += "<tr><td>" + nameOf(store) + "</td>";
+        body += "<tr><td>" + nameOf(store) + "</td>";
         for (const double step : steps) {
             const auto value = rows[store].find(step);
-            html += "<td class=\"n\">" +
-                    (value == rows[store].end() ? "·" : shortNumber(value->second)) + "</td>";
+            body += numberCell(value == rows[store].end() ? "·" : shortNumber(value->second));
         }
-        html += "</tr>\n";
+        body += "</tr>\n";
     }
-    return html + "</tbody></table></div>\n";
+    return html + tableMarkup(head, body);
 }
 
 }  // namespace app::lab

@@ -12,12 +12,6 @@ namespace app::lab {
 
 namespace {
 
-std::string tile(const std::string& figure, const std::string& words)
-{
-    return "<div class=\"tile\"><b>" + escapeMarkup(figure) + "</b>" + escapeMarkup(words) +
-           "</div>\n";
-}
-
 std::string cellName(const Cell& c)
 {
     return c.pair + " " + c.function + " " +
@@ -33,11 +27,6 @@ std::string cellList(const std::vector<const Cell*>& cells)
         text += (i ? "; " : "") + cellName(*cells[i]);
     if (cells.size() > kMost) text += "; and " + std::to_string(cells.size() - kMost) + " more";
     return escapeMarkup(text);
-}
-
-std::string outOf(size_t count, size_t all)
-{
-    return std::to_string(count) + " of " + std::to_string(all);
 }
 
 /// Is what was measured what should have been?

@@ -229,9 +229,8 @@ std::string lossesSection(const LabResults& results)
                   "compared all the same). Blue: rows that R-A wins; grey: ties; orange: rows that "
                   "it loses, listed at the right. Augmentation may spend many more rays than R-A; "
                   "Reweighting, Rejection and RIS spend none.");
-    html += "<div class=\"scroll\"><table><thead><tr><th>R-A</th><th>against</th><th>won, tied, "
-            "lost</th><th>lost in</th></tr></thead><tbody>\n" +
-            rows + "</tbody></table></div>\n";
+    html +=
+        tableMarkup("<th>R-A</th><th>against</th><th>won, tied, lost</th><th>lost in</th>", rows);
     return section("losses", "Where R-A loses, and to what", html);
 }
 

@@ -1,11 +1,11 @@
-// The style sheet of the report: light and dark, screen and paper. The colours of the methods are
-// those of Okabe and Ito ("Color Universal Design", 2008), told apart with every kind of colour
+// The style sheet of the pages: light and dark, screen and paper. The colours of curves, `.c-…`,
+// are those of Okabe and Ito ("Color Universal Design", 2008), told apart with every kind of colour
 // vision; no meaning rests on colour alone.
 #pragma once
 
-namespace app::lab {
+namespace app::report {
 
-inline constexpr const char* kReportStyle = R"css(
+inline constexpr const char* kPageStyle = R"css(
 :root{--bg:#fff;--ink:#1b1d20;--soft:#5d646d;--line:#d9dde2;--panel:#f6f7f9;--grid:#e8ebee;
 --grey:#868b92;--orange:#d98e00;--sky:#3fa0da;--green:#008f68;--yellow:#b59f00;--blue:#0069a8;
 --red:#c64f00;--pink:#b8638f;--onfill:#fff;--better:0,105,168;--worse:198,79,0}
@@ -85,11 +85,8 @@ text{fill:var(--ink);font-size:11px}
 .b1{fill:rgba(var(--better),.16)}.b2{fill:rgba(var(--better),.34)}.b3{fill:rgba(var(--better),.55)}
 .w1{fill:rgba(var(--worse),.18)}.w2{fill:rgba(var(--worse),.4)}.w3{fill:rgba(var(--worse),.66)}
 .ink{--c:var(--ink)}.soft{--c:var(--soft)}
-.m-discard,.c-grey{--c:var(--grey)}.m-full,.m-other{--c:var(--soft)}
-.m-reweighting,.c-orange{--c:var(--orange)}.m-rejection,.m-ris,.c-pink{--c:var(--pink)}
-.m-augmentation,.c-yellow{--c:var(--yellow)}.m-rejaug,.c-red{--c:var(--red)}
-.m-ra,.c-blue{--c:var(--blue)}.m-thinned,.c-sky{--c:var(--sky)}.m-mis,.c-green{--c:var(--green)}
-.m-reweighting,.m-thinned,.m-augmentation{--onc:#101215}
+.c-grey{--c:var(--grey)}.c-orange{--c:var(--orange)}.c-pink{--c:var(--pink)}.c-yellow{--c:var(--yellow)}
+.c-red{--c:var(--red)}.c-blue{--c:var(--blue)}.c-sky{--c:var(--sky)}.c-green{--c:var(--green)}
 .swatch{display:inline-block;width:11px;height:11px;border-radius:3px;background:var(--c);
 margin-right:6px;vertical-align:-1px}
 footer{margin-top:50px;padding-bottom:40px}
@@ -103,4 +100,4 @@ h2{break-after:avoid}.win,.bar3 span,.heat,.band,.block,.dot{print-color-adjust:
 -webkit-print-color-adjust:exact}}
 )css";
 
-}  // namespace app::lab
+}  // namespace app::report

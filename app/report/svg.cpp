@@ -5,7 +5,9 @@
 #include <charconv>
 #include <cmath>
 
-namespace app::lab {
+#include "app/report/text.h"
+
+namespace app::report {
 
 namespace {
 
@@ -52,33 +54,6 @@ double textWidth(std::string_view text)
 }
 
 }  // namespace
-
-std::string escapeMarkup(std::string_view text)
-{
-    std::string safe;
-    for (const char c : text) {
-        switch (c) {
-        case '&':
-            safe += "&amp;";
-            break;
-        case '<':
-            safe += "&lt;";
-            break;
-        case '>':
-            safe += "&gt;";
-            break;
-        case '"':
-            safe += "&quot;";
-            break;
-        case '\'':
-            safe += "&#39;";
-            break;
-        default:
-            safe += c;
-        }
-    }
-    return safe;
-}
 
 // --- drawing
 
@@ -329,4 +304,4 @@ std::string Plot::element() const
     return whole.element(width_, height_ + head, description_.empty() ? title_ : description_);
 }
 
-}  // namespace app::lab
+}  // namespace app::report

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace app::lab {
+namespace app::report {
 
 struct Point {
     double x = 0, y = 0;
@@ -17,12 +17,6 @@ struct Tick {
     double value = 0;
     std::string label;
 };
-
-/// Text safe inside elements and quoted attributes.
-std::string escapeMarkup(std::string_view text);
-
-/// About `digits` significant digits for a reader: "0.836", "12.8", "2.1·10⁻⁵", "∞", "–" for NaN.
-std::string shortNumber(double value, int digits = 3);
 
 /// At least three ticks at multiples of 1, 2 or 5 times a power of ten, about `wanted` of them; the
 /// first is not above `low`, the last not below `high`. Any order and any numbers are accepted.
@@ -123,4 +117,4 @@ private:
     std::vector<LegendEntry> legend_;
 };
 
-}  // namespace app::lab
+}  // namespace app::report

@@ -1,44 +1,13 @@
 // Ticks and axes. See svg.h.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "app/report/svg.h"
+#include "app/report/text.h"
 
-namespace app::lab {
+namespace app::report {
 
 namespace {
-
-std::string superscript(int exponent)
-{
-    static constexpr const char* kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-    std::string text = exponent < 0 ? "⁻" : "";
-    for (const char digit : std::to_string(std::abs(exponent))) text += kDigits[digit - '0'];
-    return text;
-}
-
-std::string fixed(double value, int decimals)
-{
-    char text[400];
-    const auto end =
-        std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, decimals);
-    std::string number(text, end.ptr);
-    return number[0] == '-' ? "−" + number.substr(1) : number;
-}
-
-/// "10⁻⁵", "1", "5000": a round number as a tick shows it.
-std::string roundNumber(double value)
-{
-    const double size = std::abs(value);
-    if (size == 0 || (size > 9e-4 && size < 2e4)) {
-        const int decimals =
-            size == 0 || size >= 1 ? 0 : -static_cast<int>(std::floor(std::log10(size) + 1e-9));
-        return fixed(value, decimals);
-    }
-    const int exponent = static_cast<int>(std::floor(std::log10(size) + 1e-9));
-    const double mantissa = std::round(value / std::pow(10.0, exponent));
-    return (mantissa == 1 ? "" : fixed(mantissa, 0) + "·") + "10" + superscript(exponent);
-}
 
 /// A finite, non-empty range from whatever was given.
 void putRight(double& low, double& high)
@@ -59,22 +28,6 @@ void putRight(double& low, double& high)
 }
 
 }  // namespace
-
-std::string shortNumber(double value, int digits)
-{
-    if (std::isnan(value)) return "–";
-    if (std::isinf(value)) return value > 0 ? "∞" : "−∞";
-    if (value == 0) return "0";
-    int exponent = static_cast<int>(std::floor(std::log10(std::abs(value))));
-    // 9.996 with three digits is 10.0.
-    if (std::abs(value) / std::pow(10.0, exponent) >= 10 - 0.5 * std::pow(10.0, 1 - digits))
-        ++exponent;
-    // Few digits far behind the point are still easy to read.
-    const int smallest = digits > 2 ? -3 : -5;
-    if (exponent >= smallest && exponent < 5)
-        return fixed(value, std::max(0, digits - 1 - exponent));
-    return fixed(value / std::pow(10.0, exponent), digits - 1) + "·10" + superscript(exponent);
-}
 
 std::vector<Tick> linearTicks(double low, double high, int wanted)
 {
@@ -97,7 +50,7 @@ std::vector<Tick> linearTicks(double low, double high, int wanted)
         // Enough digits to tell neighbours apart.
         const int own =
             i == 0 ? 0 : static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-9));
-        ticks.push_back({value, plain ? fixed(value, std::max(0, -stepExponent))
+        ticks.push_back({value, plain ? fixedNumber(value, std::max(0, -stepExponent))
                                       : shortNumber(value, 1 + std::max(0, own - stepExponent))});
     }
     return ticks;
@@ -169,4 +122,4 @@ Axis logAxisAt(std::string label, const std::vector<Tick>& ticks)
     return axis;
 }
 
-}  // namespace app::lab
+}  // namespace app::report

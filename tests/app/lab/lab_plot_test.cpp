@@ -12,11 +12,13 @@
 
 #include "app/lab/results.h"
 #include "app/report/svg.h"
+#include "app/report/text.h"
 #include "tests/support/markup.h"
 
 namespace {
 
 using namespace app::lab;
+using namespace app::report;
 using tests::readMarkup;
 
 constexpr double kNaN = kUnknown;

@@ -18,11 +18,13 @@
 #include "app/lab/report.h"
 #include "app/lab/report_data.h"
 #include "app/report/svg.h"
+#include "app/report/text.h"
 #include "tests/support/markup.h"
 
 namespace {
 
 using namespace app::lab;
+using namespace app::report;
 using tests::Markup;
 using tests::readMarkup;
 using Json = nlohmann::json;

@@ -101,7 +101,7 @@ void expectPrinted(double value, double printed, const std::string& what)
     }
 }
 
-// --- functions, quadrature, pairs ----------------------------------------------------------------
+// --- functions, quadrature, pairs
 
 TEST(LabTheory, IntegratesPowersWithSingularEnds)
 {
@@ -214,7 +214,7 @@ TEST(LabTheory, ConstantsOfThePairsAreTheExpectedOnes)
     }
 }
 
-// --- the table -----------------------------------------------------------------------------------
+// --- the table
 
 TEST(LabTheory, GivesTheExpectedTable)
 {
@@ -290,7 +290,6 @@ TEST(LabTheory, MethodsWithoutTheirConstantDoNotExist)
 }
 
 // --- what the table says
-// --------------------------------------------------------------------------
 
 /// -1 where a is below b, 1 where above, 0 where they agree to the quadrature.
 int compare(double a, double b)
