@@ -83,10 +83,8 @@ Json vectorJson(glm::dvec3 v)
 
 Json boundsJson(const core::World& w)
 {
-    const auto inFile = [&w](glm::vec3 p) {
-        return glm::dvec3(p) / w.placement.scale + w.placement.centre;
-    };
-    return {{"low", vectorJson(inFile(w.boundsLow))}, {"high", vectorJson(inFile(w.boundsHigh))}};
+    return {{"low", vectorJson(w.placement.toFile(w.boundsLow))},
+            {"high", vectorJson(w.placement.toFile(w.boundsHigh))}};
 }
 
 Json warningsJson(const core::Warnings& warnings)

@@ -65,11 +65,6 @@ glm::dvec3 readDirection(const Json& json, const Place& place)
     return std::abs(glm::dot(v, v) - 1) < 1e-14 ? v : glm::normalize(v);
 }
 
-glm::dvec3 toWorld(const core::Placement& placement, glm::dvec3 p)
-{
-    return (p - placement.centre) * placement.scale;
-}
-
 /// Near `guess`, the number that `map` takes to `wanted`; `guess` when there is none. Numbers that
 /// `map` once made are found again, though rounding took place on the way.
 template <class Map> double preimage(double guess, double wanted, Map map)
@@ -84,10 +79,10 @@ template <class Map> double preimage(double guess, double wanted, Map map)
     return guess;
 }
 
-/// A point of world space in the file's.
-glm::dvec3 toFile(const core::Placement& placement, glm::dvec3 p)
+/// The point of the file's space that becomes exactly `p`, where there is one.
+glm::dvec3 pointToFile(const core::Placement& placement, glm::dvec3 p)
 {
-    const glm::dvec3 guess = p / placement.scale + placement.centre;
+    const glm::dvec3 guess = placement.toFile(p);
     glm::dvec3 result;
     for (int i = 0; i < 3; ++i)
         result[i] = preimage(guess[i], p[i],
@@ -146,7 +141,7 @@ Json cameraJson(const core::Camera& camera, const core::Placement& placement)
 {
     Json json;
     if (!camera.name.empty()) json["name"] = camera.name;
-    json["position"] = vectorJson(toFile(placement, camera.position));
+    json["position"] = vectorJson(pointToFile(placement, camera.position));
     json["forward"] = vectorJson(camera.forward);
     json["up"] = vectorJson(camera.up);
     if (camera.orthographic)
@@ -172,10 +167,10 @@ static core::Camera readCameraAt(const Json& json, const core::Camera& defaults,
     if (json.contains("name") && json["name"].is_string())
         camera.name = json["name"].get<std::string>();
     if (json.contains("position"))
-        camera.position = toWorld(placement, readVector(json["position"], place / "position"));
+        camera.position = placement.toWorld(readVector(json["position"], place / "position"));
     if (json.contains("target")) {
         const glm::dvec3 towards =
-            toWorld(placement, readVector(json["target"], place / "target")) - camera.position;
+            placement.toWorld(readVector(json["target"], place / "target")) - camera.position;
         if (!(glm::length(towards) > 1e-12)) (place / "target").fail("is the position itself");
         camera.forward = glm::normalize(towards);
     } else if (json.contains("forward")) {
@@ -264,7 +259,7 @@ CameraPath cameraPathFromJson(const Json& json, const core::Camera& defaults,
     for (size_t i = 0; i < json["keys"].size(); ++i) {
         const Place place = Place{file, ""} / "keys" / std::to_string(i);
         const Json& key = json["keys"][i];
-        last.name.clear();  // the one thing that a key does not hand on
+        last.name.clear();  // the only member that the next key does not inherit
         last = readCameraAt(key, last, placement, place);
         const double frame = key.contains("frame")
                                  ? readNumber(key["frame"], 0, 1e9, place / "frame")

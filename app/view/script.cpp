@@ -24,7 +24,7 @@
 
 #include "app/base/json_file.h"
 #include "app/base/nearest.h"
-#include "app/session/random_walk.h"
+#include "app/view/random_walk.h"
 #include "app/view/window.h"
 #include "core/base/check.h"
 

@@ -28,7 +28,7 @@ std::vector<int> sortedUnique(std::vector<int> values)
 
 /// The scene without what the world holds its own copy of, so that a caller who lets go of the
 /// scene frees it.
-std::shared_ptr<const Scene> withoutBulk(const Scene& scene)
+std::shared_ptr<const Scene> withoutMeshesAndTexels(const Scene& scene)
 {
     auto slim = std::make_shared<Scene>();
     slim->file = scene.file;
@@ -62,7 +62,7 @@ std::shared_ptr<const Scene> withoutBulk(const Scene& scene)
     return slim;
 }
 
-/// A vector made unit; `fallback` where it has no direction.
+/// The normalised vector; `fallback` where it has no direction.
 glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback)
 {
     const double length = glm::length(v);
@@ -75,7 +75,7 @@ Camera cameraOfNode(const SceneCamera& camera, const glm::dmat4& toFile, const P
 {
     Camera c;
     c.name = camera.name;
-    c.position = toWorldPoint(placement, glm::dvec3(toFile[3]));
+    c.position = placement.toWorld(glm::dvec3(toFile[3]));
     c.forward = unitOr(-glm::dvec3(toFile[2]), {0, 0, -1});
     const glm::dvec3 up = glm::dvec3(toFile[1]);
     const glm::dvec3 fallback =
@@ -250,7 +250,7 @@ std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, doubl
     placeCameras(*world, *scene, pose);
     collectEmitters(*world, *scene, pose);
     // An animated scene is flattened again at other times and needs its meshes.
-    world->scene = scene->animations.empty() ? withoutBulk(*scene) : std::move(scene);
+    world->scene = scene->animations.empty() ? withoutMeshesAndTexels(*scene) : std::move(scene);
     return world;
 }
 

@@ -17,6 +17,9 @@ namespace core {
 struct Placement {
     glm::dvec3 centre{0};
     double scale = 1;
+
+    glm::dvec3 toWorld(glm::dvec3 p) const { return (p - centre) * scale; }
+    glm::dvec3 toFile(glm::dvec3 p) const { return p / scale + centre; }
 };
 
 using shared::WorldTriangle;
@@ -49,10 +52,9 @@ struct World {
 };
 
 /// Flattens `scene` at `time` seconds of its first animation (0: the rest pose when there is none).
-/// Degenerate and non-finite triangles are dropped and counted. `forcedFeatures` are kept though
-/// nothing needs them
-/// (--no-skip): what their code reads is then stored. `World::scene` keeps meshes and texels only
-/// when there is an animation: let go of `scene` to free them. `placement` is that of another
+/// Degenerate and non-finite triangles are dropped and counted. `forcedFeatures` are kept even if
+/// unused (--no-skip): what their code reads is then stored. `World::scene` keeps meshes and texels
+/// only when there is an animation: let go of `scene` to free them. `placement` is that of another
 /// instant of the same scene, whose world space then stays; without it, the instant's own bounds
 /// decide. Throws core::Error when the result exceeds 2^31 indices.
 std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time = 0,

@@ -165,7 +165,7 @@ double makePunctual(const PunctualLight& light, const glm::dmat4& toFile, const 
     glm::dvec3 axis = -glm::dvec3(toFile[2]);
     axis /= glm::length(axis);
     e.kind = light.kind;
-    e.a = glm::vec3(toWorldPoint(world.placement, glm::dvec3(toFile[3])));
+    e.a = glm::vec3(world.placement.toWorld(glm::dvec3(toFile[3])));
     if (light.kind == shared::kEmitterDirectional) {
         e.b = glm::vec3(-axis);
         e.radiance = strength;

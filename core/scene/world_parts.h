@@ -38,12 +38,6 @@ void placeCameras(World& world, const Scene& scene, const Pose& pose);
 /// their feature bits.
 void collectEmitters(World& world, const Scene& scene, const Pose& pose);
 
-/// A direction or position of the file's space in the world's.
-inline glm::dvec3 toWorldPoint(const Placement& placement, const glm::dvec3& p)
-{
-    return (p - placement.centre) * placement.scale;
-}
-
 /// JSON pointer of a node.
 std::string nodePointer(int node);
 

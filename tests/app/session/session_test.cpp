@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/session/actions.h"
-#include "app/session/random_walk.h"
 #include "app/session/replay.h"
 #include "app/session/session.h"
+#include "app/view/random_walk.h"
 #include "core/base/check.h"
 #include "core/image/metrics.h"
 #include "tests/support/temporary_folder.h"
@@ -331,8 +331,7 @@ TEST(Session, WrongActionsAreRefusedWithTheirNames)
               std::string::npos);
 }
 
-/// Ten times a second somebody changes their mind: no failure, no deadlock, no picture of another
-/// scene.
+/// Ten times a second the input changes: no failure, no deadlock, no picture of another scene.
 void walk(int steps, uint64_t seed)
 {
     const tests::TemporaryFolder folder;

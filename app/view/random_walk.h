@@ -1,5 +1,5 @@
-// Actions at random with arguments at random, good and bad: for scripts and tests that look for
-// crashes and deadlocks.
+// Random actions with random arguments, valid and invalid: a step of scripts, with which tests look
+// for crashes and deadlocks in the real window.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// See random_walk.h. Work that takes long (references, exports) is asked for with few samples, so
+// See random_walk.h. Long work (references, exports) gets few samples, so
 // that a walk of ten thousand steps ends.
-#include "app/session/random_walk.h"
+#include "app/view/random_walk.h"
 
 #include <nlohmann/json.hpp>
 
@@ -135,7 +135,7 @@ void RandomWalk::step(Session& session, AppRequests& app)
 {
     const std::span<const Action> all = actions();
     const Action* action = &all[below(all.size())];
-    // Names of files made of the time of day belong into no walk.
+    // Not quit, and nothing that names files by the time of day.
     while (std::string_view(action->name) == "quit" ||
            std::string_view(action->name) == "screenshot-picture")
         action = &all[below(all.size())];
