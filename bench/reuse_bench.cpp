@@ -1,6 +1,6 @@
 // Micro-benchmarks of sample reuse (core/reuse, shared/reuse.h): what an old sample costs beside a
-// ray. The bar: 20 million weights of old samples per second and core with both densities
-// evaluated. Run: ninja -C build micro_benchmarks && build/micro_benchmarks
+// ray. Target: 20 million weights of old samples per second and core with both densities evaluated.
+// Run: ninja -C build micro_benchmarks && build/micro_benchmarks
 #include <benchmark/benchmark.h>
 
 #include <cmath>

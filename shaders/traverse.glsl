@@ -1,4 +1,4 @@
-// Closest and any hit on the flat BVH (core/bvh.h): while-while, with a push and a pop without branches.
+// Closest and any hit on the flat BVH (core/trace/bvh.h): while-while, with a push and a pop without branches.
 //   Aila, Laine, "Understanding the efficiency of ray traversal on GPUs", 2009 (the loop). Three habits of Mesa's CPU
 //   device shape it: a masked store or a divergent branch costs more than arithmetic, so the far child is always written
 //   above the top of the stack and only the top moves; the body of a loop runs once more after the last lane has left it

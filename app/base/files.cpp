@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A name beside `file` that nobody else uses.
+/// A name in the folder of `file` that no other process uses.
 fs::path temporaryName(const fs::path& file)
 {
     fs::path name = file;

@@ -8,8 +8,8 @@
 
 namespace app {
 
-/// While one exists, SIGINT and SIGTERM stop the work politely. Make it before other threads are
-/// made: they inherit the blocked signals. A signal that comes while nothing worth keeping exists,
+/// While one exists, SIGINT and SIGTERM stop the work in order. Construct it before other threads
+/// start: they inherit the blocked signals. A signal that arrives while there is no result to keep,
 /// or a second one, ends the program at once with exit code 130.
 class Interrupt {
 public:
@@ -18,11 +18,11 @@ public:
     Interrupt(const Interrupt&) = delete;
     Interrupt& operator=(const Interrupt&) = delete;
 
-    /// Stops when a signal has come.
+    /// Stopped by a signal.
     std::stop_token token() const { return source_.get_token(); }
     bool requested() const { return source_.stop_requested(); }
 
-    /// From here on there is a result that a signal must not lose (true), or no longer (false).
+    /// Whether there is now a result that a signal must not lose.
     void keepResult(bool keep) { keep_ = keep; }
 
 private:

@@ -15,7 +15,7 @@ Json parseJson(const std::string& text, const std::string& place)
     } catch (const Json::parse_error& error) {
         throw core::Error(place + ": not JSON: at byte " + std::to_string(error.byte));
     } catch (const Json::exception&) {
-        // The one thing that is JSON and yet no value: a number beyond the range of double.
+        // The only valid JSON that cannot be represented: a number beyond the range of double.
         throw core::Error(place + ": holds a number that is too large");
     }
 }

@@ -62,7 +62,7 @@ void Log::print(const std::string& text)
     write(text + '\n');
 }
 
-/// On a terminal in the place of what was shown before, without a line of its own.
+/// On a terminal this replaces the text shown before, without a new line.
 void Log::show(const std::string& progress)
 {
     if (!terminal_) return print(progress);

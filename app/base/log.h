@@ -1,4 +1,4 @@
-// What the program tells a person while it works: lines on stderr. Progress is a bar that stays in
+// Messages to the user while the program works: lines on stderr. Progress is a bar that stays in
 // its place on a terminal, and a line at most once a second elsewhere.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace app {
 /// Lines on stderr; stdout belongs to results. Safe to call from several threads.
 class Log {
 public:
-    /// `quiet` leaves out everything but warnings. `terminal`: stderr can go back in its line.
+    /// `quiet` leaves out everything but warnings. `terminal`: stderr can rewrite its last line.
     explicit Log(bool quiet, bool terminal = onTerminal()) : quiet_(quiet), terminal_(terminal) {}
     ~Log();
     Log(const Log&) = delete;
@@ -22,20 +22,20 @@ public:
     /// Whether stderr is a terminal that understands the usual escapes.
     static bool onTerminal();
 
-    /// A line of news.
+    /// One line of information.
     void line(const std::string& text);
 
-    /// Something that the person should know even when quiet.
+    /// A warning, printed even when quiet.
     void warning(const std::string& text);
 
-    /// How far `stage` is, in [0,1]. Says nothing in a stage's first half second, and not more
-    /// often than a person can read.
+    /// Progress of `stage`, in [0,1]. Prints nothing during a stage's first half second, and no
+    /// more often than a person can read.
     void progress(const char* stage, double fraction);
 
-    /// Progress in words of its own.
+    /// Progress as a text.
     void progressText(const std::string& text);
 
-    /// `progress` as renderers and loaders take it.
+    /// `progress` as the callback of renderers and loaders.
     core::Progress callback();
 
 private:

@@ -1,4 +1,5 @@
-// Rays to measure with, and Embree's ray functions over them: the yardstick of the GPU's traversal.
+// Rays to measure with, and Embree's ray functions over them: the reference for the GPU's
+// traversal.
 #pragma once
 
 #include <memory>
@@ -19,8 +20,9 @@ struct BenchRays {
     std::vector<gpu::DeviceRay> primary, bounce, shadow;
 };
 
-/// Embree over a world as it is measured against: rtcIntersect1, rtcOccluded1 and the packets of
-/// sixteen, not robust, spatial splits allowed, alpha ignored. All functions run on all cores.
+/// Embree over a world, as the reference of measurements: rtcIntersect1, rtcOccluded1 and the
+/// packets of sixteen, not robust, spatial splits allowed, alpha ignored. All functions run on all
+/// cores.
 class EmbreeRays {
 public:
     explicit EmbreeRays(std::shared_ptr<const core::World> world);

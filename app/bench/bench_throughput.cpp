@@ -1,5 +1,5 @@
-// Interleaved rounds and medians, so that what else the machine does falls on all alike. Work done
-// by this process is timed in CPU seconds over the number of cores, which is what undisturbed cores
+// Interleaved rounds and medians, so that other work on the machine affects all alike. Work done by
+// this process is timed in CPU seconds over the number of cores, which is what undisturbed cores
 // would take; a real GPU by its own clock.
 #include "app/bench/bench_throughput.h"
 

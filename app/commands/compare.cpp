@@ -1,5 +1,4 @@
-// Reads two files, measures, prints. What the numbers mean stands in core/image/metrics.h and
-// core/image/flip.h.
+// Reads two files, measures, prints. core/image/metrics.h and core/image/flip.h define the numbers.
 #include "app/commands/compare.h"
 
 #include <charconv>
@@ -61,7 +60,7 @@ bool hasVariance(const core::ImageFile& content)
     return content.hasLayer("variance") && content.layer("variance").channels >= 3;
 }
 
-/// What makes Welch's test say less than it could, in words.
+/// Reasons why Welch's test understates differences here, as sentences.
 Json reservations(const core::ImageFile& a, const core::ImageFile& b)
 {
     const auto equal = [&](const char* key) {

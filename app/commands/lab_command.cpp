@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder that is made now, with its parents, and unmade again unless it is kept.
+/// A folder that is created with its parents, and removed again unless it is kept.
 class NewFolder {
 public:
     explicit NewFolder(const fs::path& folder)
@@ -35,19 +35,19 @@ public:
         }
         if (!fs::exists(folder, error)) fs::create_directories(path, error);
         if (!fs::is_directory(path, error)) {
-            unmake();
+            removeFolders();
             throw core::Error(folder.string() + ": " + reason(path));
         }
         try {
             requireWritableText(path / "lab.json");
         } catch (...) {
-            unmake();
+            removeFolders();
             throw;
         }
     }
     ~NewFolder()
     {
-        if (!kept_) unmake();
+        if (!kept_) removeFolders();
     }
     NewFolder(const NewFolder&) = delete;
     NewFolder& operator=(const NewFolder&) = delete;
@@ -55,7 +55,7 @@ public:
     void keep() { kept_ = true; }
 
 private:
-    /// Why `folder` is none, after its name and a colon.
+    /// Why `folder` cannot be used; follows its name and a colon.
     static std::string reason(const fs::path& folder)
     {
         std::error_code error;
@@ -67,8 +67,8 @@ private:
         return "this folder cannot be made — name one in a place that can be written";
     }
 
-    /// Only what is empty goes.
-    void unmake()
+    /// Removes empty folders only.
+    void removeFolders()
     {
         std::error_code ignored;
         for (const fs::path& path : made_) fs::remove(path, ignored);
@@ -85,7 +85,7 @@ int labCommand(const LabOptions& options, std::ostream& out)
     NewFolder folder(options.output);
     Log log(options.quiet);
     Interrupt interrupt;
-    interrupt.keepResult(true);  // a signal ends the work in order: the folder is to be unmade
+    interrupt.keepResult(true);  // a signal ends the work in order, so that the folder is removed
     std::optional<lab::LabResults> results =
         lab::runLab({.trials = options.trials, .seed = options.seed, .quick = options.quick},
                     log.callback(), interrupt.token());

@@ -70,7 +70,7 @@ private:
     void report(uint32_t index, const Outcome& outcome);
     void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs);
     [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
-    void tell(uint64_t samples, double seconds, std::optional<double> rmse);
+    void reportProgress(uint64_t samples, double seconds, std::optional<double> rmse);
     std::filesystem::path fileOf(uint32_t index) const
     {
         return o_.frames ? numbered(o_.output, index) : o_.output;
@@ -147,7 +147,7 @@ void Job::checkReference() const
                       " or another reference");
 }
 
-void Job::tell(uint64_t samples, double seconds, std::optional<double> rmse)
+void Job::reportProgress(uint64_t samples, double seconds, std::optional<double> rmse)
 {
     const double done = static_cast<double>(samples);
     const double rate = done * report_.size.x * report_.size.y / std::max(seconds, 1e-9);
@@ -184,7 +184,7 @@ Outcome Job::takeSamples(uint32_t index)
     try {
         return renderUntil(*renderer_, goal_, interrupt_.token(),
                            [this](uint64_t samples, double seconds, std::optional<double> rmse) {
-                               tell(samples, seconds, rmse);
+                               reportProgress(samples, seconds, rmse);
                                if (seconds - keptAt_ < std::clamp(keptAt_, 1.0, kMaxKeepSeconds))
                                    return;
                                kept_ = renderer_->read(core::Reading::everything);
@@ -258,7 +258,7 @@ void Job::save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs)
                              " spp in " + format("%.2f s", frame.seconds) + " on " +
                              report_.renderer.device +
                              (report_.rmse ? format(", RMSE %.4g", *report_.rmse) : "");
-    // Of many frames not each is news.
+    // One line per frame would be too many.
     if (o_.frames)
         log_.progressText(text);
     else

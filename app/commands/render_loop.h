@@ -1,5 +1,5 @@
-// Takes samples until enough: a number of them, a time, an error against a reference, or a stop
-// request.
+// Takes samples until a limit is reached: a number of them, a time, an error against a reference,
+// or a stop request.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,11 @@ enum class Ended { spp, time, target, stopped };
 struct Outcome {
     Ended ended = Ended::spp;
     uint64_t samples = 0;
-    double seconds = 0;          // in the renderer: what the error measurements took is not in it
+    double seconds = 0;          // in the renderer, without the time of error measurements
     std::optional<double> rmse;  // the last that was measured
 };
 
-/// Told after every step: samples taken, seconds, and the last RMSE.
+/// Called after every step: samples taken, seconds, and the last RMSE.
 using LoopProgress =
     std::function<void(uint64_t samples, double seconds, std::optional<double> rmse)>;
 

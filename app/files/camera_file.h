@@ -17,7 +17,7 @@
 namespace app {
 
 /// `camera` (in world space) as JSON in the file's space. cameraFromJson is its inverse: to the bit
-/// for cameras that came from a file, and for others as nearly as the file's space can say.
+/// for cameras that came from a file, and for others as closely as the file's space can represent.
 nlohmann::ordered_json cameraJson(const core::Camera& camera, const core::Placement& placement);
 
 /// Reads a camera into world space; absent members are those of `defaults` (world space). Throws

@@ -1,4 +1,4 @@
-// From a file's name to what renderers read, and how a loader's warnings are told.
+// From a file's name to what renderers read, and a loader's warnings as text.
 #pragma once
 
 #include <cstdint>

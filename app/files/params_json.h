@@ -37,7 +37,7 @@ std::string readMember(const nlohmann::ordered_json& json, const core::Field& fi
                       : std::is_same_v<T, bool> ? json.is_boolean()
                       : std::is_integral_v<T>   ? json.is_number_integer()
                                                 : json.is_number();
-    // A text that is of the wrong kind is no value of any type.
+    // A value of another kind is read as an empty text, which no type accepts.
     const std::string text = !kind ? "" : json.is_string() ? json.get<std::string>() : json.dump();
     return readValue(text, field.range, member);
 }

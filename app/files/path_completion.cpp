@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr size_t kMost = 50;
-constexpr size_t kMostEntries = 20000;  // of a folder to look at: a box must not stall
+constexpr size_t kMostEntries = 20000;  // entries read of a folder: typing must not stall
 
 bool sameLetter(char a, char b)
 {
@@ -44,7 +44,7 @@ Names namesIn(const fs::path& folder, bool hidden, const std::vector<std::string
          it.increment(error), ++seen) {
         const std::string name = it->path().filename().string();
         if ((name.front() == '.') != hidden) continue;
-        std::error_code unknown;  // a link to nowhere is no file
+        std::error_code unknown;  // a dangling link is not a file
         const fs::file_status status = it->status(unknown);
         if (fs::is_directory(status))
             names.folders.push_back(name);

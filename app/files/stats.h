@@ -1,4 +1,4 @@
-// What a render measured, as JSON (schema 1 of design.md) and as the metadata of its EXR.
+// What a render measured, as JSON (schema 1) and as the metadata of its EXR.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +49,7 @@ struct RenderReport {
 /// Schema 1: keys may be added, none renamed. Ends in a newline.
 std::string statsJson(const RenderReport& report);
 
-/// One picture as its metadata tells of it, whoever rendered it.
+/// What the metadata of a picture says, for commands and viewer alike.
 struct PictureFacts {
     std::filesystem::path scene;  // as it was named
     const core::World* world = nullptr;

@@ -1,4 +1,4 @@
-// Rays in a texel buffer, hits in a storage buffer, one dispatch. See gpu_rays.h.
+// Rays in a texel buffer, hits in a storage buffer, one dispatch. See rays.h.
 #include "app/gpu/rays.h"
 
 #include "spirv/bench_any.h"

@@ -38,7 +38,7 @@ struct FlatlandSettings {
     double c = 0.6;                // 0: Discard
     Projection projection;
     Beta beta = Beta::none;
-    double betaValue = 1.3;                   // for Beta::ideal: what a neighbour would say
+    double betaValue = 1.3;  // for Beta::ideal: the value, as a neighbour would estimate it
     double pixelLow = 0.1, pixelWidth = 0.1;  // the new pixel on its image line
     uint64_t trials = 400000, seed = 1;
 };

@@ -37,7 +37,7 @@ struct Peak {  // of F6
 };
 constexpr Peak kFirstPeak{.6, .25, .05}, kSecondPeak{1, .7, .08};
 
-/// sin 20t from sin t and cos t, by doubling: a third of the price of another call of sin.
+/// sin 20t from sin t and cos t, by doubling: a third of the cost of another call of sin.
 double sine20(double s1, double c1)
 {
     const double s2 = 2 * s1 * c1, c2 = 1 - 2 * s1 * s1;

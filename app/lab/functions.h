@@ -36,7 +36,7 @@ struct TestFunction {
 
 const std::array<TestFunction, kFunctions>& functions();
 
-/// The place of the function of that id. CHECKs that there is one.
+/// The index of the function of that id. CHECKs that there is one.
 size_t functionIndex(std::string_view id);
 
 /// f_i(x) for all i; x in [0, 1].

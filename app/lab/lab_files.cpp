@@ -153,7 +153,7 @@ std::string field(const Json& value)
     return value.is_string() ? quoted(value.get<std::string>()) : value.dump();
 }
 
-/// Rows of a table from JSON objects with the same keys: files that say the same in the same words.
+/// Rows of a table from JSON objects with the same keys: so that both files use the same names.
 class Table {
 public:
     /// The names come from `sample`, so that a table without rows has them, too.

@@ -128,9 +128,8 @@ private:
     core::reuse::History<double, double> history_;
 };
 
-/// The obvious and biased way: resamples to equal weights, and believes that the set are N
-/// independent samples of the last density and that each pick of RIS is an exact sample of the
-/// residual.
+/// The obvious and biased way: resamples to equal weights, and treats the set as N independent
+/// samples of the last density and each pick of RIS as an exact sample of the residual.
 class EqualSet {
 public:
     explicit EqualSet(const LobeSettings& s) : settings_(s) {}

@@ -1,5 +1,5 @@
-// Reuse from frame to frame: a Cauchy lobe swings to and fro, as the mirror direction does at a
-// point of a glossy surface that a camera circles, and each frame reuses what all before left.
+// Reuse from frame to frame: a Cauchy lobe oscillates, as the mirror direction does at a point of a
+// glossy surface that a camera circles, and each frame reuses the samples of those before.
 #pragma once
 
 #include <functional>

@@ -8,7 +8,7 @@
 namespace app::lab {
 
 /// HTML with inline CSS and SVG; refers to nothing outside and needs no script. Empty lists, NaN
-/// and infinite values are told as such.
+/// and infinite values are shown as such.
 std::string reportHtml(const LabResults& results);
 
 }  // namespace app::lab

@@ -1,4 +1,4 @@
-// The table of all cells, and the plots that hold them against their expectation. See
+// The table of all cells, and the plots that compare them with their expectation. See
 // report_parts.h.
 #include <algorithm>
 #include <cmath>
@@ -29,7 +29,7 @@ std::string cellTitle(const Column& column, const Cell& c)
 /// Within a tenth of the best of the row.
 bool isNear(const CellTable& table, const Cell& cell, const Cell& best)
 {
-    return !isBiased(cell) && !isInfinite(cell) && !table.tooDear(cell) &&
+    return !isBiased(cell) && !isInfinite(cell) && !table.exceedsBudget(cell) &&
            decidingVariance(cell) <= 1.1 * decidingVariance(best) + 1e-12 * cell.truth * cell.truth;
 }
 
@@ -139,7 +139,7 @@ std::string scorePlot(const LabResults& results)
     for (double z = -kReach + kStep / 2; z < kReach; z += kStep) bars.push_back({z, 0});
     double count = 0;
     for (const Cell& cell : results.cells) {
-        // Where nothing varies z is 0 by definition, and says nothing of chance.
+        // Where nothing varies z is 0 by definition, and carries no information about chance.
         if (isBiased(cell) || isInfinite(cell) || cell.z() == 0) continue;
         const double bin =
             std::clamp((cell.z() + kReach) / kStep, 0.0, static_cast<double>(bars.size()) - 1);
@@ -172,7 +172,7 @@ std::string tableSection(const LabResults& results)
     for (const double ratio : ratios(results)) {
         const CellTable table(results, ratio);
         const std::string n = "n = " + (ratio == 1 ? "" : numberText(ratio) + " ") + "N";
-        // The tables at n = N are open; the others are there for who asks.
+        // The tables at n = N are open; the others are folded.
         for (const bool corrected : {false, true}) {
             if (corrected && columnsOf(table, true).size() < 2) continue;
             const std::string title =

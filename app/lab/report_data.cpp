@@ -144,7 +144,8 @@ bool isBiased(const Cell& cell)
     const size_t i = orderOf(cell.method);
     if (i < methods().size() && !methods()[i].unbiased) return true;
     if (cell.beta == Beta::own) return true;
-    // A function may be so symmetric that what is missed equals what is counted twice: luck.
+    // A function may be so symmetric that what is missed equals what is counted twice, by
+    // coincidence.
     if (i < methods().size() && !methods()[i].fresh && missesSupport(cell)) return true;
     return std::isfinite(cell.expectedMean) &&
            std::abs(cell.expectedMean - cell.truth) > 1e-6 * std::abs(cell.truth);
@@ -183,7 +184,7 @@ std::vector<Column> winners(const CellTable& table, const Row& row, const std::v
     std::vector<std::pair<Column, const Cell*>> fit;
     for (const Column& column : table.columns()) {
         const Cell* cell = table.find(row, column);
-        if (!cell || isBiased(*cell) || isInfinite(*cell) || table.tooDear(*cell)) continue;
+        if (!cell || isBiased(*cell) || isInfinite(*cell) || table.exceedsBudget(*cell)) continue;
         if (column.method != "discard" &&
             std::find(betas.begin(), betas.end(), column.beta) == betas.end())
             continue;
@@ -215,7 +216,7 @@ double varianceDeviation(const Cell& cell)
 {
     if (!std::isfinite(cell.expectedVariance)) return kUnknown;
     const double difference = cell.variance - cell.expectedVariance;
-    // A method without variance is right to rounding or wrong for certain.
+    // A method without variance is either right to rounding or certainly wrong.
     if (std::abs(difference) <= 1e-9 * cell.truth * cell.truth) return 0;
     return cell.varianceError > 0 ? difference / cell.varianceError : kInfinite;
 }

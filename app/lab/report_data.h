@@ -1,5 +1,5 @@
-// What the cells say, before words are made of it: who wins a row, who beats whom in how many rows,
-// which cells contradict their expectation. Used by the report and by its tests.
+// What the cells show, as data: who wins a row, who beats whom in how many rows, which cells
+// contradict their expectation. Used by the report and by its tests.
 #pragma once
 
 #include <map>
@@ -50,7 +50,7 @@ public:
     const std::vector<Column>& columns() const { return columns_; }  // in the order of methods()
     double ratio() const { return ratio_; }
     /// Whether a cell of the table spends more rays than its row allows.
-    bool tooDear(const Cell& cell) const { return costsMore(cell, ratio_ * cell.oldSamples); }
+    bool exceedsBudget(const Cell& cell) const { return costsMore(cell, ratio_ * cell.oldSamples); }
     bool has(const Column& column) const;
 
     /// Null where the method was not run: its needs are not met.
@@ -72,8 +72,8 @@ bool isBiased(const Cell& cell);
 /// Provably infinite: what was measured means nothing.
 bool isInfinite(const Cell& cell);
 
-/// -1, 0, 1 as the N Var of a is less than, not to be told from, or more than that of b. Expected
-/// values decide where both are known, else measured ones and their errors.
+/// -1, 0, 1 as the N Var of a is less than, indistinguishable from, or more than that of b.
+/// Expected values decide where both are known, else measured ones and their errors.
 int compareVariance(const Cell& a, const Cell& b);
 
 /// The unbiased columns with no more than n rays that no other such column beats; only columns with

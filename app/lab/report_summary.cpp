@@ -1,4 +1,4 @@
-// What was found, in sentences that the cells write. See report_parts.h.
+// What was found, in sentences made from the cells. See report_parts.h.
 #include <algorithm>
 #include <cmath>
 
@@ -29,7 +29,7 @@ std::string cellList(const std::vector<const Cell*>& cells)
     return escapeMarkup(text);
 }
 
-/// Is what was measured what should have been?
+/// Do the measurements agree with their expectations?
 std::string correctness(const Verdict& v)
 {
     std::string text = "<b>Are the methods right?</b> Of " + counted(v.cells, "cell") + ", " +
@@ -86,7 +86,7 @@ std::vector<double> relativeVariances(const CellTable& table, const std::vector<
     return values;
 }
 
-/// Why Discard wins where it does, if the cells bear it out.
+/// Why Discard wins where it does, if the cells support that reason.
 std::string lossReason(const CellTable& table, const Duel& d)
 {
     const std::vector<double> lost = relativeVariances(table, d.losses),

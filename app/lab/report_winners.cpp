@@ -101,7 +101,7 @@ std::string winnerMap(const std::string& title, const CellTable& table,
     });
 }
 
-/// Shades by the ratio of variances; 1.02 and less is no difference to speak of.
+/// Shades by the ratio of variances; 1.02 and less is no relevant difference.
 std::string shade(double ratio)
 {
     const double size = std::abs(std::log(ratio));

@@ -42,7 +42,7 @@ struct Cell {
     double z() const
     {
         const double difference = mean - truth;
-        // A method without variance is right to rounding or wrong for certain.
+        // A method without variance is either right to rounding or certainly wrong.
         if (!(standardError > 1e-13 * std::abs(truth)))
             return std::abs(difference) <= 1e-9 * std::abs(truth) ? 0 : kInfinite;
         return difference / standardError;

@@ -14,7 +14,7 @@ inline constexpr uint64_t kUsualTrials = 400000, kQuickTrials = 20000;
 struct LabSettings {
     uint64_t trials = kUsualTrials;  // per cell of the table; the other experiments scale with it
     uint64_t seed = 1;
-    bool quick = false;  // for a look: said in the report, changes nothing else
+    bool quick = false;  // only labels the report
 };
 
 /// `progress(stage, fraction)` is called from any thread, one call at a time. Nothing when `stop`

@@ -38,7 +38,7 @@ Run reweightingAugmentationRun(uint32_t n, uint32_t k, double c, std::vector<Bet
     return run;
 }
 
-/// The methods that take no new samples, and augmentation, which takes as many as it must.
+/// The methods that take no new samples, and augmentation, whose number of new samples is not free.
 void addOldOnlyRuns(const Pair& pair, std::vector<Run>& runs)
 {
     using namespace core::reuse;
@@ -115,7 +115,7 @@ void addFreshRuns(const Pair& pair, uint32_t n, std::vector<Run>& runs)
     runs.push_back(std::move(mis));
 }
 
-/// So that no two pairs share their luck.
+/// So that the errors of two pairs are independent.
 uint32_t experimentOf(const Pair& pair)
 {
     return static_cast<uint32_t>(&pair - pairs().data());

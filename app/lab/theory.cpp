@@ -39,7 +39,7 @@ double square(double x)
     return x * x;
 }
 
-/// Second moment minus squared mean. A difference that is mere rounding is none: estimators of no
+/// Second moment minus squared mean. A difference within rounding is zero: estimators without
 /// variance must show none.
 double central(double secondMoment, double mean)
 {
@@ -247,7 +247,7 @@ Expectation rejectionAugmentation(const Integrals& of, const Sizes& s)
     return unbiased(of, central(c * moment, mean) + added);
 }
 
-/// alpha of R-A, written again so that a mistake in the estimators' own text would show.
+/// alpha of R-A, written a second time so that a mistake in the estimators would show.
 double alpha(double c, double q, double p)
 {
     if (!(p > 0)) return 0;
@@ -285,7 +285,8 @@ Expectation reweightingAugmentation(const Integrals& of, const Sizes& s)
     return unbiased(of, old.variance + s.N / s.n * central(moment, of.truth() - old.mean));
 }
 
-/// M candidates of p, each adding g/M with probability omega; M whole, and c made to fit.
+/// M candidates of p, each adding g/M with probability omega; M is a whole number, and c follows
+/// from it.
 Expectation thinned(const Integrals& of, const Sizes& s)
 {
     const double c = s.c, M = s.N / c;

@@ -153,7 +153,7 @@ TrapCase retry()
     return t;
 }
 
-/// Old samples as a weighted set, of which those of small weight are to go.
+/// Old samples as a weighted set, of which those of small weight are to be removed.
 Values prune(const LabChange& change, Old old, TrapStreams& s, bool paid)
 {
     struct Weighted {

@@ -1,5 +1,5 @@
-// Ways of reusing samples that look right and are not, each beside the right way: measured, so that
-// nobody has to believe it.
+// Ways of reusing samples that look right and are not, each beside the right way: with the bias of
+// each measured.
 #pragma once
 
 #include <functional>

@@ -25,7 +25,7 @@ struct Run {
     Cell cell;
     std::vector<Beta> betas{Beta::none};
     std::function<Estimate(const LabChange&, std::span<const LabPoint>, Streams&)> estimate;
-    uint32_t thinning = 1;  // only every so manieth trial is made: for costly runs
+    uint32_t thinning = 1;  // only every `thinning`-th trial is made: for costly runs
 };
 
 struct TrialSettings {
@@ -36,7 +36,7 @@ struct TrialSettings {
 
 /// Makes the trials on all threads. Every run sees the same old samples and its own new ones.
 /// Returns a cell per run, beta and function, in this order; nothing when stopped. `step(fraction)`
-/// tells how far.
+/// reports progress.
 std::vector<Cell> runTrials(const Pair& pair, const std::vector<Run>& runs,
                             const TrialSettings& settings, const std::function<void(double)>& step,
                             std::stop_token stop);

@@ -1,6 +1,6 @@
 // The style sheet of the pages: light and dark, screen and paper. The colours of curves, `.c-…`,
-// are those of Okabe and Ito ("Color Universal Design", 2008), told apart with every kind of colour
-// vision; no meaning rests on colour alone.
+// are those of Okabe and Ito ("Color Universal Design", 2008), distinguishable with every kind of
+// colour vision; no meaning rests on colour alone.
 #pragma once
 
 namespace app::report {

@@ -44,7 +44,8 @@ bool finite(Point p)
     return std::isfinite(p.x) && std::isfinite(p.y);
 }
 
-/// Width of a text in pixels, near enough for margins: bytes that continue a letter do not count.
+/// Width of a text in pixels, precise enough for margins: bytes that continue a letter do not
+/// count.
 double textWidth(std::string_view text)
 {
     const auto letters = std::count_if(text.begin(), text.end(), [](char c) {

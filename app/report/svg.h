@@ -22,7 +22,7 @@ struct Tick {
 /// first is not above `low`, the last not below `high`. Any order and any numbers are accepted.
 std::vector<Tick> linearTicks(double low, double high, int wanted = 5);
 
-/// The same for a logarithmic axis; what is not positive is put right.
+/// The same for a logarithmic axis; bounds that are not positive are corrected.
 std::vector<Tick> logTicks(double low, double high);
 
 /// From values to positions in [0, 1].
@@ -60,7 +60,7 @@ public:
     /// SVG made elsewhere.
     void add(std::string_view svg) { svg_ += svg; }
 
-    /// The whole as an svg element that says `title` to who cannot see it.
+    /// The whole as an svg element with `title` as its text for screen readers.
     std::string element(double width, double height, std::string_view title) const;
     const std::string& content() const { return svg_; }
 
@@ -97,7 +97,7 @@ public:
     void horizontal(double y, const std::string& label, const std::string& style);
     /// A few words at a place of the plot.
     void note(Point at, const std::string& text, Anchor anchor = Anchor::start);
-    /// What the picture shows, for who cannot see it; the title when not given.
+    /// What the picture shows, for screen readers; the title when not given.
     void describe(std::string text) { description_ = std::move(text); }
     void legend(LegendEntry entry) { legend_.push_back(std::move(entry)); }
 

@@ -9,8 +9,8 @@ namespace app::report {
 
 namespace {
 
-/// A finite, non-empty range from whatever was given.
-void putRight(double& low, double& high)
+/// Makes any two numbers a finite range that is not empty.
+void repairRange(double& low, double& high)
 {
     constexpr double kLargest = 1e280, kSmallest = 1e-280;  // steps inside of double
     if (!std::isfinite(low)) low = std::isfinite(high) ? high : 0;
@@ -31,7 +31,7 @@ void putRight(double& low, double& high)
 
 std::vector<Tick> linearTicks(double low, double high, int wanted)
 {
-    putRight(low, high);
+    repairRange(low, high);
     const double rough = (high - low) / std::max(2, wanted);
     const double power = std::pow(10.0, std::floor(std::log10(rough)));
     double step = 10 * power;

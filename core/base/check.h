@@ -9,7 +9,7 @@
 
 namespace core {
 
-/// What a program can tell the shell: see design.md, exit codes.
+/// The program's exit codes; README.md explains them.
 enum class ExitCode : int {
     done = 0,
     failure = 1,

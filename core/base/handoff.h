@@ -1,5 +1,5 @@
-// Tells ThreadSanitizer of what it cannot see: that work handed to TBB's threads, by us or by
-// Embree, begins after the handing over. In other builds it is nothing.
+// Tells ThreadSanitizer what it cannot see: work handed to TBB's threads, by us or by Embree,
+// begins after the handover. In other builds these functions do nothing.
 #pragma once
 
 #if defined(__SANITIZE_THREAD__) || defined(REKINDLE_TSAN)
@@ -12,7 +12,7 @@ extern "C" void __tsan_release(void* address);
 
 namespace core {
 
-/// All that happened before any happensBefore() of a handoff is seen after happensAfter() of it.
+/// Whatever was done before a happensBefore() of a handoff is visible after its happensAfter().
 struct Handoff {
     void happensBefore() { REKINDLE_SEEN(__tsan_release(this)); }
     void happensAfter() { REKINDLE_SEEN(__tsan_acquire(this)); }

@@ -1,7 +1,7 @@
-// Loops on TBB; what a block is depends on the work alone.
-// ThreadSanitizer does not see how TBB's library hands a task to another thread, and reports every
-// one. In its builds this file alone is compiled without it and tells it instead what begins and
-// ends when; the bodies stay watched.
+// Loops on TBB; how work is cut into blocks depends on the amount of work alone. ThreadSanitizer
+// does not see how TBB's library hands a task to another thread, and reports every one. In
+// sanitizer builds this file alone is not instrumented; it reports where bodies begin and end
+// instead, so that the bodies stay checked.
 #include "core/base/parallel.h"
 
 #include <algorithm>

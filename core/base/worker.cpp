@@ -1,5 +1,5 @@
 // One thread, one job at a time, the newest wins. The lock is held for moments only: jobs run, and
-// what they held is freed, outside of it and never on the thread of whoever starts or cancels.
+// what they held is freed, outside of it and never on the thread that starts or cancels.
 #include "core/base/worker.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ namespace core {
 
 namespace {
 
-/// Names this thread and makes it give way to others; a system that refuses is no failure.
-void settleThread(const std::string& name, int niceness)
+/// Names this thread and lowers its priority; a system that refuses is not an error.
+void configureThread(const std::string& name, int niceness)
 {
     pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
     if (niceness == 0) return;
@@ -45,7 +45,7 @@ std::string failureText(const std::exception_ptr& failure)
 
 }  // namespace
 
-/// The job that runs. `abandoned` (cancelled or replaced): nobody wants to hear how it ends.
+/// The job that runs. `abandoned` (cancelled or replaced): its end is not reported.
 struct Worker::Running final : JobContext {
     uint64_t number = 0;
     std::string name;
@@ -100,9 +100,8 @@ uint64_t Worker::start(std::string name, Job job)
         waiting_ = std::move(next);
         changed_.notify_all();
     }
-    if (old)
-        old->source
-            .request_stop();  // outside the lock: this may call what the job has hung on its token
+    // Outside the lock: this may run callbacks that the job has registered with its token.
+    if (old) old->source.request_stop();
     return generation;
 }
 
@@ -112,12 +111,12 @@ void Worker::cancel()
     {
         const std::lock_guard lock(mutex_);
         old = running_;
-        abandonAll();
+        cancelAll();
     }
     if (old) old->source.request_stop();
 }
 
-void Worker::abandonAll()
+void Worker::cancelAll()
 {
     if (waiting_) {
         last_ = {waiting_->generation, JobState::cancelled, waiting_->name, {}, 0, 0, {}};
@@ -145,7 +144,7 @@ void Worker::wait()
 
 void Worker::loop(std::stop_token stop)
 {
-    settleThread(name_, niceness_);
+    configureThread(name_, niceness_);
     std::unique_lock lock(mutex_);
     for (;;) {
         changed_.wait(lock, stop, [this] { return waiting_ || !dropped_.empty(); });
@@ -181,7 +180,7 @@ void Worker::run(std::unique_lock<std::mutex>& lock, std::unique_ptr<Waiting> ne
     const bool failed = failure != nullptr;
     const std::string error = failed ? failureText(failure) : std::string();
     failure = nullptr;
-    next.reset();  // what the job held is free before anybody hears that it has ended
+    next.reset();  // what the job held is freed before its end is reported
     lock.lock();
     if (!running->abandoned) {
         last_ = running->status(failed ? JobState::failed : JobState::done);

@@ -1,6 +1,6 @@
 // The core thread: one background thread that does one job at a time. A job is given what it needs
-// as immutable snapshots, tells how far it is, and hands out results through mailboxes; whoever
-// started it never waits.
+// as immutable snapshots, reports its progress, and hands out results through mailboxes; the thread
+// that started it never waits.
 #pragma once
 
 #include <condition_variable>
@@ -57,12 +57,12 @@ struct JobStatus {
     std::string name, stage;
     double fraction = 0;  // of the stage, in [0,1]
     double seconds = 0;   // since it began to run; of all its run once it has ended
-    std::string error;    // what a failed job said
+    std::string error;    // message of a failed job
 
     bool active() const { return state == JobState::waiting || state == JobState::running; }
 };
 
-/// What a job may ask and tell. Lives as long as the job runs.
+/// What a job can query and report. Lives as long as the job runs.
 class JobContext {
 public:
     virtual ~JobContext() = default;
@@ -107,7 +107,7 @@ private:
         Job job;
     };
     void loop(std::stop_token stop);
-    void abandonAll();
+    void cancelAll();
     void run(std::unique_lock<std::mutex>& lock, std::unique_ptr<Waiting> next);
 
     mutable std::mutex mutex_;

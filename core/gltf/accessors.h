@@ -1,5 +1,5 @@
 // Buffers, buffer views and accessors: resolved, checked once in 64 bits, then read without further
-// doubt.
+// checks.
 #pragma once
 
 #include <span>
@@ -36,7 +36,7 @@ struct Accessor {
 
     uint32_t elementBytes() const;
     bool isFloat() const { return componentType == kFloat; }
-    /// False when every element is zero for want of a buffer view.
+    /// False when there is no buffer view, so that every element is zero.
     bool hasData() const { return data != nullptr || sparseCount > 0; }
 };
 

@@ -1,5 +1,5 @@
-// Keyframes of nodes. A channel with a fault is left out and told; the node then keeps its rest
-// pose.
+// Keyframes of nodes. A channel with a fault is left out with a warning; the node then keeps its
+// rest pose.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// The door of the loader: container, syntax, version and extensions of the document.
+// What the loader accepts as a document: container, syntax, version and extensions.
 #include <algorithm>
 #include <cstring>
 
@@ -31,7 +31,7 @@ constexpr std::array<std::string_view, 14> kKnownExtensions{
 };
 
 /// How a person can get rid of an extension that is required.
-std::string wayOut(const std::string& extension)
+std::string remedyFor(const std::string& extension)
 {
     if (extension == "KHR_draco_mesh_compression")
         return "decode it first, e.g. gltf-transform copy in.glb out.glb";
@@ -115,7 +115,7 @@ void scanText(Load& load, std::string_view text)
     load.reserveMemory(bytes, "");
 }
 
-/// What the JSON parser said, in printable characters and of bearable length.
+/// What the JSON parser said, in printable characters and shortened.
 std::string tidy(std::string text)
 {
     constexpr size_t kLongest = 200;
@@ -258,7 +258,7 @@ void checkVersionAndExtensions(Load& load)
         if (!load.options.ignoreRequired)
             load.refuse("UNSUPPORTED_EXTENSION", pointer,
                         "the file requires " + tidy(required[i]) + ", which is not supported",
-                        wayOut(required[i]));
+                        remedyFor(required[i]));
         load.warn("UNSUPPORTED_EXTENSION", pointer,
                   "the file requires " + tidy(required[i]) +
                       ", which is not supported — ignored as asked");

@@ -1,6 +1,6 @@
 // glTF 2.0 (.gltf, .glb) to core::Scene. Structure errors refuse the whole file; faults of an
-// asset's quality are repaired, counted in Scene::warnings and told. Everything that is read is
-// checked before it is believed.
+// asset's quality are repaired, counted in Scene::warnings and reported. Everything that is read is
+// checked before it is used.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct LoadOptions {
     uint32_t maxTextureSize = 16384;  // width and height in pixels
     bool allowOutside = false;        // let URIs leave the folder of the scene
     bool strict = false;              // a warning refuses the file
-    bool ignoreRequired = false;      // try although an extension is required that we do not know
+    bool ignoreRequired = false;      // load even if an unknown extension is required
 };
 
 /// A refusal. what() is "<file>: <JSON pointer>: <what is wrong> — <what to do>"; `code` follows

@@ -1,4 +1,5 @@
-// The door of the loader: files and data URIs. Containers, syntax and versions are in document.cpp.
+// What the loader may read: files and data URIs. Containers, syntax and versions are in
+// document.cpp.
 #include "core/gltf/guard.h"
 
 #include <algorithm>
@@ -57,7 +58,7 @@ std::optional<std::string> percentDecode(std::string_view text)
     return result;
 }
 
-/// RFC 4648 without line breaks; padding may be left out, rubbish may not be put in.
+/// RFC 4648 without line breaks; padding may be left out, any other character is an error.
 std::optional<Bytes> base64Decode(std::string_view text)
 {
     static const std::array<int8_t, 256> table = [] {

@@ -1,5 +1,4 @@
-// The door of the loader: what may be read from the file system, and whether bytes are a document
-// at all.
+// What the loader may read from the file system, and whether bytes are a document at all.
 #pragma once
 
 #include <filesystem>

@@ -72,7 +72,7 @@ const Json* Object::find(const char* key) const
     return found == value_->end() ? nullptr : &*found;
 }
 
-// --- structure -----------------------------------------------------------------------------------
+// --- structure
 
 uint64_t Object::integer(const char* key, uint64_t fallback) const
 {
@@ -168,7 +168,7 @@ Object Object::element(const char* key, size_t i) const
     return {*load_, array(key).at(i), child(at(key), i)};
 }
 
-// --- quality -------------------------------------------------------------------------------------
+// --- quality
 
 std::string Object::softString(const char* key) const
 {

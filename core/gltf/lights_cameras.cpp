@@ -30,7 +30,7 @@ double positive(const Object& object, const char* key, double fallback, double h
     return fallback;
 }
 
-/// Clip planes mean nothing to a path tracer, but a wrong one is told.
+/// A path tracer ignores clip planes, but a wrong one deserves a warning.
 void checkClipPlanes(const Object& lens)
 {
     const Json *near = lens.find("znear"), *far = lens.find("zfar");

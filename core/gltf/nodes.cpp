@@ -144,8 +144,8 @@ Transform readTransform(Load& load, const Object& node)
                 matrix[column][row] = m[static_cast<size_t>(4 * column + row)];
         const bool affine = m[3] == 0 && m[7] == 0 && m[11] == 0 && m[15] == 1;
         if (!affine) {
-            // An all-zero matrix is told of where the scene is flattened: nothing of it is left to
-            // see.
+            // An all-zero matrix is reported where the scene is flattened, because nothing of it is
+            // visible.
             if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 0)
                 load.warn("NODE_MATRIX_NON_TRS", node.at("matrix"),
                           "has a last row other than 0 0 0 1 — taken as that");

@@ -46,7 +46,7 @@ glm::dvec2 exrSize(std::span<const std::byte> bytes)
 
 /// Follows the chunks of a PNG to its end and says what is wrong. Libpng would notice too, but
 /// OpenImageIO leaks its message then, and libpng writes its own to stderr.
-std::string judgePng(std::span<const std::byte> bytes, glm::dvec2& size)
+std::string checkPng(std::span<const std::byte> bytes, glm::dvec2& size)
 {
     const auto word = [&](size_t at) {
         uint32_t value = 0;
@@ -73,7 +73,7 @@ std::string sizeText(double width, double height)
            std::to_string(static_cast<int64_t>(height));
 }
 
-std::string judgeSize(double width, double height, const ImageGuards& guards)
+std::string checkSize(double width, double height, const ImageGuards& guards)
 {
     if (!(width >= 1) || !(height >= 1)) return "has no pixels (" + sizeText(width, height) + ")";
     if (width > guards.maxSize || height > guards.maxSize)
@@ -161,8 +161,8 @@ DecodedImage decodeImage(std::span<const std::byte> bytes, const ImageGuards& gu
     if (name.empty()) return {{}, "is no PNG, JPEG, OpenEXR or Radiance image by its content"};
     if (name == "openexr" || name == "png") {
         glm::dvec2 size = name == "png" ? glm::dvec2(1) : exrSize(bytes);
-        const std::string damage = name == "png" ? judgePng(bytes, size) : "";
-        if (std::string problem = judgeSize(size.x, size.y, guards); !problem.empty())
+        const std::string damage = name == "png" ? checkPng(bytes, size) : "";
+        if (std::string problem = checkSize(size.x, size.y, guards); !problem.empty())
             return {{}, problem};
         if (!damage.empty()) return {{}, damage};
     }
@@ -176,7 +176,7 @@ DecodedImage decodeImage(std::span<const std::byte> bytes, const ImageGuards& gu
     if (!input->open("image." + name, spec, config))
         return {{}, "cannot be read: " + firstLine(input->geterror())};
 
-    if (std::string problem = judgeSize(spec.width, spec.height, guards); !problem.empty())
+    if (std::string problem = checkSize(spec.width, spec.height, guards); !problem.empty())
         return {{}, problem};
     if (spec.deep || spec.depth > 1) return {{}, "is a deep or volume image"};
     if (spec.nchannels < 1 || spec.nchannels > 4)

@@ -1,5 +1,5 @@
 // Images of scenes, decoded behind guards. OpenImageIO would read what a file's content asks for:
-// here the content's first bytes choose one of four readers by name, and the size is judged before
+// here the content's first bytes choose one of four readers by name, and the size is checked before
 // a pixel is allocated.
 #pragma once
 

@@ -16,7 +16,7 @@ double PixelSums::varianceOfMean() const
 
 namespace {
 
-/// What a pixel of one iteration adds to the group's statistic; 0 where it cannot tell.
+/// What a pixel of one iteration adds to the group's statistic; 0 where that is unknown.
 double statistic(CombineBy by, const PixelSums& pixel)
 {
     switch (by) {

@@ -35,8 +35,8 @@ struct PixelSums {
 
     double mean() const { return count > 0 ? sum / count : 0; }
 
-    /// Unbiased estimate of the variance of the mean; 0 when nothing varies or one sample cannot
-    /// tell.
+    /// Unbiased estimate of the variance of the mean; 0 when nothing varies or there are fewer than
+    /// two samples.
     double varianceOfMean() const;
 
     /// ESS-hat, (sum x)^2 / sum x^2: the inverse of relative variance of the mean + 1 / count. 0
@@ -48,14 +48,15 @@ struct PixelSums {
 /// each has weights of its own.
 enum class CombineBy : uint8_t {
     samples,              // counts only: unbiased, blind to noise
-    inverseMeanVariance,  // 1 / mean of variances: fireflies decide
-    meanInverseVariance,  // mean of 1 / variance: quiet pixels decide
+    inverseMeanVariance,  // 1 / mean of variances: fireflies dominate
+    meanInverseVariance,  // mean of 1 / variance: quiet pixels dominate
     effectiveSamples,     // mean of ESS-hat
 };
 
 /// Weights of iterations, which sum to one, for the pixels of a group. `iterations[k][i]` is pixel
-/// i in iteration k; all iterations have the same pixels. A pixel where some iteration cannot tell
-/// its noise (black, or without variance) has no say; where none has, samples decide.
+/// i in iteration k; all iterations have the same pixels. A pixel where the noise of some iteration
+/// is unknown (black, or without variance) does not count; where no pixel counts, the numbers of
+/// samples decide.
 void combinationWeights(CombineBy by, std::span<const std::span<const PixelSums>> iterations,
                         std::span<double> weights);
 

@@ -1,8 +1,8 @@
-// The directional quadtree of path guiding as what it is in the end: a density on the unit square,
-// constant in every leaf. T. Mueller, M. Gross, J. Novak, "Practical Path Guiding for Efficient
-// Light-Transport Simulation" (2017). How trees are learnt and what the square means as directions
-// is not here. What differs: a node's sums count only relative to each other, so that the density
-// integrates to one whatever rounding did to the levels above.
+// The directional quadtree of path guiding as a density on the unit square, constant in every leaf.
+// T. Mueller, M. Gross, J. Novak, "Practical Path Guiding for Efficient Light-Transport Simulation"
+// (2017). How trees are learnt and what the square means as directions is not here. What differs: a
+// node's sums count only relative to each other, so that the density integrates to one whatever
+// rounding did to the levels above.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ public:
     static constexpr size_t kMaxNodes = 0x10000u;  // as many as 16 bits can number
 
     /// One cell and its quarters: bit 0 of a quarter's number is its half in x, bit 1 in y. Sums
-    /// fit in fp32 because only their ratios within a node matter (who adds up many small terms
-    /// needs more while doing so).
+    /// fit in fp32 because only their ratios within a node matter (adding up many small terms needs
+    /// more precision meanwhile).
     struct Node {
         std::array<float, 4> sum{};       // of what has been recorded in each quarter
         std::array<uint16_t, 4> child{};  // number of the quarter's node; 0: a leaf
@@ -81,7 +81,7 @@ public:
     }
 
 private:
-    /// Where a walk from the root has come to.
+    /// Position of a walk from the root.
     struct Cell {
         glm::dvec2 low{0};
         double side = 1, density = 1;
@@ -98,7 +98,7 @@ private:
     std::vector<Node> nodes_;
 };
 
-/// What two densities q and p have in common, and what p has beyond c q.
+/// The overlap of two densities q and p, and the mass of p beyond c q.
 struct Overlap {
     double overlap = 0;   // O(c), integral of min(c q, p)
     double residual = 0;  // R(c), integral of (p - c q)+; O + R = 1

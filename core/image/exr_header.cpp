@@ -1,4 +1,5 @@
-// A reader of EXR attributes that believes nothing: every length is checked against what is left.
+// A reader of EXR attributes that trusts no length: each is checked against the bytes that are
+// left.
 #include "core/image/exr_header.h"
 
 #include <algorithm>

@@ -78,7 +78,8 @@ struct Plane {
 /// Weights at offsets -radius .. radius.
 using Kernel = std::vector<double>;
 
-/// Convolves rows with `across` and columns with `down`; beyond the edge the edge pixel goes on.
+/// Convolves rows with `across` and columns with `down`; beyond the edge the edge pixel is
+/// repeated.
 Plane convolve(const Plane& in, const Kernel& across, const Kernel& down)
 {
     const int radiusX = int(across.size() / 2), radiusY = int(down.size() / 2);

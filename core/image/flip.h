@@ -1,4 +1,4 @@
-// FLIP: the difference that a person sees when two images take turns on a screen, in [0, 1] per
+// FLIP: the difference that a person sees when two images alternate on a screen, in [0, 1] per
 // pixel.
 //   Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astrom, Fairchild, "FLIP: A Difference
 //   Evaluator for Alternating Images", 2020 (low dynamic range); Andersson, Nilsson, Shirley,
@@ -28,7 +28,7 @@ struct FlipExposures {
 /// Chosen from the reference's luminance: at `start` its brightest pixel, at `stop` its median is
 /// shown at 0.85 of white; one step per stop, at least two. The papers' choice has no answer when
 /// the median is zero: then the median of the pixels above zero counts, and an image without light
-/// is looked at as it is. At most 40 stops.
+/// is compared as it is. At most 40 stops.
 FlipExposures flipExposures(const Image& reference);
 
 struct FlipResult {

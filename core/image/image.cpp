@@ -1,6 +1,6 @@
-// Image files through OpenImageIO, which is named nowhere else but in texture loading. The library
-// does not limit what an EXR may make it allocate (2.4.7), so the header is checked first; and it
-// writes in place, so files are written under a temporary name in the same folder and renamed when
+// Image files through OpenImageIO, which is used here and in texture loading only. The library does
+// not limit what an EXR may make it allocate (2.4.7), so the header is checked first; and it writes
+// in place, so files are written under a temporary name in the same folder and renamed when
 // complete.
 #include "core/image/image.h"
 
@@ -89,7 +89,7 @@ std::string lowerExtension(const std::filesystem::path& file)
     return extension;
 }
 
-/// One line of the library's complaint.
+/// First line of the library's error message.
 std::string firstLine(std::string text)
 {
     text.erase(std::min(text.find('\n'), text.size()));

@@ -151,7 +151,7 @@ bool hasContent(const PairSums& sums)
     return sums.a.variance + sums.b.variance != glm::dvec3(0) || sums.a.mean != sums.b.mean;
 }
 
-/// Fills in what is told of all tiles together.
+/// Fills in the results over all tiles.
 void summarize(WelchResult& result)
 {
     std::vector<double> green;
@@ -162,7 +162,7 @@ void summarize(WelchResult& result)
             smallest = std::min(smallest, score.p);
         }
         const WelchScore& middle = tile.channels[1];
-        if (middle.degreesOfFreedom == 0 && middle.z == 0) continue;  // black: nothing to tell
+        if (middle.degreesOfFreedom == 0 && middle.z == 0) continue;  // black: no information
         green.push_back(middle.p);
         const size_t bin = std::min(size_t(green.back() * 20), size_t(19));
         ++result.histogram[bin];

@@ -43,13 +43,13 @@ template <class Real, class Value> struct Estimate {
     double weightSquares = 0;  // sum of v_i^2, which may leave the range of float
     uint32_t rays = 0;         // new evaluations of f
     uint32_t densities = 0;    // pairs (q, p) evaluated
-    uint32_t faults = 0;       // densities that were negative, infinite or no numbers: must stay 0
+    uint32_t faults = 0;       // densities that were negative, infinite or NaN: must stay 0
 
     /// Adds a sample of absolute weight u.
     void add(Real u, Real p, const Value& f)
     {
         value += f * u;
-        if (!shared::usableDensity(p)) return;  // reweighting has no need of p
+        if (!shared::usableDensity(p)) return;  // reweighting does not need p
         const double v = static_cast<double>(u * p);
         weightSum += v;
         weightSquares += v * v;

@@ -26,7 +26,7 @@ template <class Real> Real effectiveSampleSize(std::span<const Real> weights)
     if (!(largest > 0)) return 0;
     Real sum = 0, squares = 0;
     for (const Real w : weights) {
-        const Real scaled = w / largest;  // squares of extreme weights leave the range of numbers
+        const Real scaled = w / largest;  // squares of extreme weights overflow or vanish
         sum += scaled;
         squares += scaled * scaled;
     }

@@ -1,4 +1,4 @@
-// The estimators that Reweighting-Augmentation stands beside: discard, reweighting, rejection
+// The estimators that Reweighting-Augmentation is compared with: discard, reweighting, rejection
 // ("filtering"), resampling of the old set, augmentation, and the mix of both. J. Zhang, M.
 // Shields, "Probability Measure Changes in Monte Carlo Simulation" (2018); collected in S. Wang,
 // "Efficient Sample Usage in Photo-Realistic Rendering" (2022), chapter 7.

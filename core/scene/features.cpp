@@ -197,7 +197,7 @@ uint32_t meshFeatures(const Scene& scene, std::span<const int> meshes, uint32_t 
         }
         if (second || colours) bits |= shared::kFeatureVertexExtra;
     }
-    // Normal maps turn the shading normal: the code that reads tangents stands under the same roof.
+    // Normal maps turn the shading normal: the code that reads tangents is enabled by the same bit.
     if ((features & shared::kFeatureNormalMaps) != 0) bits |= shared::kFeatureShadingNormals;
     return bits;
 }

@@ -1,5 +1,5 @@
 // Distributions that renderers invert: over emitters by power, over the texels of an environment by
-// what they shine. A CDF is stored in float and its differences are the probabilities, exactly: all
+// their radiance. A CDF is stored in float and its differences are the probabilities, exactly: all
 // values are multiples of 2^-24, as the uniform numbers are, so nothing is lost between what is
 // stored and what happens.
 #pragma once

@@ -1,4 +1,4 @@
-// The bookkeeping of warnings.
+// Counting warnings.
 #include "core/scene/scene.h"
 
 #include <algorithm>

@@ -95,7 +95,7 @@ struct PunctualLight {
 struct Environment {
     std::string file;
     uint32_t width = 0, height = 0;
-    // Linear radiance, already times nothing: `intensity` multiplies
+    // Linear radiance, before it is multiplied by `intensity`
     std::vector<glm::vec4> texels;
     float intensity = 1;
 };

@@ -45,7 +45,7 @@ bool hasAlpha(const World& world, const WorldTriangle& triangle)
     return (world.materials[triangle.material].flags & flags) != 0;
 }
 
-/// Embree must not see rays that are no numbers (its Debian build asserts): they meet nothing.
+/// Embree must not be given rays that are not finite (Debian's build asserts): they hit nothing.
 bool isTraceable(const Ray& ray)
 {
     const glm::vec3 size = glm::abs(ray.origin) + glm::abs(ray.direction);
@@ -55,12 +55,12 @@ bool isTraceable(const Ray& ray)
 struct BuildMonitor {
     const std::function<void(const char*, double)>& progress;
     std::stop_token stop;
-    std::exception_ptr thrown{};  // by `progress`; Embree's frames are not to be unwound
+    std::exception_ptr thrown{};  // by `progress`; Embree's stack frames must not be unwound
     std::mutex mutex{};
     Handoff handoff{};
 };
 
-bool buildGoesOn(void* pointer, double fraction)
+bool continueBuild(void* pointer, double fraction)
 {
     auto* monitor = static_cast<BuildMonitor*>(pointer);
     monitor->handoff.happensAfter();
@@ -168,7 +168,7 @@ Accel::Accel(std::shared_ptr<const World> world,
     rtcSetSceneFlags(impl.scene, RTC_SCENE_FLAG_ROBUST |
                                      (compact ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE));
     BuildMonitor monitor{progress, std::move(stop)};
-    rtcSetSceneProgressMonitorFunction(impl.scene, buildGoesOn, &monitor);
+    rtcSetSceneProgressMonitorFunction(impl.scene, continueBuild, &monitor);
     impl.handoff.happensBefore();
     monitor.handoff.happensBefore();
     rtcCommitScene(impl.scene);

@@ -1,5 +1,5 @@
-// Ray tracing on the CPU: the nearest hit, and whether anything is in between. Embree inside, none
-// of it here.
+// Ray tracing on the CPU: the nearest hit, and whether anything is in between. Implemented by
+// Embree, which this header does not expose.
 #pragma once
 
 #include <functional>
@@ -31,7 +31,7 @@ enum class AccelQuality { automatic, high, medium, compact };
 
 class Accel {
 public:
-    /// Builds over the world's own arrays, which are not copied. `progress` hears "accelerate" with
+    /// Builds over the world's own arrays, which are not copied. `progress` gets "accelerate" with
     /// the fraction done. Throws core::Error when memory runs out, and (interrupted) when `stop` is
     /// requested meanwhile. What `progress` throws ends the build and is passed on.
     explicit Accel(std::shared_ptr<const World> world,
@@ -42,16 +42,16 @@ public:
     Accel& operator=(const Accel&) = delete;
 
     /// The nearest hit in (0, tMax]; false when there is none (`hit` then holds no meaning). Rays
-    /// that are no numbers meet nothing.
+    /// that are not finite hit nothing.
     bool closest(const Ray& ray, shared::Hit& hit) const;
 
     /// True when something lies in (0, tMax).
     bool occluded(const Ray& ray) const;
 
     /// The same for many rays at once, in packets of 16: hits[i].slot is kNone where there is none;
-    /// blocked[i] is 1 or 0. Which rays stand together may decide the last bit of a hit: keep it a
-    /// function of the image alone.
-    /// `coherent`: neighbours go much the same way, as camera rays do, which is faster if true.
+    /// blocked[i] is 1 or 0. Which rays share a packet may decide the last bit of a hit: keep that
+    /// a function of the image alone. `coherent`: neighbouring rays have similar directions, as
+    /// camera rays do; faster where that is true.
     void closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent = false) const;
     void occluded(std::span<const Ray> rays, uint8_t* blocked) const;
 

@@ -1,5 +1,5 @@
 // The work on ranges of references inside the BVH builder: finding an object or a spatial split,
-// and carrying it out. A reference is a box and the triangle that it is (a part of) the bounds of.
+// and carrying it out. A reference is a triangle with the bounds of all or a part of it.
 #pragma once
 
 #include <bit>

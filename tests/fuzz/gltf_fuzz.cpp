@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
     try {
         core::loadGltfFromMemory(std::as_bytes(std::span(data, size)), "fuzz.gltf", options);
     } catch (const core::LoadError&) {
-        // A refusal is a right answer; any other exception is a find.
+        // A refusal is a correct result; any other exception is a finding.
     }
     return 0;
 }

@@ -8,7 +8,7 @@
 
 SHARED_BEGIN
 
-/// Densities, weights and scores may be anything; xi and kappa are what they should be.
+/// Densities, weights and scores may have any value; xi and kappa are valid.
 struct ReuseCheckInput {
     float c;
     float N;

@@ -221,7 +221,7 @@ TEST(BsdfSampling, SlowLobesFollowTheirDensity)
     testLobes(2'000'000, {1.001e-3f, 0.01f, 0.05f, 0.2f, 0.5f, 1.0f});
 }
 
-// --- mixtures ----------------------------------------------------------------------------------
+// --- mixtures
 
 /// Chi-square over directions: equal cells of the whole sphere's cosine (upper half, and lower if
 /// it transmits).
@@ -337,7 +337,7 @@ TEST(BsdfSampling, deltaPartsAreDrawnWithTheProbabilityTheDensityLacks)
     }
 }
 
-// --- the test of the tests ---------------------------------------------------------------------
+// --- the test of the tests
 
 /// Draws like sampleBsdf of a metal, with a normal that `normal` makes.
 Draw metalWith(const std::function<vec3(vec3, float, vec2)>& normal)

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kAngles[] = {0, 30, 60, 75, 85, 89.5};
 
-/// A cast of materials with everything in it, white where colour is possible.
+/// Materials that cover all of the model, white where colour is possible.
 std::vector<BsdfInputs> cast()
 {
     std::vector<BsdfInputs> all = {lambert()};
@@ -107,7 +107,7 @@ TEST(Bsdf, strangeIndicesStayEnergyConserving)
     }
 }
 
-// --- T8 ----------------------------------------------------------------------------------------
+// --- T8
 
 TEST(Bsdf, specularZeroIsExactlyLambert)
 {
@@ -198,7 +198,7 @@ TEST(Bsdf, albedoEstimateIsNearTheAlbedo)
     }
 }
 
-// --- N9 ----------------------------------------------------------------------------------------
+// --- N9
 
 TEST(Bsdf, noStepAtTheSwitchToDeltaLobes)
 {
@@ -277,7 +277,7 @@ TEST(Bsdf, smoothGlassReflectsByFresnelAndRefractsBySnell)
     }
 }
 
-// --- values ------------------------------------------------------------------------------------
+// --- values
 
 TEST(Bsdf, fresnelIsExact)
 {

@@ -164,7 +164,7 @@ std::vector<std::string> missingBarriers(const std::vector<WatchedCommand>& comm
         }
         for (const BufferUse& use : command.uses) {
             std::vector<Past>& list = pasts[use.buffer];
-            // Who is ordered after a write is ordered after all that came before the write.
+            // What is ordered after a write is ordered after everything before that write.
             if (use.writes())
                 std::erase_if(list, [i](const Past& past) { return past.command != i; });
             list.push_back({use, i, 0, false, {}});

@@ -44,8 +44,8 @@ std::vector<std::string> missingBarriers(const std::vector<WatchedCommand>& comm
 /// text.
 std::map<uint32_t, VkAccessFlags> kernelAccess(std::span<const uint32_t> spirv);
 
-/// Makes the list of all commands that are submitted while it lives. Wants devices that are made
-/// while it lives.
+/// Makes the list of all commands that are submitted while it lives. Works for devices that are
+/// made while it lives.
 class BarrierWatch {
 public:
     explicit BarrierWatch(VulkanFaults& faults);

@@ -1,5 +1,5 @@
-// Materials and helpers that the tests of bsdf.h share, and textbook formulas in double to hold it
-// against.
+// Materials and helpers that the tests of bsdf.h share, and textbook formulas in double to compare
+// with.
 #pragma once
 
 #include "shared/bsdf.h"
@@ -93,7 +93,7 @@ inline Moments sampledAlbedo(const Bsdf& b, vec3 wo, uint count, uint scrambles 
     return result;
 }
 
-// --- textbook formulas -------------------------------------------------------------------------
+// --- textbook formulas
 
 inline double lambda(double cosine, double alpha)
 {

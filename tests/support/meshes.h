@@ -1,5 +1,5 @@
 // Triangle meshes for the tests of the acceleration structures: closed surfaces, soups and the
-// shapes that break builders (N24 of reliability-ux.md).
+// shapes that break builders (N24).
 #pragma once
 
 #include <cstdint>

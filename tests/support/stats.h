@@ -1,6 +1,5 @@
-// Statistics for tests, after the policy of the project: fixed seeds, Sidak-corrected levels,
-// pooled chi-square, Welch for two estimators, and a refusal of tests that could not see the error
-// they look for.
+// Statistics for tests, by the policy of docs/tests.md: Sidak-corrected levels, pooled chi-square,
+// Welch for two estimators, and the smallest bias that a test can detect.
 #pragma once
 
 #include <cstddef>

@@ -72,7 +72,7 @@ Estimate estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high
 double score(const Estimate& a, double exact);
 double score(const Estimate& a, const Estimate& b);
 
-/// Relative bias that the test would see with 99 % power (S2).
+/// Relative bias that the test would see with 99 % power.
 double detectable(const Estimate& a, double exact);
 double detectable(const Estimate& a, const Estimate& b);
 

@@ -91,7 +91,7 @@ VirtualDisplay::~VirtualDisplay()
 void VirtualDisplay::kill()
 {
     if (process_ <= 0) return;
-    ::kill(process_, SIGTERM);  // it removes its own locks; nothing of ours is asked
+    ::kill(process_, SIGTERM);  // it removes its own locks and asks nothing of us
     waitpid(process_, nullptr, 0);
     process_ = -1;
 }

@@ -11,7 +11,7 @@
 
 namespace tests {
 
-/// Sets DISPLAY while it lives. On a server's own terms: no window manager, nobody has the focus.
+/// Sets DISPLAY while it lives. There is no window manager, and no window has the focus.
 class VirtualDisplay {
 public:
     VirtualDisplay();

@@ -1,4 +1,4 @@
-// The book of objects and the installation of the hooks. See vulkan_faults.h.
+// The record of objects and the installation of the hooks. See vulkan_faults.h.
 #include "tests/support/vulkan_faults.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ void ObjectBook::destroyed(std::string_view type, uint64_t handle, uint64_t pare
     const std::lock_guard lock(mutex_);
     const auto entry = alive_.find({std::string(type), handle});
     if (entry == alive_.end()) {
-        // Objects of devices that were there before the guard are none of its business.
+        // Objects of devices that existed before the guard are not recorded.
         if (alive_.contains({"Device", parent}))
             complaints_ += "destroyed, but not alive: " + std::string(type) + '\n';
         return;

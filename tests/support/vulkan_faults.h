@@ -1,6 +1,6 @@
 // Faults planted in Vulkan: while a VulkanFaults lives, every entry of gpu::vk goes through a hook
-// that can fail a call, put another function in its place, count calls, and keep the book of
-// objects made and destroyed.
+// that can fail a call, put another function in its place, count calls, and record the objects made
+// and destroyed.
 #pragma once
 
 #include <array>

@@ -30,7 +30,7 @@ inline std::shared_ptr<const core::Image> flat(uint32_t width, uint32_t height, 
     return image;
 }
 
-/// Shown as reflectances, so that a colour can be foretold: the sRGB encoding of the value.
+/// Shown as reflectances, so that a colour can be predicted: the sRGB encoding of the value.
 inline app::DisplayInputs inputsOf(std::shared_ptr<const core::Image> image)
 {
     app::DisplayInputs inputs;
@@ -40,7 +40,7 @@ inline app::DisplayInputs inputsOf(std::shared_ptr<const core::Image> image)
     return inputs;
 }
 
-/// Each test has one display, skips without Xvfb, and fails when the validation layer said
+/// Each test has one display, skips without Xvfb, and fails when the validation layer reported
 /// anything.
 class WindowFixture : public testing::Test {
 protected:

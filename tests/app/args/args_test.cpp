@@ -1,5 +1,5 @@
 // The command line as structs: every option of a method comes from its one description, every
-// mistake is told.
+// mistake is reported.
 #include "app/args/args.h"
 
 #include <initializer_list>

@@ -12,7 +12,7 @@ namespace {
 using testing::internal::CaptureStderr;
 using testing::internal::GetCapturedStderr;
 
-/// Past the silent start of a stage.
+/// After the silent beginning of a stage.
 void work(app::Log& log)
 {
     log.progress("building", 0.1);

@@ -350,13 +350,13 @@ TEST_F(Cli, UntilTheErrorIsSmallEnough)
     EXPECT_EQ(stats().at("ended"), "target");
     EXPECT_LE(stats().at("rmse").get<double>(), 0.05);
     EXPECT_LT(stats().at("spp").get<int>(), 1024);
-    // What was said is what the files hold.
+    // The messages agree with the files.
     const Json compared = Json::parse(run({"compare", "x.exr", "ref.exr"}).out);
     EXPECT_NEAR(compared.at("rmse").get<double>(), stats().at("rmse").get<double>(), 1e-6);
 
     result = run(small + Strings{"--until-rmse", "1e-9", "--spp", "3"});
     EXPECT_EQ(result.code, 6) << result.err;
-    EXPECT_EQ(exr("x.exr").metadata.at("spp"), "3");  // the picture is there all the same
+    EXPECT_EQ(exr("x.exr").metadata.at("spp"), "3");  // the picture is saved nevertheless
     EXPECT_EQ(stats().at("ended"), "spp");
     EXPECT_GT(stats().at("rmse").get<double>(), 1e-9);
 

@@ -51,7 +51,7 @@ TEST_F(LabCommand, FoldersThatCannotBeAreRefusedBeforeTheWork)
     expectRefused(lab + Strings{"file/below/it"}, 3, "file is a file");
     expectRefused(lab + Strings{"/proc/nowhere/below"}, 3, "cannot be made");
     EXPECT_EQ(readAll(work("file")), "mine");
-    if (getuid() != 0) {  // to root nothing is closed
+    if (getuid() != 0) {  // root may write everywhere
         fs::create_directory(work("closed"));
         fs::permissions(work("closed"), fs::perms::owner_read | fs::perms::owner_exec);
         expectRefused(lab + Strings{"closed"}, 3, "closed");
@@ -155,7 +155,7 @@ TEST_F(LabCommand, CtrlCLeavesNothing)
         EXPECT_EQ(result.out, "");
     }
     EXPECT_TRUE(files().empty());
-    EXPECT_FALSE(fs::exists(work("new")));  // made by it, unmade by it
+    EXPECT_FALSE(fs::exists(work("new")));  // created and removed by the command
     EXPECT_TRUE(fs::exists(work("mine")));
 }
 

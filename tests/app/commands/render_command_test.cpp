@@ -1,5 +1,5 @@
 // What the render command does when the renderer behind it fails: partial results are saved and
-// said.
+// reported.
 #include "app/commands/render_command.h"
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// Cameras as JSON: round trips through the scene's placement, paths through their keys, mistakes
-// told.
+// Cameras as JSON: round trips through the scene's placement, paths through their keys, reported
+// mistakes.
 #include "app/files/camera_file.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // How long a submission holds the device (V3): the rule alone, and the renderer on a device that
 // says it is a hundred times slower than it is; what a stop leaves behind; the mean beside the
-// film; views that cost no kernels.
+// film; views that compile no kernels.
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -70,7 +70,7 @@ std::shared_ptr<const core::World> asset(const std::string& name)
         core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
 }
 
-// A device whose clock goes by the work it is given, so that other work on the machine does not
+// A device whose clock advances by the work it is given, so that other work on the machine does not
 // count.
 double secondsPerLane = 0;
 uint64_t groups = 0;             // dispatched since the last look at the clock

@@ -1,5 +1,6 @@
 // The traversal kernel on the device: the triangles that Embree finds (T17), nothing slips through
-// closed surfaces (T15), rays that are none hit nothing, degenerate scenes (N24). Validation is on.
+// closed surfaces (T15), rays that are not finite hit nothing, degenerate scenes (N24). Validation
+// is on.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -209,7 +210,7 @@ TEST_F(GpuTraverse, SlowWatertight)
     expectWatertight(10000000);
 }
 
-TEST_F(GpuTraverse, RaysThatAreNoneHitNothing)
+TEST_F(GpuTraverse, RaysThatAreNotFiniteHitNothing)
 {
     const auto world = worldOf(tests::sphereMesh(10, 2, 0, vec3(0)));
     gpu::GpuRays onDevice(device(), *world, true);

@@ -1,5 +1,5 @@
 // The cache of compiled kernels (V14): what is damaged, cut off, foreign or unreadable counts as
-// absent, processes may write at once, and kernels that do not compile are told.
+// absent, processes may write at once, and kernels that do not compile are reported.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -125,7 +125,7 @@ TEST(PipelineCache, PlacesThatCannotBeWrittenOrReadAreNoError)
     gpu::writeCache("/proc/nowhere", someKey(), bytesOf("x"));
     gpu::writeCache(folder / "deep/deeper", someKey(), bytesOf("x"));  // made on demand
     EXPECT_EQ(gpu::readCache(folder / "deep/deeper", someKey()), bytesOf("x"));
-    // A folder where the file should be: neither reading nor writing may stumble.
+    // A folder where the file should be: neither reading nor writing may fail.
     const std::filesystem::path file =
         std::filesystem::directory_iterator(folder / "deep/deeper")->path();
     std::filesystem::remove(file);
@@ -179,8 +179,7 @@ TEST(PipelineCache, ItsPlaceFollowsTheEnvironment)
     }
 }
 
-/// A driver that keeps something: what it is given is noted, what it gives is its header and some
-/// bytes.
+/// A driver that keeps something: it records what it is given, and gives its header and some bytes.
 struct KeepingDriver {
     std::vector<size_t> given;
     size_t bytes = 500;

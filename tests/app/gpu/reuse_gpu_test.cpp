@@ -1,6 +1,6 @@
 // The text of shared/reuse.h and shared/rgbe.h on the device against the same text in C++ (T-29),
-// on densities that are anything a mistake can make of them: nothing becomes NaN, infinite or
-// negative (T-15). Validation is on.
+// on densities with every kind of fault: nothing becomes NaN, infinite or negative (T-15).
+// Validation is on.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ float logUniform(Pcg32& random, double low, double high)
     return static_cast<float>(low * std::pow(high / low, random()));
 }
 
-/// A density; one in eight is none.
+/// A density; one in eight is invalid.
 float anyDensity(Pcg32& random)
 {
     constexpr float kSpecial[] = {0,  -0.0f,  kNan,    -kNan,         kInf, -kInf,
@@ -122,7 +122,7 @@ bool agree(float a, float b, float slack = 0)
 }
 
 /// Whether some decision of the resampling is within rounding of its threshold, so that devices may
-/// part.
+/// differ.
 bool isClose(const ReuseCheckInput& a, bool residual)
 {
     float sum = 0;

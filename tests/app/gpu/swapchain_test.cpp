@@ -22,7 +22,7 @@ using gpu::vk;
 struct Injection {
     VkResult result = VK_SUCCESS;
     int at = 0, times = 1, calls = 0;
-    bool afterReal = false;  // the driver does its work all the same
+    bool afterReal = false;  // the driver does its work nevertheless
 
     bool strikes()
     {
@@ -185,7 +185,7 @@ TEST_F(SwapchainTest, ASurfaceThatIsLostAgainAndAgainEndsTheWindow)
     Window window("test", {200, 120});
     Gui gui(window, {.validation = true});
     acquire = {.result = VK_ERROR_SURFACE_LOST_KHR, .at = 2, .times = 5};
-    frames(window, gui, 12);  // five times in a row is borne
+    frames(window, gui, 12);  // five times in a row is tolerated
     EXPECT_EQ(surfaces, 5);
     expectPicture(gui);
     present = {.result = VK_ERROR_SURFACE_LOST_KHR, .at = 0, .times = 1000};
@@ -288,10 +288,10 @@ TEST_F(SwapchainTest, ADeviceThatCannotPresentIsRefusedWithAdvice)
         return VK_SUCCESS;
     };
     expectAdvice("no format");
-    EXPECT_EQ(surfaces, 3);  // none stays behind
+    EXPECT_EQ(surfaces, 3);  // none is left
 }
 
-/// V16: of several families the one is taken that presents, wherever it stands.
+/// V16: of several families the one is taken that presents, whatever its index.
 TEST_F(SwapchainTest, TheFamilyThatPresentsIsTaken)
 {
     vk.GetPhysicalDeviceQueueFamilyProperties = [](auto physical, auto count, auto families) {
@@ -319,7 +319,7 @@ TEST_F(SwapchainTest, TheFamilyThatPresentsIsTaken)
     taken = 99;
     vk.CreateDevice = [](auto, auto info, auto, auto) {
         taken = info->pQueueCreateInfos[0].queueFamilyIndex;
-        return VK_ERROR_INITIALIZATION_FAILED;  // there is no such family in truth
+        return VK_ERROR_INITIALIZATION_FAILED;  // the real device has no such family
     };
     Window window("test", {200, 120});
     EXPECT_THROW(Gui(window, {.validation = true}), core::Error);
@@ -334,7 +334,7 @@ TEST_F(SwapchainTest, AFenceThatNeverComesIsGivenUp)
     static int waits;
     waits = 0;
     {
-        Gui gui(window, {.validation = false});  // what is left behind on purpose would be told
+        Gui gui(window, {.validation = false});  // what is left behind on purpose would be reported
         frames(window, gui, 3);
         vk.WaitForFences = [](auto, auto, auto, auto, uint64_t timeout) {
             ++waits;
@@ -352,7 +352,7 @@ TEST_F(SwapchainTest, AFenceThatNeverComesIsGivenUp)
     EXPECT_LE(waits, 60);
 }
 
-/// A headless device asks for nothing of a window (V11).
+/// A headless device needs nothing of a window (V11).
 TEST_F(SwapchainTest, WithoutASurfaceNothingOfAWindowIsAskedFor)
 {
     static int asked;

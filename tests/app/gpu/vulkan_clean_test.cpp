@@ -1,6 +1,6 @@
 // The validation layer with every check that finds something here switched on (V1): core,
 // synchronization, and synchronization between submissions, over all assets, with scenes loaded and
-// let go again and again.
+// released repeatedly.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -14,7 +14,7 @@
 namespace {
 
 /// Checks between submissions are off unless they are asked for by name; the separator is a colon
-/// on Linux, any other makes the layer ignore all of it without a word.
+/// on Linux, any other makes the layer ignore the setting silently.
 class ThoroughLayer {
 public:
     ThoroughLayer()
@@ -98,7 +98,7 @@ void submitHazard(gpu::Device& device, VkBuffer buffer)
 
 TEST(VulkanClean, TheLayerIsAwakeBetweenSubmissions)
 {
-    // A process of its own: its messages are no failure here
+    // A process of its own: its messages are not a failure here
     testing::GTEST_FLAG(death_test_style) = "threadsafe";
     EXPECT_EXIT(
         {

@@ -1,5 +1,5 @@
 // Vulkan that fails, on purpose: calls that give errors, devices that lie, work that never ends
-// (V4-V7, V12, V13, V16, V18 of the reliability rules). Nothing here needs a GPU: the faults are
+// (V4-V7, V12, V13, V16, V18). Nothing here needs a GPU: the faults are
 // planted in the table of functions.
 #include <numeric>
 
@@ -209,8 +209,8 @@ TEST_F(VulkanFails, ADeviceThatDoesNotOpenIsTold)
 
 TEST_F(VulkanFails, ARealDeviceGoesBeforeSoftwareAndTheUnsuitable)
 {
-    // Three devices in place of one: their handles are made up, every question about them goes to
-    // the real one.
+    // Three devices in place of one: their handles are made up, every query about them goes to the
+    // real one.
     static std::vector<VkPhysicalDevice> handles;
     static VkPhysicalDevice real = VK_NULL_HANDLE;
     handles.clear();
@@ -335,8 +335,8 @@ TEST_F(VulkanFails, TimestampsOfFewBitsWrapAround)
 
 // --- V16: windows
 
-/// A surface that is none, and a driver that presents to it from `presenting` families (bit per
-/// family). The driver's one family appears as two: the first computes only.
+/// A surface that does not exist, and a driver that presents to it from `presenting` families (bit
+/// per family). The driver's one family appears as two: the first computes only.
 void plantSurface(VulkanFaults& faults, uint32_t presenting)
 {
     faults.replace<&Api::GetPhysicalDeviceQueueFamilyProperties>(
@@ -422,7 +422,7 @@ TEST_F(VulkanFails, ADeviceWithoutSwapchainsIsNoneForAWindow)
         });
     expectSays(errorOf(core::ExitCode::noDevice, [] { gpu::Device device(forWindow()); }),
                {"VK_KHR_swapchain"});
-    EXPECT_TRUE(gpu::Device({}).info().missing.empty());  // without a window nobody asks
+    EXPECT_TRUE(gpu::Device({}).info().missing.empty());  // without a window this is not asked
     EXPECT_EQ(faults.objects().complaints(), "");
 }
 
@@ -455,8 +455,7 @@ TEST_F(VulkanFails, ABusyDeviceIsToldOnceAndWaitedFor)
     EXPECT_FALSE(device.lost());
 }
 
-/// What becomes of a device that never answers: it throws after `waits` steps and is left to
-/// itself.
+/// A device that never answers: it throws after `waits` steps and is left alone.
 void expectGivenUp(int expectedWaits, bool software)
 {
     VulkanFaults faults;
@@ -605,8 +604,8 @@ TEST_F(VulkanFails, SlowALossAtEveryCallEndsInAnErrorAndNoLeak)
 // --- V6, V7: memory that runs out
 
 /// Lets what `plan(faults, k)` plants happen for k = first, first + stride, ... while a renderer
-/// takes a scene and renders it, until nothing happens any more; then the same renderer must render
-/// a smaller scene as if nothing had been. Returns how many times something happened.
+/// takes a scene and renders it, until no fault happens any more; then the same renderer must
+/// render a smaller scene as if there had been none. Returns how many times something happened.
 template <class Plan>
 int surviveMemory(uint64_t first, uint64_t stride, const Plan& plan,
                   const std::function<void(const std::string&)>& check)

@@ -1,5 +1,5 @@
-// Plots of the laboratory's report: axes are round and cover what they show, points that are none
-// leave no trace.
+// Plots of the laboratory's report: ticks are round and cover what is shown, points that are not
+// finite are left out.
 #include <algorithm>
 #include <cmath>
 #include <random>

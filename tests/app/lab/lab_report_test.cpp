@@ -99,7 +99,7 @@ LabResults someResults()
     return r;
 }
 
-/// Everything that a measurement can come to, and text that wants to be markup.
+/// Every value that a measurement can have, and text that looks like markup.
 LabResults hostileResults()
 {
     LabResults r = someResults();

@@ -1,5 +1,5 @@
 // A camera path under edit: keys keep their order, playing ends or wraps where it should, files
-// bring back what was saved.
+// restore what was saved.
 #include "app/session/camera_track.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Cameras under the hand: what follows the cursor does so exactly, what is undone is undone, and
+// Cameras moved by hand: what follows the cursor does so exactly, what is undone is undone, and
 // nothing breaks the axes.
 #include "app/session/navigation.h"
 

@@ -1,5 +1,5 @@
-// The reference as a job: it grows, says how far it is, is independent of the picture with the same
-// parameters, is right, and ends when asked to.
+// The reference as a job: it grows, reports its progress, is independent of the picture with the
+// same parameters, is right, and ends when asked to.
 #include <chrono>
 #include <cmath>
 #include <thread>

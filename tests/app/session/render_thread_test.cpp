@@ -1,6 +1,6 @@
-// The render thread with renderers that only pretend, so that every rule can be seen: what
-// restarts, what is stopped, what is published, limits, failures, ends. Then with the real ones:
-// the picture is that of a direct render, bit by bit.
+// The render thread with pretended renderers, so that every rule can be observed: what restarts,
+// what is stopped, what is published, limits, failures, ends. Then with the real ones: the picture
+// is that of a direct render, bit by bit.
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -25,7 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// What the pretended renderers of a test did and are to do. Shared with the render thread: all
+/// What the pretended renderers of a test have done and will do. Shared with the render thread: all
 /// under the lock.
 struct Book {
     mutable std::mutex mutex;
@@ -502,7 +502,6 @@ TEST_F(RenderThread, TheCurveHasAPointAtEachGrowthAndKnowsTheReference)
 }
 
 // --- failures
-// -------------------------------------------------------------------------------------------------------
 
 TEST_F(RenderThread, ASceneThatCannotBeHadLeavesTheOldOneInPlace)
 {
@@ -739,7 +738,6 @@ TEST_F(RenderThread, NoPictureBelongsToAnotherOrderThanItSays)
 }
 
 // --- the real ones
-// --------------------------------------------------------------------------------------------------
 
 void expectDirectRender(app::DeviceKind device)
 {

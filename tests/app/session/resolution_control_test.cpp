@@ -132,7 +132,6 @@ TEST(ResolutionControl, FullPicturesTellUntilAPreviewHas)
 }
 
 // --- points of the curve
-// --------------------------------------------------------------------------------------------
 
 core::Image constant(uint32_t width, uint32_t height, float value)
 {

@@ -143,7 +143,7 @@ TEST(Settings, DamagedFilesAreKeptAside)
         EXPECT_NE(problem.find("settings.json.bad"), std::string::npos) << problem;
         EXPECT_EQ(app::readText(folder / "settings.json.bad"), text);
         EXPECT_FALSE(fs::exists(file));
-        EXPECT_EQ(read(file), Settings());  // and the next time there is nothing to tell
+        EXPECT_EQ(read(file), Settings());  // and the next time there is nothing to report
     }
     const TemporaryFolder folder;
     app::writeText(folder / "settings.json", std::string(200000, '['));

@@ -1,7 +1,7 @@
-// Frames of the window against frames that somebody has looked at (tests/golden). At most one per
-// cent of the pixels may differ by more than 0.016 of white; the status line, which tells times, is
-// left out. After a change that is meant, the frames that this test writes beside its message are
-// looked at and take their place.
+// Frames of the window against frames that a person has checked (tests/golden). At most one per
+// cent of the pixels may differ by more than 0.016 of white; the status line, which shows times, is
+// left out. After an intended change, check the frames that this test writes (its message says
+// where) and copy them there.
 #include <cmath>
 
 #include <OpenImageIO/imageio.h>
@@ -60,7 +60,8 @@ TEST_F(GoldenView, FramesAreThoseThatWereLookedAt)
 {
     if (!VirtualDisplay::installed()) GTEST_SKIP() << "Xvfb is not installed";
     const VirtualDisplay display;
-    // Notices would be in the way while they fade: the log is not asked, the picture is waited for.
+    // Notices would be in the way while they fade: so this waits for the picture instead of the
+    // log.
     writeFile("script.json", R"({"steps":[
         {"wait":"loaded"}, {"do":"plot"}, {"do":"set","name":"spp-limit","value":8},
         {"do":"set","name":"picture-scale","value":0.5},

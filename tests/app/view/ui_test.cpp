@@ -1,7 +1,7 @@
 // The panel without a window: Dear ImGui with no back end over a real session with a made-up
 // renderer, in every state that the session can be in, in windows of every size. Dear ImGui's own
 // assertions are part of the test; on top of them everything must lie inside the window, and
-// nothing may ask for an action that there is not.
+// nothing may use an action that does not exist.
 #include "app/view/ui/ui.h"
 
 #include <chrono>
@@ -81,7 +81,7 @@ app::SessionOptions options(const char* scene = nullptr)
 
 constexpr int kTab = 1, kEnter = 2;  // indices of our own making
 
-/// A desk with a session on it: draws frames and looks whether they are sound.
+/// A session whose panel is drawn: makes frames and checks them.
 class Desk {
 public:
     explicit Desk(const app::SessionOptions& with, ImVec2 size = {1280, 720}, float scale = 1)
@@ -109,8 +109,7 @@ public:
         io.DeltaTime = 1 / 60.0f;
         const glm::uvec2 area(static_cast<uint32_t>(io.DisplaySize.x),
                               static_cast<uint32_t>(io.DisplaySize.y));
-        session.update(1 / 60.0,
-                       glm::uvec2(64, 36));  // small pictures: it is the panel that is looked at
+        session.update(1 / 60.0, glm::uvec2(64, 36));  // small pictures: the panel is under test
         ImGui::NewFrame();
         if (openAll) openSections();
         loop.area = area;

@@ -1,5 +1,5 @@
-// The window under a real X server without a screen: frames, sizes, what scripts inject, letters of
-// other sizes, the loss of the display. Validation and synchronization validation are on and say
+// The window under a real X server without a screen: frames, sizes, what scripts inject, fonts of
+// other sizes, the loss of the display. Validation and synchronization validation are on and report
 // nothing (V1, V8, V9, V17).
 #include <algorithm>
 #include <array>
@@ -54,7 +54,7 @@ TEST_F(WindowTest, ShowsFramesAndReadsThemBack)
     EXPECT_EQ(pixel(20, 20), (std::array<int, 4>{188, 124, 63, 255}));  // sRGB of 0.5, 0.2, 0.05
     EXPECT_EQ(pixel(620, 340), (std::array<int, 4>{188, 124, 63, 255}));
 
-    std::array<uint8_t, 3> seen{};  // the server takes its time
+    std::array<uint8_t, 3> seen{};  // the server may take a while
     for (int wait = 0; wait < 100 && seen != std::array<uint8_t, 3>{10, 200, 30}; ++wait) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         seen = display->pixel(150, 150);
@@ -100,7 +100,6 @@ TEST_F(WindowTest, RunsTheKernelOnlyWhenInputsChange)
 }
 
 // --- V8: a storm of sizes leaves nothing behind
-// -------------------------------------------------------------------
 
 struct Living {
     int swapchains = 0, views = 0, framebuffers = 0, semaphores = 0, memory = 0;
@@ -174,7 +173,6 @@ TEST_F(WindowTest, SurvivesAStormOfSizes)
 }
 
 // --- scripts
-// ------------------------------------------------------------------------------------------------------
 
 TEST_F(WindowTest, InjectedInputArrives)
 {
@@ -205,7 +203,7 @@ TEST_F(WindowTest, InjectedInputArrives)
         EXPECT_TRUE(ImGui::IsMouseReleased(0));
         EXPECT_EQ(io.MouseWheel, 0);
     });
-    window.injectButton(1, true);  // down and up between two frames is a click all the same
+    window.injectButton(1, true);  // down and up between two frames is a click nevertheless
     window.injectButton(1, false);
     frame(window, gui, inputs, [&] { EXPECT_TRUE(ImGui::IsMouseClicked(1)); });
 
@@ -262,7 +260,6 @@ TEST_F(WindowTest, AButtonIsPressedByInjectedInput)
 }
 
 // --- letters
-// --------------------------------------------------------------------------------------------------------
 
 TEST_F(WindowTest, LettersFollowTheScaleFromTheOriginalStyle)
 {
@@ -320,13 +317,12 @@ TEST_F(WindowTest, TextStandsOutFromEveryBackground)
 }
 
 // --- what may be missing
-// ----------------------------------------------------------------------------------------------
 
 TEST_F(WindowTest, WithoutADisplayTheReasonIsTold)
 {
     std::string reason;
     EXPECT_TRUE(Window::displayAvailable(reason));
-    setenv("DISPLAY", ":4711", 1);  // nobody there; the fixture's display puts the variable back
+    setenv("DISPLAY", ":4711", 1);  // no server; the fixture's display restores the variable
     unsetenv("WAYLAND_DISPLAY");
     EXPECT_FALSE(Window::displayAvailable(reason));
     EXPECT_NE(reason.find("X11"), std::string::npos) << reason;
@@ -355,7 +351,7 @@ TEST_F(WindowTest, TheLossOfTheDisplayEndsNothingButTheWindow)
             try {
                 frame(window, gui, inputs, rectangle);
             } catch (const core::Error&) {
-                failed = true;  // the surface went first, and no other can be had
+                failed = true;  // the surface went first, and no other can be created
             }
             window.poll(0.01);
         }

@@ -1,5 +1,5 @@
-// The core thread: order, cancelling, replacing, failures, ends, and that no result of an old job
-// is ever taken for one of a new one.
+// The core thread: order, cancelling, replacing, failures, shutdown, and that no result of an old
+// job is ever taken for one of a new one.
 #include <atomic>
 #include <chrono>
 #include <new>

@@ -1,5 +1,5 @@
-// The committed scenes are what their generator writes, load without a warning, and hold what they
-// are for.
+// The committed scenes are what their generator writes, load without a warning, and contain what
+// they are made for.
 #include <cmath>
 #include <fstream>
 #include <map>

@@ -1,4 +1,4 @@
-// Bad documents and containers: B1-B12, B81-B83, B87 of reliability-ux.md 3.4.
+// Bad documents and containers (B1-B12, B81-B83, B87).
 #include "tests/support/gltf_fixture.h"
 
 namespace {
@@ -131,7 +131,6 @@ TEST(GltfDocument, StrictTurnsWarningsIntoRefusal)
 }
 
 // --- GLB
-// -------------------------------------------------------------------------------------------
 
 std::string glb()
 {

@@ -1,4 +1,4 @@
-// What the loader may read from the file system: B28-B38, B85-B88 of reliability-ux.md 3.4.
+// What the loader may read from the file system (B28-B38, B85, B86), and cancelling it (B88).
 #include "tests/support/gltf_fixture.h"
 
 #include <sys/stat.h>

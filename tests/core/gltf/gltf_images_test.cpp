@@ -1,5 +1,4 @@
-// Images: what is decoded to which values, and what is repaired (B39-B49, N18 of
-// reliability-ux.md).
+// Images: what is decoded to which values, and what is repaired (B39-B49, N18).
 #include "tests/support/gltf_fixture.h"
 
 #include <cmath>
@@ -47,7 +46,6 @@ core::Texture decode(const Bytes& bytes, bool color)
 }
 
 // --- values
-// ----------------------------------------------------------------------------------------
 
 TEST(GltfImages, EightBitColourIsDecodedFromSrgbButNotItsAlpha)
 {
@@ -94,7 +92,7 @@ TEST(GltfImages, JpegInGreyAndColour)
     EXPECT_NEAR(texel.b, 30 / 255.0, 3 / 255.0);
 }
 
-/// Bytes of a file written down as hexadecimal digits.
+/// Bytes of a file as hexadecimal digits.
 Bytes fromHex(const std::string& digits)
 {
     Bytes bytes;
@@ -258,7 +256,6 @@ TEST(GltfImages, OddSizes)
 }
 
 // --- refusals of the decoder
-// -----------------------------------------------------------------------
 
 std::string problemOf(const Bytes& bytes)
 {
@@ -326,7 +323,6 @@ TEST(GltfImages, ManyChannelsAreRefused)
 }
 
 // --- repairs in a document
-// ---------------------------------------------------------------------------
 
 test::Document damagedImage(const Json& image)
 {
@@ -400,7 +396,6 @@ TEST(GltfImages, OneImageInTwoRolesBecomesTwoTextures)
 }
 
 // --- environment
-// -------------------------------------------------------------------------------------
 
 TEST(GltfImages, EnvironmentAndSunAreReadFromExtras)
 {

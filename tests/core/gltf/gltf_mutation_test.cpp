@@ -98,8 +98,8 @@ std::string mutate(std::string text, std::mt19937& random)
             text[at] = static_cast<char>(static_cast<unsigned char>(text[at]) ^ (1u << below(7)));
             break;
         default: {
-            // A whole number or word becomes a token: keeps the syntax alive, so that the damage
-            // goes deep.
+            // A whole number or word becomes a token: keeps the syntax valid, so that the damage
+            // reaches deep.
             const size_t start = text.find_first_of("0123456789", at);
             if (start == std::string::npos) break;
             const size_t end = text.find_first_not_of("0123456789.", start);
@@ -120,7 +120,7 @@ void expectBothOutcomes(size_t refused, size_t count)
 TEST(GltfMutation, DamagedTextLoadsOrIsRefused)
 {
     // The buffer's content is put in afterwards: its base64 is most of the text, and damaging it
-    // tells little.
+    // shows little.
     constexpr std::string_view kPlace = "@CONTENT@";
     constexpr size_t kCount = 12000;
     const test::Document document = rich();

@@ -1,5 +1,5 @@
-// Faults of an asset's quality are repaired, counted and told where they are: B58, B61, B64-B68,
-// B72-B74, B77-B78, B84 and N7, N8, N17, N19 of reliability-ux.md.
+// Faults of an asset's quality are repaired, counted and reported with their place (B57, B58, B61,
+// B64, B66-B68, B72-B74, B77, B78, B84, N7, N8, N17, N19).
 #include "tests/support/gltf_fixture.h"
 
 #include <cmath>

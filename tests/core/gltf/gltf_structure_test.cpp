@@ -1,5 +1,5 @@
-// Damaged structure must refuse: buffers, views, accessors, primitives, nodes (B13-B27, B50-B60,
-// B62-B71, B75-B76, B79-B80 of reliability-ux.md 3.4).
+// Damaged structure is refused: buffers, views, accessors, primitives, nodes (B13-B27, B50-B56,
+// B59, B60, B62, B63, B65, B69-B71, B75, B76, B79, B80).
 #include "tests/support/gltf_fixture.h"
 
 namespace {

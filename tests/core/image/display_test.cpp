@@ -164,7 +164,6 @@ TEST_F(DisplayTest, AnImageBeyondTheLimitsOfTheDeviceIsThinned)
 }
 
 // --- colour maps
-// --------------------------------------------------------------------------------------------------
 
 TEST(DisplayMap, LightnessRises)
 {
@@ -216,7 +215,6 @@ TEST(DisplayScale, LinearAndLogarithmic)
 }
 
 // --- errors, differences, ids
-// ----------------------------------------------------------------------------------------
 
 TEST(DisplayError, KnownValues)
 {

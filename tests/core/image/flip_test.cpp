@@ -50,7 +50,6 @@ double meanOf(const Image& map)
 }
 
 // --- the direct path: everything from the 2020 paper, in the order of the paper
-// ------------------------------
 
 constexpr double kPi = std::numbers::pi;
 
@@ -226,7 +225,6 @@ double identity(double x)
 }
 
 // --- tests
-// ------------------------------------------------------------------------------------------------------
 
 TEST(Flip, agreesWithDirectComputation)
 {

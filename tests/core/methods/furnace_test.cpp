@@ -36,8 +36,8 @@ std::shared_ptr<const core::World> sphereFurnace(float a)
     return b.world();
 }
 
-/// Light sampling alone has infinite variance in a box's corners (1 / r^2): it has the sphere to
-/// itself, where the geometry term is constant.
+/// Light sampling alone has infinite variance in a box's corners (1 / r^2): it is tested in the
+/// sphere only, where the geometry term is constant.
 TEST(Furnace, ClosedBox)
 {
     for (const float a : {0.5f, 0.8f}) {
@@ -76,7 +76,7 @@ TEST(Furnace, DepthLimitCutsTheSeries)
     }
 }
 
-/// Roulette pays back what it takes, wherever it begins.
+/// Roulette is unbiased, wherever it begins.
 TEST(Furnace, RouletteIsPaidBack)
 {
     for (const uint32_t roulette : {1u, 8u}) {

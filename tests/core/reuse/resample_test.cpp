@@ -1,5 +1,4 @@
-// What stands beside the estimators: effective sample sizes, resampling, roulette, and the
-// generator.
+// What accompanies the estimators: effective sample sizes, resampling, roulette, and the generator.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -73,8 +72,8 @@ std::array<double, 3> moments(std::span<const Weighted> set)
     return m;
 }
 
-/// Resamples one fixed set many times, by `resample(set, xi)`, and demands that its moments stay on
-/// average.
+/// Resamples one fixed set many times, by `resample(set, xi)`, and demands that its moments are
+/// kept on average.
 void expectMomentsKept(const std::vector<Weighted>& set, int repeats, const auto& resample)
 {
     const std::array<double, 3> truth = moments(set);

@@ -159,7 +159,7 @@ TEST(Reuse, TheBalanceHeuristicIsWhatItSays)
     }
 }
 
-/// After a teleport nothing is left of history, down to the random numbers.
+/// After a teleport nothing of the history is left, down to the random numbers.
 TEST(Reuse, WithoutHistoryItIsDiscardToTheBit)
 {
     const LabChange change(pairs()[1]);
@@ -282,7 +282,7 @@ TEST(Reuse, SolverIsExactOnItsCandidates)
         ASSERT_NEAR(c * n, N * residual, 1e-12 * N) << trial;
         ASSERT_LE(c, N / n);
     }
-    // What is infinitely better covered by the old density asks for nothing.
+    // What the old density covers infinitely better needs nothing new.
     std::array<double, shared::kReuseMaxCandidates> ratios{kInf, 1};
     EXPECT_NEAR(shared::reuseSolveC(4.0, 1.0, ratios.data(), 2), 4 * 1 / (2 + 4 * 1.0), 1e-12);
     EXPECT_EQ(shared::reuseSolveC(0.0, 1.0, ratios.data(), 2), 0);

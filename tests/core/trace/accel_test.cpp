@@ -121,7 +121,7 @@ TEST(Accel, EmptySceneIsNeverHit)
     EXPECT_FALSE(accel.occluded({}));
 }
 
-TEST(Accel, RaysThatAreNoNumbersEnd)
+TEST(Accel, RaysThatAreNotFiniteHitNothing)
 {
     const core::Accel accel(randomTriangles(1000, 4).world());
     const float nan = std::numeric_limits<float>::quiet_NaN(),
@@ -195,14 +195,13 @@ TEST(Accel, StopEndsTheBuild)
     source.request_stop();
     try {
         const core::Accel accel(randomTriangles(200'000, 6).world(), {}, source.get_token());
-        // Embree does not ask before a build is well under way: a small one may finish.
+        // Embree does not check for stops early in a build: a small one may finish.
     } catch (const core::Error& e) {
         EXPECT_EQ(e.code(), core::ExitCode::interrupted);
     }
 }
 
 // --- T16
-// ----------------------------------------------------------------------------------------------------------------
 
 struct Reintersection {
     double scale, distance, allowed;

@@ -1,5 +1,5 @@
 // Rays against the BVH on the CPU: equal to testing every triangle, equal to Embree (T17),
-// watertight (T15), and deaf to rays that are none. The GPU runs the same text, see
+// watertight (T15), without hits for rays that are not finite. The GPU runs the same text, see
 // gpu_traverse_test.cpp.
 #include <gtest/gtest.h>
 
@@ -221,7 +221,8 @@ void expectEqualToEmbree(const Mesh& mesh, int rays, uint32_t seed)
     int mismatches = 0, silhouettes = 0, hits = 0, farOff = 0;
     for (int i = 0; i < rays; ++i) {
         TestRay ray = randomRay(bounds, random);
-        // Embree's rounding grows with the distance: far origins are the business of brute force.
+        // Embree's rounding grows with the distance: far origins are compared with brute force
+        // only.
         ray.origin = glm::clamp(ray.origin, bounds.low - size, bounds.high + size);
         ray.direction = glm::normalize(ray.direction);
         BvhHit hit;
@@ -368,7 +369,7 @@ TEST(BvhHit, DegenerateTrianglesChangeNothing)
     }
 }
 
-TEST(BvhHit, RaysThatAreNoneHitNothing)
+TEST(BvhHit, RaysThatAreNotFiniteHitNothing)
 {
     const Mesh mesh = tests::sphereMesh(10, 2, 0, vec3(0));
     const Bvh bvh = core::buildBvh(mesh.positions, mesh.triangles);

@@ -200,7 +200,7 @@ TEST(Bvh, NestedTriangles)
 
 TEST(Bvh, GeometricLine)
 {
-    // Every split but the unbalanced is bad in the eyes of the SAH: the depth bound has to step in.
+    // By the SAH every split but the unbalanced one is bad: the depth bound has to take over.
     for (const float ratio : {1.0f, 1.01f, 1.5f, 3.0f}) {
         const Mesh mesh = tests::lineMesh(50000, ratio);
         SCOPED_TRACE(ratio);

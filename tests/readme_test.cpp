@@ -1,4 +1,4 @@
-// The README is a promise: what it lists exists, and what exists is listed.
+// The README lists every key of the viewer, and names only files that exist.
 #include <fstream>
 #include <iterator>
 #include <regex>
