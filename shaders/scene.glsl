@@ -1,25 +1,30 @@
-// The scene as kernels see it: texel buffers behind the fetch functions of shared/scene.h, and the frame's uniforms.
+// Set 0: the scene as kernels see it, texel buffers behind the fetch functions of shared/scene.h and of the BVH.
+#ifndef REKINDLE_SCENE_GLSL
+#define REKINDLE_SCENE_GLSL
+
 #include "shared/bindings.h"
 #include "shared/scene.h"
 
-layout(set = 0, binding = kBindNodes) uniform usamplerBuffer nodeWords;
-layout(set = 0, binding = kBindTriangles) uniform usamplerBuffer triangleWords;
-layout(set = 0, binding = kBindIndices) uniform usamplerBuffer indexWords;
-layout(set = 0, binding = kBindAttributes) uniform usamplerBuffer attributeWords;
-layout(set = 0, binding = kBindExtra) uniform usamplerBuffer extraWords;
-layout(set = 0, binding = kBindMaterials) uniform usamplerBuffer materialWords;
-layout(set = 0, binding = kBindTextureReferences) uniform usamplerBuffer textureReferenceWords;
-layout(set = 0, binding = kBindEmitters) uniform usamplerBuffer emitterWords;
-layout(set = 0, binding = kBindTexels) uniform samplerBuffer texels;
-layout(set = 0, binding = kBindEmitterCdf) uniform samplerBuffer emitterCdf;
-layout(set = 0, binding = kBindEnvironment) uniform samplerBuffer environmentTexels;
-layout(set = 0, binding = kBindEnvironmentCdf) uniform samplerBuffer environmentCdf;
-layout(set = 0, binding = kBindFrame, scalar) uniform FrameBlock
-{
-    FrameData frame;
-};
+layout(set = kSetScene, binding = kBindNodes) uniform usamplerBuffer nodeWords;
+layout(set = kSetScene, binding = kBindTriangles) uniform usamplerBuffer triangleWords;
+layout(set = kSetScene, binding = kBindIndices) uniform usamplerBuffer indexWords;
+layout(set = kSetScene, binding = kBindAttributes) uniform usamplerBuffer attributeWords;
+layout(set = kSetScene, binding = kBindExtra) uniform usamplerBuffer extraWords;
+layout(set = kSetScene, binding = kBindMaterials) uniform usamplerBuffer materialWords;
+layout(set = kSetScene, binding = kBindTextureReferences) uniform usamplerBuffer textureReferenceWords;
+layout(set = kSetScene, binding = kBindEmitters) uniform usamplerBuffer emitterWords;
+layout(set = kSetScene, binding = kBindTexels) uniform samplerBuffer texels;
+layout(set = kSetScene, binding = kBindEmitterCdf) uniform samplerBuffer emitterCdf;
+layout(set = kSetScene, binding = kBindEnvironment) uniform samplerBuffer environmentTexels;
+layout(set = kSetScene, binding = kBindEnvironmentCdf) uniform samplerBuffer environmentCdf;
 
 const SceneView scene = SceneView(0u);  // for the functions that take one
+
+/// Word `i` of the BVH's nodes, two to a node: core/trace/bvh.h.
+uvec4 fetchNode(uint i)
+{
+    return texelFetch(nodeWords, int(i));
+}
 
 uvec4 fetchTriangleIndices(SceneView view, uint triangle)
 {
@@ -93,3 +98,5 @@ float fetchEnvironmentCdf(SceneView view, uint i)
 {
     return texelFetch(environmentCdf, int(i)).x;
 }
+
+#endif

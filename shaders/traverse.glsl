@@ -5,14 +5,11 @@
 //   at its head, so all loops test at their end; min and max of floats cost three instructions, of integers one.
 //   The same device leaves every loop, silently, once the loops of an invocation have turned 65535 times in sum: a ray takes
 //   some hundreds, so a kernel must not trace more than about a hundred rays in a row.
-// The including kernel defines, before the include:
-//   BVH_FETCH_NODE(i)    word i of the nodes, uvec4 (two words per node)
-//   BVH_FETCH_VERTEX(i)  word i of the slots, vec4 (three words per slot: v0 | triangle, v1 | material, v2 | emitter;
-//                        bit 31 of the material: needs the alpha test)
-//   BVH_GRID_LOW, BVH_GRID_SCALE  vec3, as core::Bvh holds them
 #ifndef REKINDLE_TRAVERSE_GLSL
 #define REKINDLE_TRAVERSE_GLSL
 
+#include "frame.glsl"
+#include "scene.glsl"
 #include "shared/intersect.h"
 #include "shared/surface.h"
 
@@ -27,8 +24,8 @@ struct Ray {
 // none is. A macro, since an array as an argument would be copied in and out at every step.
 #define BVH_STEP_DOWN(grid, node, tMin, tMax)                        \
     do {                                                             \
-        uvec4 a = BVH_FETCH_NODE(int(2u * node));                    \
-        uvec4 b = BVH_FETCH_NODE(int(2u * node + 1u));               \
+        uvec4 a = fetchNode(2u * node);                              \
+        uvec4 b = fetchNode(2u * node + 1u);                         \
         ivec2 ta = intersectBox(grid, a, tMin, tMax);                \
         ivec2 tb = intersectBox(grid, b, tMin, tMax);                \
         bool hitA = ta.x <= ta.y;                                    \
@@ -46,7 +43,7 @@ struct Ray {
 /// rather than with every triangle.
 void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
 {
-    GridRay grid = makeGridRay(r.origin, r.direction, BVH_GRID_LOW, BVH_GRID_SCALE);
+    GridRay grid = makeGridRay(r.origin, r.direction, frame.gridLow, frame.gridScale);
     ShearRay shear = makeShearRay(r.origin, r.direction);
     int nearest = boxBound(r.tMin);
     uint stack[kBvhStackSize];
@@ -64,9 +61,9 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
                 uint slot = node & kBvhIndexMask;
                 uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
                 do {
-                    vec4 v0 = BVH_FETCH_VERTEX(int(3u * slot));
-                    vec4 v1 = BVH_FETCH_VERTEX(int(3u * slot + 1u));
-                    vec4 v2 = BVH_FETCH_VERTEX(int(3u * slot + 2u));
+                    vec4 v0 = fetchTriangleVertex(scene, slot, 0u);
+                    vec4 v1 = fetchTriangleVertex(scene, slot, 1u);
+                    vec4 v2 = fetchTriangleVertex(scene, slot, 2u);
                     float t;
                     vec2 barycentrics;
                     bool found = intersectTriangle(shear, v0.xyz, v1.xyz, v2.xyz, r.tMin, hit.t, t, barycentrics);

@@ -18,6 +18,9 @@ roulette-unpaid@shaders/shared/path.h@path.beta *= 1.0f / survival;@@Furnace*:Pa
 environment-sine@shaders/shared/lights.h@texelPmf * texels / (2.0f * kPi * kPi * sinTheta)@texelPmf * texels / (2.0f * kPi * kPi)@*Environment*:Furnace*:Light*
 shared-seed@shaders/shared/sampler.h@s.pixel = pixel.x | (pixel.y << 16u);@s.pixel = (pixel.x >> 1u) | (pixel.y << 16u);@Sampler*:Rng*
 last-sample-dropped@shaders/film/accumulate.comp@s < batch.sampleCount;@s + 1u < batch.sampleCount;@*GpuPath*-*Slow*
+film-uncompensated@shaders/shared/film.h@    lost = rounded;@    lost = vec3(0.0f);@FilmGpu*
+film-packing@shaders/shared/film.h@p.sumLost = vec3(w.word0.w, w.word1.x, w.word1.y);@p.sumLost = vec3(w.word0.w, w.word1.y, w.word1.x);@FilmGpu*
+purpose-ignored@shaders/shared/sampler.h@s.seed = seed ^ (purpose * 0x9e3779b9u);@s.seed = seed;@Sampler*
 half-pixel-shift@shaders/shared/camera.h@2.0f * film.x / size.x - 1.0f@2.0f * (film.x + 0.5f) / size.x - 1.0f@Camera*:*Aov*:Path*
 back-face-normal@shaders/shared/surface.h@const float side = s.backFace != 0u ? -1.0f : 1.0f;@const float side = 1.0f;@Furnace*:Path*:Direct*
 eta-squared@shaders/shared/bsdf.h@? 1.0f / (b.eta * b.eta) : 1.0f;@? 1.0f : 1.0f;@Bsdf*

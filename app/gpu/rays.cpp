@@ -6,25 +6,17 @@
 
 namespace gpu {
 
-static Specialization specializationFor(uint32_t features, bool alpha)
-{
-    Specialization s;
-    s.features = alpha ? features : features & ~shared::kFeatureAlpha;
-    return s;
-}
-
 GpuRays::GpuRays(Device& device, const core::World& world, bool alpha)
-    : device_(device), layout_(device), bindings_(device, layout_), scene_(device, world, {}),
-      frame_(device, "the frame's settings", sizeof(shared::FrameData)),
-      closest_(device, layout_, k_bench_closest, specializationFor(world.features, alpha)),
-      any_(device, layout_, k_bench_any, specializationFor(world.features, alpha))
+    : device_(device), layouts_(device), scene_(device, layouts_, world, {}),
+      frame_(device, layouts_), closest_(device, k_bench_closest, &layouts_),
+      any_(device, k_bench_any, &layouts_), closestSet_(device, closest_.own()),
+      anySet_(device, any_.own()), constants_{alpha ? world.features
+                                                    : world.features & ~shared::kFeatureAlpha}
 {
     shared::FrameData frame{};
     frame.gridLow = scene_.gridLow();
     frame.gridScale = scene_.gridScale();
-    frame_.write(std::as_bytes(std::span(&frame, 1)));
-    scene_.bind(bindings_);
-    bindings_.bind(shared::kBindFrame, frame_);
+    frame_.write(frame);
 }
 
 void GpuRays::setRays(std::span<const DeviceRay> rays)
@@ -32,22 +24,21 @@ void GpuRays::setRays(std::span<const DeviceRay> rays)
     count_ = static_cast<uint32_t>(rays.size());
     rays_ = {};
     hits_ = {};
-    rays_ = Buffer(device_, "the rays", rays.size_bytes(), texelFormat(shared::kBindStateTexels));
+    rays_ = Buffer(device_, "the rays", rays.size_bytes(), VK_FORMAT_R32G32B32A32_UINT);
     hits_ = Buffer(device_, "the hits", rays.size() * sizeof(DeviceHit));
     rays_.write(std::as_bytes(rays));
-    bindings_.bind(shared::kBindStateTexels, rays_);
-    bindings_.bind(shared::kBindOutput, hits_);
+    for (DescriptorSet* set : {&closestSet_, &anySet_}) {
+        set->bind(shared::kBindRays, rays_);
+        set->bind(shared::kBindHits, hits_);
+    }
 }
 
-double GpuRays::trace(const Pipeline& pipeline)
+double GpuRays::trace(RayKernel& kernel, const DescriptorSet& set)
 {
-    const shared::Batch batch{0, 0, 0, count_, 0};
+    const Pipeline& pipeline = kernel.pipeline(constants_);
     return device_.submit([&](VkCommandBuffer commands) {
-        bindings_.use(commands, layout_);
-        vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
-        vk.CmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch),
-                            &batch);
-        vk.CmdDispatch(commands, (count_ + shared::kGroupSize - 1) / shared::kGroupSize, 1, 1);
+        kernel.dispatch(commands, pipeline, {&scene_.set(), &frame_.set(), &set}, {count_},
+                        groupsFor(count_));
         barrier(commands);
     });
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "app/gpu/frame.h"
 #include "app/gpu/scene.h"
 
 namespace gpu {
@@ -36,21 +37,24 @@ public:
     void setRays(std::span<const DeviceRay> rays);
 
     /// Traces all rays once; returns the seconds that the device was busy.
-    double traceClosest() { return trace(closest_); }
-    double traceAny() { return trace(any_); }
+    double traceClosest() { return trace(closest_, closestSet_); }
+    double traceAny() { return trace(any_, anySet_); }
 
     /// What the last trace found, one per ray.
     std::vector<DeviceHit> hits() const;
 
 private:
-    double trace(const Pipeline& pipeline);
+    using RayKernel = Kernel<shared::ItemRange, FeatureConstants>;
+    double trace(RayKernel& kernel, const DescriptorSet& set);
 
     Device& device_;
-    KernelLayout layout_;
-    Bindings bindings_;
+    SharedLayouts layouts_;
     GpuScene scene_;
-    Buffer frame_, rays_, hits_;
-    Pipeline closest_, any_;
+    Frame frame_;
+    RayKernel closest_, any_;
+    DescriptorSet closestSet_, anySet_;
+    FeatureConstants constants_;
+    Buffer rays_, hits_;
     uint32_t count_ = 0;
 };
 

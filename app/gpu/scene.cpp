@@ -35,14 +35,16 @@ std::vector<glm::uvec4> triangleWords(const core::World& world, const core::Bvh&
 
 }  // namespace
 
-GpuScene::GpuScene(Device& device, const core::World& world, const core::Progress& progress)
-    : features_(world.features)
+GpuScene::GpuScene(Device& device, const SharedLayouts& layouts, const core::World& world,
+                   const core::Progress& progress)
+    : set_(device, layouts.scene), features_(world.features)
 {
     const auto upload = [&](uint32_t binding, const char* name, const auto& data) {
         if (data.empty()) return;
         buffers_[binding] =
-            Buffer(device, name, data.size() * sizeof(data[0]), texelFormat(binding));
+            Buffer(device, name, data.size() * sizeof(data[0]), sceneTexelFormat(binding));
         buffers_[binding].writeAll(data);
+        set_.bind(binding, buffers_[binding]);
     };
     {
         const auto start = std::chrono::steady_clock::now();
@@ -62,6 +64,8 @@ GpuScene::GpuScene(Device& device, const core::World& world, const core::Progres
         if (thrown) std::rethrow_exception(thrown);
         buildSeconds_ =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        // Deeper, and traversal would overflow its stack unnoticed.
+        CHECK(bvh.depth <= shared::kBvhMaxDepth);
         gridLow_ = bvh.gridLow;
         gridScale_ = bvh.gridScale;
         upload(shared::kBindNodes, "the BVH", bvh.nodes);
@@ -81,18 +85,6 @@ GpuScene::GpuScene(Device& device, const core::World& world, const core::Progres
     upload(shared::kBindEmitterCdf, "the emitters' probabilities", world.emitterCdf);
     upload(shared::kBindEnvironment, "the environment", world.environment);
     upload(shared::kBindEnvironmentCdf, "the environment's probabilities", world.environmentCdf);
-}
-
-void GpuScene::bind(Bindings& bindings) const
-{
-    for (uint32_t i = 0; i < buffers_.size(); ++i) {
-        if (i == shared::kBindStateTexels) continue;  // the renderer's own
-        if (buffers_[i].bytes() > 0) {
-            bindings.bind(i, buffers_[i]);
-        } else {
-            bindings.unbind(i);
-        }
-    }
 }
 
 uint64_t GpuScene::bytes() const

@@ -1,32 +1,16 @@
 #include "core/methods/path_aovs.h"
 
 #include "core/base/parallel.h"
+#include "core/methods/first_hits.h"
 #include "core/trace/scene_view.h"
 #include "shared/camera.h"
 
 namespace core {
 
-namespace {
-
-float asId(uint32_t id)
-{
-    return id == shared::kNone ? -1.0f : static_cast<float>(id);
-}
-
-void store(float* pixel, const glm::vec3& v)
-{
-    pixel[0] = v.x;
-    pixel[1] = v.y;
-    pixel[2] = v.z;
-}
-
-}  // namespace
-
 Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t width,
                uint32_t height)
 {
-    Aovs aovs{Image(width, height, 1), Image(width, height, 3), Image(width, height, 3),
-              Image(width, height, 3)};
+    Aovs aovs = emptyAovs(width, height);
     const shared::SceneView scene = sceneView(accel.world());
     const glm::vec2 size(static_cast<float>(width), static_cast<float>(height));
     const auto body = [&](const Tile& tile) {
@@ -36,16 +20,9 @@ Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t wi
                 Ray ray;
                 shared::cameraRay(camera, film, size, glm::vec2(0.5f), ray.origin, ray.direction);
                 shared::Hit hit;
-                store(aovs.ids.at(x, y), glm::vec3(-1));
                 if (!accel.closest(ray, hit)) continue;
-                shared::SurfacePoint s = shared::makeSurfacePoint(scene, hit, ray.direction);
-                const shared::Shading shading = shared::evaluateMaterial(scene, s, ray.direction);
-                const shared::Bsdf bsdf = shared::makeBsdf(shading.inputs);
-                *aovs.depth.at(x, y) = hit.t;
-                store(aovs.normal.at(x, y), s.frame[2]);
-                store(aovs.albedo.at(x, y),
-                      shared::albedoBsdf(bsdf, shared::toLocal(s.frame, -ray.direction)));
-                store(aovs.ids.at(x, y), {asId(s.triangle), asId(s.material), asId(s.emitter)});
+                storeFirstHit(shared::makeFirstHit(scene, hit, ray.direction),
+                              size_t(y) * width + x, aovs);
             }
         }
     };

@@ -3,14 +3,19 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
-#include "path_common.glsl"
+#include "traverse.glsl"
 
 layout(local_size_x = 64) in;
 
-// Two words per ray: origin | tMin, direction | tMax.
-layout(set = 0, binding = kBindStateTexels) uniform usamplerBuffer rayWords;
+layout(push_constant, scalar) uniform PushBlock
+{
+    ItemRange range;
+};
 
-layout(set = 0, binding = kBindOutput, scalar) writeonly buffer OutputBlock
+// Two words per ray: origin | tMin, direction | tMax.
+layout(set = kSetKernel, binding = kBindRays) uniform usamplerBuffer rayWords;
+
+layout(set = kSetKernel, binding = kBindHits, scalar) writeonly buffer HitBlock
 {
     vec4 words[];
 };
@@ -18,7 +23,7 @@ layout(set = 0, binding = kBindOutput, scalar) writeonly buffer OutputBlock
 void main()
 {
     const uint lane = gl_GlobalInvocationID.x;
-    if (lane >= batch.sampleCount) return;
+    if (lane >= range.count) return;
     const vec4 a = uintBitsToFloat(texelFetch(rayWords, int(2u * lane)));
     const vec4 b = uintBitsToFloat(texelFetch(rayWords, int(2u * lane + 1u)));
     Hit hit;

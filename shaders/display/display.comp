@@ -1,6 +1,5 @@
-// One output pixel per lane, 8x8 to a group: the text of shared/display.h over two images of floats. What is shown is a
-// constant of the pipeline: kFeatures holds show (4 bits), tone (4), map (4), kind of error (4), logarithmic (1), channels of
-// a (2) and b (2), red and blue exchanged (1).
+// One output pixel per lane, 8x8 to a group: the text of shared/display.h over two images of floats. What is shown is
+// constant in the pipeline: a software device runs every branch that is left in it, for each pixel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -10,23 +9,32 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// The layout of all kernels, with meanings of its own.
-layout(set = 0, binding = kBindStates, scalar) readonly buffer ImageA { float imageA[]; };
-layout(set = 0, binding = kBindRadiance, scalar) readonly buffer ImageB { float imageB[]; };
-layout(set = 0, binding = kBindOutput, scalar) writeonly buffer Output { uint outputPixels[]; };
+// In the order of gpu::DisplayChoices.
+layout(constant_id = kSpecializeShow) const uint kShow = kShowRadiance;
+layout(constant_id = kSpecializeShow + 1u) const uint kTone = 0u;
+layout(constant_id = kSpecializeShow + 2u) const uint kMap = 0u;
+layout(constant_id = kSpecializeShow + 3u) const uint kErrorKind = 0u;
+layout(constant_id = kSpecializeShow + 4u) const uint kLogarithmic = 0u;
+layout(constant_id = kSpecializeShow + 5u) const uint kChannelsA = 0u;
+layout(constant_id = kSpecializeShow + 6u) const uint kChannelsB = 0u;
+layout(constant_id = kSpecializeShow + 7u) const uint kSwapped = 0u;
+
+layout(set = kSetKernel, binding = kBindImageA, scalar) readonly buffer ImageA { float imageA[]; };
+layout(set = kSetKernel, binding = kBindImageB, scalar) readonly buffer ImageB { float imageB[]; };
+layout(set = kSetKernel, binding = kBindDisplayed, scalar) writeonly buffer Output { uint outputPixels[]; };
 layout(push_constant, scalar) uniform SettingsBlock { DisplaySettings given; };
 
 void main()
 {
     const uvec2 p = gl_GlobalInvocationID.xy;
     DisplaySettings settings = given;
-    settings.show = kFeatures & 15u;
-    settings.tone = (kFeatures >> 4u) & 15u;
-    settings.map = (kFeatures >> 8u) & 15u;
-    settings.errorKind = (kFeatures >> 12u) & 15u;
-    settings.logarithmic = (kFeatures >> 16u) & 1u;
-    settings.channelsA = (kFeatures >> 17u) & 3u;
-    settings.channelsB = (kFeatures >> 19u) & 3u;
+    settings.show = kShow;
+    settings.tone = kTone;
+    settings.map = kMap;
+    settings.errorKind = kErrorKind;
+    settings.logarithmic = kLogarithmic;
+    settings.channelsA = kChannelsA;
+    settings.channelsB = kChannelsB;
     if (settings.channelsA == 0u) settings.widthA = 0u;
     if (settings.channelsB == 0u) settings.widthB = 0u;
     if (p.x >= settings.width || p.y >= settings.height) return;
@@ -43,6 +51,5 @@ void main()
         b = settings.channelsB == 1u ? vec3(imageB[i]) : vec3(imageB[i], imageB[i + 1u], imageB[i + 2u]);
     }
     const uint packed = displayPack(displayColour(settings, p.x, a, b));
-    const bool swapped = (kFeatures >> 21u & 1u) != 0u;
-    outputPixels[p.y * settings.width + p.x] = swapped ? displaySwap(packed) : packed;
+    outputPixels[p.y * settings.width + p.x] = kSwapped != 0u ? displaySwap(packed) : packed;
 }

@@ -8,18 +8,23 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
 
-#include "path_common.glsl"
+#include "path.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = kBindStateTexels) uniform usamplerBuffer stateWords;
+layout(push_constant, scalar) uniform PushBlock
+{
+    BounceBatch push;
+};
 
-layout(set = 0, binding = kBindStates, scalar) writeonly buffer StateBlock
+layout(set = kSetKernel, binding = kBindStateTexels) uniform usamplerBuffer stateWords;
+
+layout(set = kSetKernel, binding = kBindStates, scalar) writeonly buffer StateBlock
 {
     uvec4 nextStates[];
 };
 
-layout(set = 0, binding = kBindQueues, scalar) buffer QueueBlock
+layout(set = kSetKernel, binding = kBindQueues, scalar) buffer QueueBlock
 {
     QueueHead queues[];
 };
@@ -40,25 +45,24 @@ uint queueSlot(bool alive, uint next)
 void main()
 {
     const uint index = gl_GlobalInvocationID.x;
-    const bool first = (batch.bounce & kBatchContinues) == 0u;
-    const uint queue = batch.bounce & ~kBatchContinues;
-    const uint waiting = first ? laneCount() : queues[queue].count;
+    const bool first = push.begins != 0u;
+    const uint waiting = first ? laneCount(push.batch) : queues[push.queue].count;
     bool alive = index < waiting;
     uint lane = index;
     PathState path;
     SampleStream stream;
     if (alive) {
         if (first) {
-            const uvec2 pixel = lanePixel(lane);
+            const uvec2 pixel = lanePixel(push.batch, lane);
             alive = insideImage(pixel);
-            stream = laneStream(lane, pixel);
+            stream = laneStream(push.batch, lane, pixel);
             path = beginPath(frame.camera, frame.settings, pixel, stream);
         } else {
             const uvec4 a = texelFetch(stateWords, int(kStateWords * index));
             const uvec4 b = texelFetch(stateWords, int(kStateWords * index + 1u));
             const uvec4 c = texelFetch(stateWords, int(kStateWords * index + 2u));
             lane = a.w;
-            stream = laneStream(lane, lanePixel(lane));
+            stream = laneStream(push.batch, lane, lanePixel(push.batch, lane));
             path = PathState(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz),
                              uintBitsToFloat(b.w), c.w);
         }
@@ -73,7 +77,7 @@ void main()
         alive = extendPath(stream, path, L, shadowRays);
         if (first || any(notEqual(L, before))) radiance[lane] = vec4(L, 0.0);
     }
-    const uint slot = queueSlot(alive, queue + 1u);
+    const uint slot = queueSlot(alive, push.queue + 1u);
     if (alive) {
         nextStates[kStateWords * slot] = uvec4(floatBitsToUint(path.origin), lane);
         nextStates[kStateWords * slot + 1u] = uvec4(floatBitsToUint(path.direction), floatBitsToUint(path.pdf));

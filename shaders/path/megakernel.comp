@@ -5,18 +5,23 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_basic : require
 
-#include "path_common.glsl"
+#include "path.glsl"
 
 layout(local_size_x = 64) in;
+
+layout(push_constant, scalar) uniform PushBlock
+{
+    Batch batch;
+};
 
 void main()
 {
     const uint lane = gl_GlobalInvocationID.x;
-    const uvec2 pixel = lanePixel(lane);
+    const uvec2 pixel = lanePixel(batch, lane);
     uint closestRays = 0u;
     uint shadowRays = 0u;
-    if (lane < laneCount() && insideImage(pixel)) {
-        const SampleStream stream = laneStream(lane, pixel);
+    if (lane < laneCount(batch) && insideImage(pixel)) {
+        const SampleStream stream = laneStream(batch, lane, pixel);
         PathState path = beginPath(frame.camera, frame.settings, pixel, stream);
         vec3 L = vec3(0.0);
         do {

@@ -1,5 +1,9 @@
-// Binding numbers of the one descriptor set that all kernels share, and the push constants of the
-// path tracer.
+// What host and kernels exchange: the numbers of descriptor sets and bindings, the push constants
+// of every kernel, and the records of the frame. Three sets, each with its bindings counted from
+// zero:
+//   0  the scene   uniform texel buffers (scene.glsl)
+//   1  the frame   what stays fixed between two changes of the view, and the counters (frame.glsl)
+//   2  the kernel  buffers of its own; the host reads their kinds from the kernel's SPIR-V
 #ifndef REKINDLE_SHARED_BINDINGS_H
 #define REKINDLE_SHARED_BINDINGS_H
 
@@ -7,7 +11,12 @@
 
 SHARED_BEGIN
 
-// Uniform texel buffers. All but the last four are RGBA32UI: bits must survive the fetch.
+SHARED_CONST uint kSetScene = 0u;
+SHARED_CONST uint kSetFrame = 1u;
+SHARED_CONST uint kSetKernel = 2u;
+SHARED_CONST uint kSetCount = 3u;
+
+// Set 0. All but the last four are RGBA32UI: bits must survive the fetch.
 SHARED_CONST uint kBindNodes = 0u;
 SHARED_CONST uint kBindTriangles = 1u;
 SHARED_CONST uint kBindIndices = 2u;
@@ -16,30 +25,52 @@ SHARED_CONST uint kBindExtra = 4u;
 SHARED_CONST uint kBindMaterials = 5u;
 SHARED_CONST uint kBindTextureReferences = 6u;
 SHARED_CONST uint kBindEmitters = 7u;
-SHARED_CONST uint kBindStateTexels = 8u;      // the paths that a bounce reads
-SHARED_CONST uint kBindTexels = 9u;           // RGBA16F
-SHARED_CONST uint kBindEmitterCdf = 10u;      // R32F
-SHARED_CONST uint kBindEnvironment = 11u;     // RGBA32F
-SHARED_CONST uint kBindEnvironmentCdf = 12u;  // R32F
-SHARED_CONST uint kTexelBindings = 13u;
+SHARED_CONST uint kBindTexels = 8u;           // RGBA16F
+SHARED_CONST uint kBindEmitterCdf = 9u;       // R32F
+SHARED_CONST uint kBindEnvironment = 10u;     // RGBA32F
+SHARED_CONST uint kBindEnvironmentCdf = 11u;  // R32F
+SHARED_CONST uint kSceneBindings = 12u;
 
-// A uniform buffer: FrameData.
-SHARED_CONST uint kBindFrame = 13u;
+// Set 1.
+SHARED_CONST uint kBindFrame = 0u;     // uniform buffer: FrameData
+SHARED_CONST uint kBindCounters = 1u;  // storage buffer: Counters
+SHARED_CONST uint kFrameBindings = 2u;
 
-// Storage buffers.
-// The paths that a bounce writes, three words of 16 bytes each
-SHARED_CONST uint kBindStates = 14u;
-SHARED_CONST uint kBindRadiance = 15u;  // vec4 per lane
-SHARED_CONST uint kBindQueues = 16u;    // QueueHead per bounce
-SHARED_CONST uint kBindFilm0 = 17u;     // vec4 per pixel, three buffers: see accumulate.comp
-SHARED_CONST uint kBindFilm1 = 18u;
-SHARED_CONST uint kBindFilm2 = 19u;
-SHARED_CONST uint kBindCounters = 20u;  // Counters
-SHARED_CONST uint kBindOutput = 21u;    // vec4s of the kernel's own meaning
-SHARED_CONST uint kBindingCount = 22u;
+// Set 2 of bounce, megakernel and accumulate.
+SHARED_CONST uint kBindRadiance = 0u;     // vec4 per lane of a batch
+SHARED_CONST uint kBindStateTexels = 1u;  // bounce: the paths that are read, kStateWords each
+SHARED_CONST uint kBindStates = 2u;       // bounce: the paths that are written
+SHARED_CONST uint kBindQueues = 3u;       // bounce: QueueHead per bounce
 
-// Specialization constants beside kFeatures (0).
+// Set 2 of accumulate and mean: the words of film.h, one buffer each, and the mean.
+SHARED_CONST uint kBindFilm0 = 1u;  // vec4 per pixel, in three buffers
+SHARED_CONST uint kBindFilm1 = 2u;
+SHARED_CONST uint kBindFilm2 = 3u;
+SHARED_CONST uint kBindFilmWeight = 4u;  // float per pixel
+SHARED_CONST uint kBindMean = 0u;        // vec3 per pixel
+
+// Set 2 of first_hits.
+SHARED_CONST uint kBindFirstHits = 0u;  // FirstHit per pixel
+
+// Set 2 of bench_closest and bench_any.
+SHARED_CONST uint kBindRays = 0u;  // texels, two per ray
+SHARED_CONST uint kBindHits = 1u;  // vec4 per ray
+
+// Set 2 of display.
+SHARED_CONST uint kBindImageA = 0u;
+SHARED_CONST uint kBindImageB = 1u;
+SHARED_CONST uint kBindDisplayed = 2u;
+
+// The most that any one kernel sees in its three sets.
+SHARED_CONST uint kMostTexelBuffers = 13u;   // bounce
+SHARED_CONST uint kMostStorageBuffers = 6u;  // accumulate
+SHARED_CONST uint kMostResources = 18u;      // bounce
+SHARED_CONST uint kMostPushBytes = 128u;     // what every device has
+
+// Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
+// display follow it.
 SHARED_CONST uint kSpecializeSampler = 1u;  // the sampler's kind, so that only one is compiled
+SHARED_CONST uint kSpecializeShow = 1u;     // the display's first: see app/gpu/window/display.cpp
 
 /// Everything that stays fixed between two changes of the view.
 struct FrameData {
@@ -51,16 +82,39 @@ struct FrameData {
     uint tilesPerRow;  // 8x8 pixels each
 };
 
-/// One batch of paths: tiles [firstTile, firstTile + tileCount) times samples [firstSample,
+/// Lanes that trace paths: tiles [firstTile, firstTile + tileCount) times samples [firstSample,
 /// firstSample + sampleCount). lane = (sample * tileCount + tile) * 64 + Morton index in the tile.
 struct Batch {
     uint firstTile;
     uint tileCount;
     uint firstSample;
     uint sampleCount;
-    uint bounce;  // index of the queue to read; kBatchContinues unless the bounce begins the paths
 };
-SHARED_CONST uint kBatchContinues = 0x80000000u;
+
+/// One bounce of a batch.
+struct BounceBatch {
+    Batch batch;
+    uint queue;   // index of the one to read; the next one is written
+    uint begins;  // 1: the paths begin here, and nothing is read
+};
+
+/// Consecutive pixels, row by row.
+struct PixelRange {
+    uint firstPixel;
+    uint pixelCount;
+};
+
+/// First hits of tiles; `firstPixel` is where the output begins.
+struct TileRange {
+    uint firstTile;
+    uint tileCount;
+    uint firstPixel;
+};
+
+/// The first `count` items of an array: rays, or whatever a kernel works on one by one.
+struct ItemRange {
+    uint count;
+};
 
 /// Indirect dispatch arguments of one bounce, and how many paths wait in its queue.
 struct QueueHead {
@@ -74,19 +128,18 @@ struct Counters {
     uint nan;
     uint inf;
     uint negative;
-    uint stackOverflow;
     uint closestRays;
     uint shadowRays;
     uint reserved0;
     uint reserved1;
+    uint reserved2;
 };
 
 SHARED_CONST uint kGroupSize = 64u;
-SHARED_CONST uint kStateWords = 3u;
+SHARED_CONST uint kStateWords = 3u;  // of 16 bytes: origin, lane; direction, pdf; beta, depth
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameData) == 176 && sizeof(Batch) == 20 && sizeof(QueueHead) == 16 &&
-              sizeof(Counters) == 32);
+static_assert(sizeof(FrameData) == 176 && sizeof(QueueHead) == 16 && sizeof(Counters) == 32);
 #endif
 
 SHARED_END

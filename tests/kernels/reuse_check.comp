@@ -11,15 +11,15 @@ layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform PushBlock
 {
-    Batch batch;
+    ItemRange range;
 };
 
-layout(set = 0, binding = kBindStates, scalar) readonly buffer InputBlock
+layout(set = kSetKernel, binding = 0, scalar) readonly buffer InputBlock
 {
     ReuseCheckInput inputs[];
 };
 
-layout(set = 0, binding = kBindOutput, scalar) writeonly buffer OutputBlock
+layout(set = kSetKernel, binding = 1, scalar) writeonly buffer OutputBlock
 {
     ReuseCheckOutput outputs[];
 };
@@ -27,6 +27,6 @@ layout(set = 0, binding = kBindOutput, scalar) writeonly buffer OutputBlock
 void main()
 {
     const uint lane = gl_GlobalInvocationID.x;
-    if (lane >= batch.sampleCount) return;
+    if (lane >= range.count) return;
     outputs[lane] = checkReuse(inputs[lane]);
 }

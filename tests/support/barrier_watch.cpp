@@ -88,15 +88,16 @@ enum : uint32_t {
     kOpAtomicStore = 228,
     kOpAtomicExchange = 229,
     kOpAtomicXor = 242,
-    kDecorationBinding = 33
+    kDecorationBinding = 33,
+    kDecorationSet = 34
 };
 
 }  // namespace
 
-std::map<uint32_t, VkAccessFlags> kernelAccess(std::span<const uint32_t> spirv)
+std::map<SetBinding, VkAccessFlags> kernelAccess(std::span<const uint32_t> spirv)
 {
-    std::map<uint32_t, uint32_t> binding, storage,
-        root;                                  // of ids: binding number, storage class, variable
+    // Of ids: set, binding number, storage class, variable
+    std::map<uint32_t, uint32_t> set, binding, storage, root;
     std::map<uint32_t, VkAccessFlags> access;  // of variables
     const auto note = [&](uint32_t pointer, VkAccessFlags flags) {
         const auto variable = root.find(pointer);
@@ -112,6 +113,7 @@ std::map<uint32_t, VkAccessFlags> kernelAccess(std::span<const uint32_t> spirv)
         const uint32_t code = spirv[at] & 0xffffu, length = spirv[at] >> 16u;
         const auto word = [&](uint32_t i) { return spirv[at + i]; };
         if (code == kOpDecorate && word(2) == kDecorationBinding) binding[word(1)] = word(3);
+        if (code == kOpDecorate && word(2) == kDecorationSet) set[word(1)] = word(3);
         if (code == kOpVariable) {
             storage[word(2)] = word(3);
             root[word(2)] = word(2);
@@ -132,9 +134,9 @@ std::map<uint32_t, VkAccessFlags> kernelAccess(std::span<const uint32_t> spirv)
         }
         at += length;
     }
-    std::map<uint32_t, VkAccessFlags> result;
+    std::map<SetBinding, VkAccessFlags> result;
     for (const auto& [variable, flags] : access) {
-        if (binding.contains(variable)) result[binding[variable]] |= flags;
+        if (binding.contains(variable)) result[{set[variable], binding[variable]}] |= flags;
     }
     return result;
 }
@@ -236,10 +238,13 @@ std::vector<BufferUse> BarrierWatch::dispatchUses(VkCommandBuffer commands) cons
 {
     std::vector<BufferUse> uses;
     const auto pipeline = boundPipeline_.find(commands);
-    const auto set = boundSet_.find(commands);
-    if (pipeline == boundPipeline_.end() || set == boundSet_.end()) return uses;
-    const auto bound = sets_.find(set->second);
-    for (const auto& [binding, access] : pipelines_.at(pipeline->second)) {
+    const auto sets = boundSets_.find(commands);
+    if (pipeline == boundPipeline_.end() || sets == boundSets_.end()) return uses;
+    for (const auto& [place, access] : pipelines_.at(pipeline->second)) {
+        const auto& [number, binding] = place;
+        const auto set = sets->second.find(number);
+        if (set == sets->second.end()) continue;
+        const auto bound = sets_.find(set->second);
         if (bound == sets_.end() || !bound->second.contains(binding)) continue;
         for (const VkAccessFlags bit :
              {VK_ACCESS_SHADER_READ_BIT, VK_ACCESS_UNIFORM_READ_BIT, VK_ACCESS_SHADER_WRITE_BIT}) {
@@ -256,7 +261,7 @@ void BarrierWatch::watchCommands(VulkanFaults& faults)
         [this](auto driver, VkCommandBuffer c, const VkCommandBufferBeginInfo* info) {
             recorded_[c].clear();
             boundPipeline_.erase(c);
-            boundSet_.erase(c);
+            boundSets_.erase(c);
             return driver(c, info);
         });
     faults.replace<&Api::CmdBindPipeline>(
@@ -268,8 +273,8 @@ void BarrierWatch::watchCommands(VulkanFaults& faults)
         [this](auto driver, VkCommandBuffer c, VkPipelineBindPoint point, VkPipelineLayout layout,
                uint32_t first, uint32_t count, const VkDescriptorSet* sets, uint32_t offsets,
                const uint32_t* offset) {
-            if (point == VK_PIPELINE_BIND_POINT_COMPUTE && first == 0 && count > 0)
-                boundSet_[c] = sets[0];
+            for (uint32_t i = 0; i < count && point == VK_PIPELINE_BIND_POINT_COMPUTE; ++i)
+                boundSets_[c][first + i] = sets[i];
             driver(c, point, layout, first, count, sets, offsets, offset);
         });
     faults.replace<&Api::CmdDispatch>(

@@ -10,6 +10,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/vulkan_faults.h"
@@ -40,9 +41,11 @@ struct WatchedCommand {
 std::vector<std::string> missingBarriers(const std::vector<WatchedCommand>& commands,
                                          size_t leftOut = SIZE_MAX);
 
-/// Per binding number of a kernel's storage, uniform and texel buffers: the VkAccessFlags of its
-/// text.
-std::map<uint32_t, VkAccessFlags> kernelAccess(std::span<const uint32_t> spirv);
+/// A descriptor's set and its binding number in it.
+using SetBinding = std::pair<uint32_t, uint32_t>;
+
+/// The VkAccessFlags of a kernel's text to each of its storage, uniform and texel buffers.
+std::map<SetBinding, VkAccessFlags> kernelAccess(std::span<const uint32_t> spirv);
 
 /// Makes the list of all commands that are submitted while it lives. Works for devices that are
 /// made while it lives.
@@ -67,12 +70,12 @@ private:
 
     std::map<VkBuffer, uint64_t> serials_;
     uint64_t buffersMade_ = 0;
-    std::map<VkShaderModule, std::map<uint32_t, VkAccessFlags>> modules_;
-    std::map<VkPipeline, std::map<uint32_t, VkAccessFlags>> pipelines_;
+    std::map<VkShaderModule, std::map<SetBinding, VkAccessFlags>> modules_;
+    std::map<VkPipeline, std::map<SetBinding, VkAccessFlags>> pipelines_;
     std::map<VkBufferView, VkBuffer> views_;
     std::map<VkDescriptorSet, std::map<uint32_t, VkBuffer>> sets_;
     std::map<VkCommandBuffer, VkPipeline> boundPipeline_;
-    std::map<VkCommandBuffer, VkDescriptorSet> boundSet_;
+    std::map<VkCommandBuffer, std::map<uint32_t, VkDescriptorSet>> boundSets_;
     std::map<VkCommandBuffer, std::vector<WatchedCommand>> recorded_;
     std::vector<WatchedCommand> submitted_;
 };

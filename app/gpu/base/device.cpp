@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <mutex>
 
 #include "app/gpu/base/device_choice.h"
+#include "app/gpu/base/memory.h"
 
 namespace gpu {
 
@@ -212,6 +214,7 @@ void Device::destroy()
 {
     const bool leave = device_ != VK_NULL_HANDLE && isAbandoned(device_);
     if (device_ != VK_NULL_HANDLE && !lost_) vk.DeviceWaitIdle(device_);
+    staging_.reset();
     timestamps_ = {};
     fence_ = {};
     pool_ = {};
@@ -227,6 +230,15 @@ void Device::destroy()
     device_ = VK_NULL_HANDLE;
     messenger_ = VK_NULL_HANDLE;
     instance_ = VK_NULL_HANDLE;
+}
+
+Staging& Device::staging(uint64_t bytes)
+{
+    if (staging_ == nullptr || staging_->bytes() < bytes) {
+        staging_.reset();  // before the new one: both at once may not fit
+        staging_ = std::make_unique<Staging>(*this, std::bit_ceil(bytes));  // few sizes in all
+    }
+    return *staging_;
 }
 
 void Device::requireAlive() const

@@ -15,6 +15,8 @@
 
 namespace gpu {
 
+class Staging;
+
 struct DeviceOptions {
     // As listed by `devices`; -1: the first suitable one, real GPUs before software
     int index = -1;
@@ -93,6 +95,10 @@ public:
 
     const std::filesystem::path& cacheFolder() const { return cacheFolder_; }
 
+    /// Host memory of at least `bytes` for one copy to or from this device. It is kept for the next
+    /// copy, whose content replaces this one's. Devices whose memory is mapped never make it.
+    Staging& staging(uint64_t bytes);
+
     /// Bytes of device memory that are allocated now, and the most there have been.
     uint64_t allocatedBytes = 0, peakBytes = 0;
 
@@ -123,6 +129,7 @@ private:
     Handle<VkFence, &Api::DestroyFence> fence_;
     Handle<VkQueryPool, &Api::DestroyQueryPool> timestamps_;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;
+    std::unique_ptr<Staging> staging_;
 };
 
 /// Makes writes of compute and transfer before it visible to compute, transfer and indirect reads

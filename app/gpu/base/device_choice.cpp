@@ -54,20 +54,21 @@ struct Limit {
 
 std::vector<Limit> limitsOf(const VkPhysicalDeviceLimits& l)
 {
-    constexpr uint32_t kStorage = shared::kBindingCount - shared::kTexelBindings - 1;
+    constexpr uint32_t kStorage = shared::kMostStorageBuffers;
     constexpr uint64_t kLanes = 1u << 16;  // the smallest batch of paths
     return {
         {"maxComputeWorkGroupInvocations", l.maxComputeWorkGroupInvocations, shared::kGroupSize},
         {"maxComputeWorkGroupSize", l.maxComputeWorkGroupSize[0], shared::kGroupSize},
         {"maxComputeWorkGroupCount", l.maxComputeWorkGroupCount[0], 1u << 15},
-        {"maxPushConstantsSize", l.maxPushConstantsSize, 128},
+        {"maxPushConstantsSize", l.maxPushConstantsSize, shared::kMostPushBytes},
         {"maxUniformBufferRange", l.maxUniformBufferRange, sizeof(shared::FrameData)},
         {"maxPerStageDescriptorStorageBuffers", l.maxPerStageDescriptorStorageBuffers, kStorage},
         {"maxDescriptorSetStorageBuffers", l.maxDescriptorSetStorageBuffers, kStorage},
         {"maxPerStageDescriptorSampledImages", l.maxPerStageDescriptorSampledImages,
-         shared::kTexelBindings},
-        {"maxDescriptorSetSampledImages", l.maxDescriptorSetSampledImages, shared::kTexelBindings},
-        {"maxPerStageResources", l.maxPerStageResources, shared::kBindingCount},
+         shared::kMostTexelBuffers},
+        {"maxDescriptorSetSampledImages", l.maxDescriptorSetSampledImages,
+         shared::kMostTexelBuffers},
+        {"maxPerStageResources", l.maxPerStageResources, shared::kMostResources},
         {"maxTexelBufferElements", l.maxTexelBufferElements, kLanes * shared::kStateWords},
         {"maxStorageBufferRange", l.maxStorageBufferRange, kLanes * shared::kStateWords * 16}};
 }

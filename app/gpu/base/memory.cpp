@@ -143,24 +143,19 @@ MemoryHandle giveMemory(Device& device, const char* name, VkBuffer buffer,
     return memory;
 }
 
-/// One-off staging buffer of host memory.
-struct Staging {
-    BufferHandle buffer;
-    MemoryHandle memory;
-    std::byte* mapped = nullptr;
-
-    Staging(Device& device, uint64_t bytes)
-        : buffer(makeBuffer(device, "a copy", bytes,
-                            VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT))
-    {
-        uint64_t allocated = 0;
-        memory = giveMemory(device, "a copy", buffer.get(), {kMapped}, &allocated, &mapped);
-    }
-};
-
+// Larger copies are made in pieces of this.
 constexpr uint64_t kStagingBytes = uint64_t(64) << 20;
 
 }  // namespace
+
+Staging::Staging(Device& device, uint64_t bytes)
+    : bytes_(bytes),
+      buffer_(makeBuffer(device, "a copy", bytes,
+                         VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT))
+{
+    uint64_t allocated = 0;
+    memory_ = giveMemory(device, "a copy", buffer_.get(), {kMapped}, &allocated, &mapped_);
+}
 
 Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format)
     : device_(&device), bytes_(std::max<uint64_t>((bytes + 15) & ~uint64_t(15), 16))
@@ -221,14 +216,15 @@ void Buffer::write(std::span<const std::byte> data, uint64_t offset)
         std::memcpy(mapped_ + offset, data.data(), data.size());
         return;
     }
-    const Staging staging(*device_, std::min<uint64_t>(data.size(), kStagingBytes));
+    if (data.empty()) return;
+    const Staging& staging = device_->staging(std::min<uint64_t>(data.size(), kStagingBytes));
     for (uint64_t done = 0; done < data.size(); done += kStagingBytes) {
         const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);
-        std::memcpy(staging.mapped, data.data() + done, part);
+        std::memcpy(staging.mapped(), data.data() + done, part);
         device_->submit(
             [&](VkCommandBuffer commands) {
                 const VkBufferCopy copy{0, offset + done, part};
-                vk.CmdCopyBuffer(commands, staging.buffer.get(), buffer_.get(), 1, &copy);
+                vk.CmdCopyBuffer(commands, staging.get(), buffer_.get(), 1, &copy);
                 barrier(commands);
             },
             "a copy to the device");
@@ -244,17 +240,18 @@ void Buffer::read(std::span<std::byte> data, uint64_t offset) const
         std::memcpy(data.data(), mapped_ + offset, data.size());
         return;
     }
-    const Staging staging(*device_, std::min<uint64_t>(data.size(), kStagingBytes));
+    if (data.empty()) return;
+    const Staging& staging = device_->staging(std::min<uint64_t>(data.size(), kStagingBytes));
     for (uint64_t done = 0; done < data.size(); done += kStagingBytes) {
         const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);
         device_->submit(
             [&](VkCommandBuffer commands) {
                 const VkBufferCopy copy{offset + done, 0, part};
-                vk.CmdCopyBuffer(commands, buffer_.get(), staging.buffer.get(), 1, &copy);
+                vk.CmdCopyBuffer(commands, buffer_.get(), staging.get(), 1, &copy);
                 barrier(commands);
             },
             "a copy from the device");
-        std::memcpy(data.data() + done, staging.mapped, part);
+        std::memcpy(data.data() + done, staging.mapped(), part);
     }
 }
 

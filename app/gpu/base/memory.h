@@ -45,4 +45,20 @@ private:
     std::byte* mapped_ = nullptr;
 };
 
+/// Mapped host memory that copies go through: see Device::staging.
+class Staging {
+public:
+    Staging(Device& device, uint64_t bytes);
+
+    VkBuffer get() const { return buffer_.get(); }
+    std::byte* mapped() const { return mapped_; }
+    uint64_t bytes() const { return bytes_; }
+
+private:
+    uint64_t bytes_;
+    Handle<VkBuffer, &Api::DestroyBuffer> buffer_;
+    Handle<VkDeviceMemory, &Api::FreeMemory> memory_;
+    std::byte* mapped_ = nullptr;
+};
+
 }  // namespace gpu

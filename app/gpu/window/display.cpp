@@ -1,6 +1,5 @@
-// The kernel borrows the layout of the path tracer's; three of its storage buffers and the push
-// constants are enough. It is specialised on what is shown: a software device runs every branch
-// that is left in it, for each pixel.
+// The kernel sees neither scene nor frame: two images, the output, and its settings as push
+// constants.
 #include "app/gpu/window/display.h"
 
 #include <spirv/display.h>
@@ -11,23 +10,23 @@ namespace {
 
 static_assert(sizeof(shared::DisplaySettings) <= 128);
 
-/// The word that display.comp takes apart. What a view does not look at stays zero, so that it
-/// makes no kernel of its own.
-uint32_t choicesOf(const shared::DisplaySettings& s, bool swapped)
+/// What a view does not look at stays zero, so that it makes no kernel of its own.
+DisplayChoices choicesOf(const shared::DisplaySettings& s, bool swapped)
 {
     const bool two = s.show == shared::kShowDifference || s.show == shared::kShowError ||
                      s.show == shared::kShowCompare;
-    const uint32_t show = two && s.widthB == 0 ? shared::kShowRadiance : s.show;
-    const bool radiance = show == shared::kShowRadiance || show == shared::kShowCompare;
-    const bool mapped = show == shared::kShowScalar || show == shared::kShowError;
-    uint32_t word = show;
-    if (radiance) word |= s.tone << 4;
-    if (mapped) word |= s.map << 8;
-    if (show == shared::kShowError) word |= s.errorKind << 12;
-    if (show == shared::kShowScalar && s.logarithmic != 0) word |= 1u << 16;
-    word |= s.channelsA << 17;
-    if (two) word |= s.channelsB << 19;
-    return swapped ? word | 1u << 21 : word;
+    DisplayChoices c;
+    c.show = two && s.widthB == 0 ? shared::kShowRadiance : s.show;
+    const bool radiance = c.show == shared::kShowRadiance || c.show == shared::kShowCompare;
+    const bool mapped = c.show == shared::kShowScalar || c.show == shared::kShowError;
+    if (radiance) c.tone = s.tone;
+    if (mapped) c.map = s.map;
+    if (c.show == shared::kShowError) c.errorKind = s.errorKind;
+    if (c.show == shared::kShowScalar && s.logarithmic != 0) c.logarithmic = 1;
+    c.channelsA = s.channelsA;
+    if (two) c.channelsB = s.channelsB;
+    c.swapped = swapped ? 1 : 0;
+    return c;
 }
 
 /// The smallest step at which every step-th pixel of every step-th row fits.
@@ -54,7 +53,9 @@ core::Image thinned(const core::Image& image, uint32_t step)
 
 }  // namespace
 
-Display::Display(Device& device) : device_(device), layout_(device), bindings_(device, layout_) {}
+Display::Display(Device& device)
+    : device_(device), kernel_(device, k_display), set_(device, kernel_.own())
+{}
 
 void Display::setImage(int which, const core::Image* image)
 {
@@ -72,11 +73,11 @@ void Display::setImage(int which, const core::Image* image)
     }
     const auto bytes = std::as_bytes(std::span(image->pixels));
     if (input.buffer.bytes() < bytes.size()) {
-        const uint32_t binding = which == 0 ? shared::kBindStates : shared::kBindRadiance;
-        bindings_.unbind(binding);
+        const uint32_t binding = which == 0 ? shared::kBindImageA : shared::kBindImageB;
+        set_.unbind(binding);
         input = {};  // before the new one: both at once may not fit
         input.buffer = Buffer(device_, "the picture", bytes.size());
-        bindings_.bind(binding, input.buffer);
+        set_.bind(binding, input.buffer);
     }
     input.buffer.write(bytes);
     input.size = {image->width, image->height, image->channels};
@@ -86,34 +87,23 @@ void Display::setSize(uint32_t width, uint32_t height)
 {
     const uint64_t bytes = uint64_t(width) * height * 4;
     if (output_.bytes() < bytes) {
-        bindings_.unbind(shared::kBindOutput);
+        set_.unbind(shared::kBindDisplayed);
         width_ = height_ = 0;
         output_ = {};
         output_ = Buffer(device_, "the window's picture", bytes);
-        bindings_.bind(shared::kBindOutput, output_);
+        set_.bind(shared::kBindDisplayed, output_);
     }
     width_ = width;
     height_ = height;
 }
 
-const Pipeline& Display::pipelineFor(uint32_t choices)
-{
-    Pipeline& pipeline = pipelines_[choices];
-    if (pipeline.get() == VK_NULL_HANDLE)
-        pipeline = Pipeline(device_, layout_, k_display, {.features = choices});
-    return pipeline;
-}
-
 void Display::record(VkCommandBuffer commands, shared::DisplaySettings settings, bool swapped)
 {
     settings = core::displaySizes(settings, width_, height_, inputs_[0].size, inputs_[1].size);
-    const Pipeline& pipeline = pipelineFor(choicesOf(settings, swapped));
+    const Pipeline& pipeline = kernel_.pipeline(choicesOf(settings, swapped));
     barrier(commands);
-    vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
-    bindings_.use(commands, layout_);
-    vk.CmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(settings),
-                        &settings);
-    vk.CmdDispatch(commands, (width_ + 7) / 8, (height_ + 7) / 8, 1);
+    kernel_.dispatch(commands, pipeline, {nullptr, nullptr, &set_}, settings, (width_ + 7) / 8,
+                     (height_ + 7) / 8);
     barrier(commands);
 }
 

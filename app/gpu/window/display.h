@@ -2,10 +2,19 @@
 // to the window's image.
 #pragma once
 
-#include "app/gpu/base/pipeline.h"
+#include "app/gpu/base/kernel.h"
 #include "core/image/display.h"
 
 namespace gpu {
+
+/// What the display kernel is specialised on, in the order of its constants: a software device runs
+/// every branch that is left in it, for each pixel. The names are those of shared::DisplaySettings.
+struct DisplayChoices {
+    static constexpr uint32_t kFirst = shared::kSpecializeShow;
+    uint32_t show = 0, tone = 0, map = 0, errorKind = 0, logarithmic = 0;
+    uint32_t channelsA = 0, channelsB = 0;
+    uint32_t swapped = 0;  // 1: red and blue are exchanged
+};
 
 class Display {
 public:
@@ -35,12 +44,9 @@ private:
         core::DisplaySize size{0};
     };
 
-    const Pipeline& pipelineFor(uint32_t choices);
-
     Device& device_;
-    KernelLayout layout_;
-    std::map<uint32_t, Pipeline> pipelines_;  // by what they are specialised on
-    Bindings bindings_;
+    Kernel<shared::DisplaySettings, DisplayChoices> kernel_;
+    DescriptorSet set_;
     std::array<Input, 2> inputs_;
     Buffer output_;
     uint32_t width_ = 0, height_ = 0;

@@ -2,6 +2,8 @@
 // with every barrier left out once to see that the watch would notice.
 #include <gtest/gtest.h>
 
+#include "app/gpu/base/kernel.h"
+#include "app/gpu/frame.h"
 #include "app/gpu/methods/path.h"
 #include "app/gpu/window/display.h"
 #include "core/gltf/gltf.h"
@@ -88,21 +90,23 @@ TEST(Barriers, ChainsOfBarriersHold)
 TEST(Barriers, TheKernelsTextSaysWhatIsTouched)
 {
     const VkAccessFlags read = VK_ACCESS_SHADER_READ_BIT, write = VK_ACCESS_SHADER_WRITE_BIT;
-    const std::map<uint32_t, VkAccessFlags> accumulate{
-        {shared::kBindFrame, VK_ACCESS_UNIFORM_READ_BIT},
-        {shared::kBindRadiance, read},
-        {shared::kBindFilm0, read | write},
-        {shared::kBindFilm1, read | write},
-        {shared::kBindFilm2, read | write},
-        {shared::kBindCounters, read | write}};
+    const uint32_t scene = shared::kSetScene, frame = shared::kSetFrame, own = shared::kSetKernel;
+    const std::map<tests::SetBinding, VkAccessFlags> accumulate{
+        {{frame, shared::kBindFrame}, VK_ACCESS_UNIFORM_READ_BIT},
+        {{frame, shared::kBindCounters}, read | write},
+        {{own, shared::kBindRadiance}, read},
+        {{own, shared::kBindFilm0}, read | write},
+        {{own, shared::kBindFilm1}, read | write},
+        {{own, shared::kBindFilm2}, read | write},
+        {{own, shared::kBindFilmWeight}, read | write}};
     EXPECT_EQ(tests::kernelAccess(k_accumulate), accumulate);
     const auto bounce = tests::kernelAccess(k_bounce);
-    EXPECT_EQ(bounce.at(shared::kBindStates), write);
-    EXPECT_EQ(bounce.at(shared::kBindStateTexels), read);
-    EXPECT_EQ(bounce.at(shared::kBindNodes), read);
-    EXPECT_EQ(bounce.at(shared::kBindQueues), read | write);
-    EXPECT_EQ(bounce.at(shared::kBindRadiance), read | write);
-    EXPECT_FALSE(bounce.contains(shared::kBindFilm0));
+    EXPECT_EQ(bounce.at({own, shared::kBindStates}), write);
+    EXPECT_EQ(bounce.at({own, shared::kBindStateTexels}), read);
+    EXPECT_EQ(bounce.at({scene, shared::kBindNodes}), read);
+    EXPECT_EQ(bounce.at({own, shared::kBindQueues}), read | write);
+    EXPECT_EQ(bounce.at({own, shared::kBindRadiance}), read | write);
+    EXPECT_FALSE(bounce.contains({own, shared::kBindFilmWeight}));
 }
 
 // --- planted gaps
@@ -139,21 +143,15 @@ TEST(Barriers, AForgottenBarrierBetweenDispatchesIsSeen)
         VulkanFaults faults;
         BarrierWatch watch(faults);
         gpu::Device device({});
-        const gpu::KernelLayout layout(device);
-        gpu::Bindings bindings(device, layout);
-        const gpu::Buffer film(device, "a film", 1024),
-            frame(device, "a frame", sizeof(shared::FrameData));
-        bindings.bind(shared::kBindFilm0, film);
-        bindings.bind(shared::kBindFrame, frame);
-        const gpu::Pipeline pipeline(device, layout, k_accumulate, {});
-        const shared::Batch batch{0, 0, 0, 0, 0};
+        const gpu::SharedLayouts layouts(device);
+        gpu::Kernel<shared::Batch> kernel(device, k_accumulate, &layouts);
+        gpu::DescriptorSet own(device, kernel.own());
+        const gpu::Frame frame(device, layouts);
+        const gpu::Buffer film(device, "a film", 1024);
+        own.bind(shared::kBindFilm0, film);
         device.submit([&](VkCommandBuffer commands) {
             for (int i = 0; i < 2; ++i) {
-                bindings.use(commands, layout);
-                gpu::vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
-                gpu::vk.CmdPushConstants(commands, layout.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
-                                         sizeof(batch), &batch);
-                gpu::vk.CmdDispatch(commands, 1, 1, 1);
+                kernel.dispatch(commands, kernel.pipeline(), {nullptr, &frame.set(), &own}, {}, 1);
                 if (!forgotten) gpu::barrier(commands);
             }
         });

@@ -7,7 +7,7 @@
 
 #include <sys/wait.h>
 
-#include "app/gpu/base/pipeline.h"
+#include "app/gpu/base/kernel.h"
 #include "app/gpu/base/pipeline_cache.h"
 #include "spirv/accumulate.h"
 #include "tests/support/temporary_folder.h"
@@ -207,9 +207,10 @@ void makeKernel(const std::filesystem::path& folder, uint32_t features = 0)
 {
     gpu::DeviceOptions options;
     options.cacheFolder = folder;
-    const gpu::Device device(options);
-    const gpu::KernelLayout layout(device);
-    const gpu::Pipeline pipeline(device, layout, k_accumulate, {features, 0});
+    gpu::Device device(options);
+    const gpu::SharedLayouts layouts(device);
+    gpu::Kernel<shared::Batch, gpu::FeatureConstants> kernel(device, k_accumulate, &layouts);
+    kernel.pipeline({features});
 }
 
 TEST(PipelineCache, TheSecondRunGivesTheDriverWhatTheFirstKept)

@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "app/gpu/base/pipeline.h"
+#include "app/gpu/base/kernel.h"
 #include "core/base/pcg32.h"
 #include "tests/kernels/reuse_check.h"
 
@@ -74,22 +74,17 @@ ReuseCheckInput anyInput(Pcg32& random)
 std::vector<ReuseCheckOutput> onDevice(const std::vector<ReuseCheckInput>& inputs)
 {
     gpu::Device device({.index = -1, .validation = true});
-    const gpu::KernelLayout layout(device);
-    gpu::Bindings bindings(device, layout);
+    gpu::Kernel<shared::ItemRange> kernel(device, k_reuse_check);
+    gpu::DescriptorSet set(device, kernel.own());
     gpu::Buffer in(device, "the inputs", inputs.size() * sizeof(ReuseCheckInput));
     gpu::Buffer out(device, "the answers", inputs.size() * sizeof(ReuseCheckOutput));
     in.writeAll(inputs);
-    bindings.bind(shared::kBindStates, in);
-    bindings.bind(shared::kBindOutput, out);
-    const gpu::Pipeline pipeline(device, layout, k_reuse_check, {});
-    const auto count = static_cast<uint32_t>(inputs.size());
-    const shared::Batch batch{0, 0, 0, count, 0};
+    set.bind(0, in);
+    set.bind(1, out);
+    const shared::ItemRange range{static_cast<uint32_t>(inputs.size())};
     device.submit([&](VkCommandBuffer commands) {
-        bindings.use(commands, layout);
-        gpu::vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
-        gpu::vk.CmdPushConstants(commands, layout.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
-                                 sizeof(batch), &batch);
-        gpu::vk.CmdDispatch(commands, (count + 63) / 64, 1, 1);
+        kernel.dispatch(commands, kernel.pipeline(), {nullptr, nullptr, &set}, range,
+                        gpu::groupsFor(range.count));
         gpu::barrier(commands);
     });
     std::vector<ReuseCheckOutput> outputs(inputs.size());

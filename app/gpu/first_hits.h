@@ -1,0 +1,31 @@
+// First hits at the pixel centres of a view: depth, normals, albedo and ids, without noise.
+#pragma once
+
+#include "app/gpu/base/batch_pace.h"
+#include "app/gpu/context.h"
+#include "app/gpu/frame.h"
+#include "app/gpu/scene.h"
+#include "core/methods/renderer.h"
+
+namespace gpu {
+
+class FirstHits {
+public:
+    explicit FirstHits(Context& context);
+
+    /// Finds them all, in pieces that hold the device no longer than `seconds`.
+    core::Aovs find(const GpuScene& scene, const Frame& frame, double seconds);
+
+private:
+    void compile(const GpuScene& scene, const Frame& frame);
+    void trace(const GpuScene& scene, const Frame& frame, uint32_t firstTile, uint32_t endTile,
+               uint32_t firstPixel, double seconds);
+
+    Context& context_;
+    Kernel<shared::TileRange, FeatureConstants> kernel_;
+    DescriptorSet set_;
+    Buffer found_;
+    BatchPace pace_;
+};
+
+}  // namespace gpu

@@ -1,0 +1,38 @@
+// A uniform buffer and a buffer of counters.
+#include "app/gpu/frame.h"
+
+namespace gpu {
+
+Frame::Frame(Device& device, const SharedLayouts& layouts)
+    : uniforms_(device, "the frame's settings", sizeof(shared::FrameData)),
+      counters_(device, "the counters", sizeof(shared::Counters)), set_(device, layouts.frame)
+{
+    set_.bind(shared::kBindFrame, uniforms_);
+    set_.bind(shared::kBindCounters, counters_);
+    clearCounters();
+}
+
+void Frame::write(const shared::FrameData& data)
+{
+    data_ = data;
+    uniforms_.write(std::as_bytes(std::span(&data_, 1)));
+}
+
+void Frame::drainCounters(FrameCounts& counts)
+{
+    shared::Counters found;
+    counters_.read(std::as_writable_bytes(std::span(&found, 1)));
+    clearCounters();
+    counts.film.nan += found.nan;
+    counts.film.inf += found.inf;
+    counts.film.negative += found.negative;
+    counts.rays += uint64_t(found.closestRays) + found.shadowRays;
+}
+
+void Frame::clearCounters()
+{
+    const shared::Counters zero{};
+    counters_.write(std::as_bytes(std::span(&zero, 1)));
+}
+
+}  // namespace gpu

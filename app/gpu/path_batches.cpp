@@ -1,0 +1,219 @@
+// Batches are kept short, so that no submission holds the device for long. See path_batches.h.
+#include "app/gpu/path_batches.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/base/time.h"
+#include "spirv/bounce.h"
+#include "spirv/megakernel.h"
+
+namespace gpu {
+
+namespace {
+
+constexpr uint32_t kMaxLanes = 1u << 18;
+// Mesa's software device ends every loop of an invocation after 65,535 iterations in all, silently:
+// a whole path must stay below. Its bounces are invocations of their own in the other kernel.
+constexpr uint32_t kDeepestMegakernel = 32;
+constexpr uint32_t kMeasuredLanes = 1u << 14;
+constexpr uint64_t kLanesBeforeMeasuring = 1u << 21;  // a second kernel has to be compiled for it
+constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
+
+uint32_t laneCount(const shared::Batch& batch)
+{
+    return batch.tileCount * batch.sampleCount * shared::kGroupSize;
+}
+
+}  // namespace
+
+PathBatches::PathBatches(Context& context)
+    : context_(context), bounce_(context.device, k_bounce, &context.layouts),
+      megakernel_(context.device, k_megakernel, &context.layouts),
+      bounceSets_{DescriptorSet(context.device, bounce_.own()),
+                  DescriptorSet(context.device, bounce_.own())},
+      megakernelSet_(context.device, megakernel_.own()),
+      queues_(context.device, "the queues", (kBouncesPerSubmit + 2) * sizeof(shared::QueueHead))
+{
+    for (DescriptorSet& set : bounceSets_) set.bind(shared::kBindQueues, queues_);
+}
+
+void PathBatches::forgetScene()
+{
+    work_ = {};
+    choice_ = nullptr;
+    choices_.clear();
+    pace_.restart();
+}
+
+double PathBatches::prepare(const PathWork& work, const Then& then)
+{
+    work_ = work;
+    const shared::PathSettings& settings = work.frame->data().settings;
+    const bool small = uint64_t(settings.imageWidth) * settings.imageHeight < kMeasuredLanes;
+    choice_ = &choices_[{work.constants, settings.maxDepth, work.strategy, small}];
+    choice_->lanes = 0;
+    const bool known = bounce_.isCompiled(work.constants) || megakernel_.isCompiled(work.constants);
+    known ? pace_.again() : pace_.restart();
+    takeChoice();
+    const auto start = core::Clock::now();
+    return compile(then) ? core::secondsSince(start) : 0;
+}
+
+void PathBatches::makeRoom(const Frame& frame)
+{
+    // Powers of two: few sizes in all, as a new one makes Mesa's software device compile the
+    // kernels again.
+    const uint32_t lanes =
+        std::bit_ceil(std::clamp(frame.tileCount() * shared::kGroupSize, 1u << 16, kMaxLanes));
+    if (radiance_.bytes() >= lanes * sizeof(glm::vec4)) return;
+    radiance_ = {};  // first: its size tells whether all of these could be had
+    for (Buffer& states : states_) {
+        states = {};
+        states = Buffer(context_.device, "the paths", uint64_t(lanes) * shared::kStateWords * 16,
+                        VK_FORMAT_R32G32B32A32_UINT);
+    }
+    radiance_ = Buffer(context_.device, "the paths' radiance", lanes * sizeof(glm::vec4));
+    megakernelSet_.bind(shared::kBindRadiance, radiance_);
+    for (uint32_t i = 0; i < 2; ++i) {
+        bounceSets_[i].bind(shared::kBindRadiance, radiance_);
+        bounceSets_[i].bind(shared::kBindStateTexels, states_[i]);
+        bounceSets_[i].bind(shared::kBindStates, states_[1 - i]);
+    }
+}
+
+KernelSets PathBatches::sets(const DescriptorSet& own) const
+{
+    return {&work_.scene->set(), &work_.frame->set(), &own};
+}
+
+/// Software drivers compile at the first dispatch: an empty batch makes them do it now. What a
+/// picture does not need is not compiled. Returns whether there was anything to compile.
+bool PathBatches::compile(const Then& then)
+{
+    if (wavefront_ ? bounce_.isCompiled(work_.constants) : megakernel_.isCompiled(work_.constants))
+        return false;
+    const Pipeline& pipeline =
+        wavefront_ ? bounce_.pipeline(work_.constants) : megakernel_.pipeline(work_.constants);
+    const shared::Batch empty{0, 1, 0, 0};
+    context_.device.submit(
+        [&](VkCommandBuffer commands) {
+            if (wavefront_) {
+                bounce_.dispatch(commands, pipeline, sets(bounceSets_[0]), {empty, 0, 1}, 1);
+            } else {
+                megakernel_.dispatch(commands, pipeline, sets(megakernelSet_), empty, 1);
+            }
+            barrier(commands);
+            then(commands, empty);
+        },
+        "the compilation of the kernels");
+    return true;
+}
+
+/// The kernel that is the right one by what is known. False when measuring could tell more.
+bool PathBatches::takeChoice()
+{
+    const bool tooDeep = context_.device.isSoftware() && maxDepth() > kDeepestMegakernel;
+    const bool open = work_.kernel == core::Kernel::automatic && !tooDeep && maxDepth() > 1;
+    wavefront_ = open ? choice_->wavefront : tooDeep || work_.kernel == core::Kernel::wavefront;
+    return !open || choice_->made;
+}
+
+/// On one small batch from the middle of the image, twice, in turns, the results thrown away: once
+/// per kind of work, so that neither moving nor editing is held up by it.
+void PathBatches::chooseKernel(double seconds)
+{
+    if (takeChoice() || choice_->lanes <= kLanesBeforeMeasuring) return;
+    const uint32_t tiles = work_.frame->tileCount();
+    const uint32_t count = std::min({tiles, kMeasuredLanes / shared::kGroupSize,
+                                     std::max(lanes(seconds) / (2 * shared::kGroupSize), 1u)});
+    const shared::Batch batch{(tiles - count) / 2, count, 0, 1};
+    const Then nothing = [](VkCommandBuffer, const shared::Batch&) {};
+    double best[2] = {1e30, 1e30};
+    for (int round = 0; round < 4; ++round) {
+        wavefront_ = round % 2 == 0;
+        compile(nothing);  // not what is measured
+        best[round % 2] = std::min(best[round % 2], run(batch, nothing));
+    }
+    choice_->wavefront = best[0] <= best[1];
+    choice_->made = true;
+    work_.frame->clearCounters();
+    takeChoice();
+}
+
+uint32_t PathBatches::lanes(double seconds) const
+{
+    return pace_.lanes(seconds, static_cast<uint32_t>(radiance_.bytes() / sizeof(glm::vec4)));
+}
+
+void PathBatches::trace(const shared::Batch& batch, const Then& then)
+{
+    pace_.measured(laneCount(batch), run(batch, then));
+    choice_->lanes += laneCount(batch);
+}
+
+/// Returns the seconds that the device was busy.
+double PathBatches::run(const shared::Batch& batch, const Then& then)
+{
+    if (wavefront_) return runBounces(batch, then);
+    const Pipeline& pipeline = megakernel_.pipeline(work_.constants);
+    return context_.device.submit(
+        [&](VkCommandBuffer commands) {
+            megakernel_.dispatch(commands, pipeline, sets(megakernelSet_), batch,
+                                 groupsFor(laneCount(batch)));
+            barrier(commands);
+            then(commands, batch);
+        },
+        describe("whole paths", batch));
+}
+
+/// Bounces are submitted sixteen at a time; the sizes of their queues stay on the device.
+double PathBatches::runBounces(const shared::Batch& batch, const Then& then)
+{
+    const Pipeline& pipeline = bounce_.pipeline(work_.constants);
+    double seconds = 0;
+    bool finished = false;  // `then` has been recorded
+    uint32_t side = 0, waiting = laneCount(batch);
+    for (uint64_t done = 0; waiting > 0 && done <= maxDepth(); done += kBouncesPerSubmit) {
+        const auto count =
+            static_cast<uint32_t>(std::min<uint64_t>(kBouncesPerSubmit, maxDepth() + 1 - done));
+        std::array<shared::QueueHead, kBouncesPerSubmit + 1> heads;
+        heads.fill({0, 1, 1, 0});
+        heads[0] = {groupsFor(waiting), 1, 1, waiting};
+        seconds += context_.device.submit(
+            [&](VkCommandBuffer commands) {
+                vk.CmdUpdateBuffer(commands, queues_.get(), 0, sizeof(heads), heads.data());
+                for (uint32_t b = 0; b < count; ++b, side = 1 - side) {
+                    barrier(commands);
+                    const shared::BounceBatch push{batch, b, done + b == 0 ? 1u : 0u};
+                    bounce_.dispatchIndirect(commands, pipeline, sets(bounceSets_[side]), push,
+                                             queues_, b * sizeof(shared::QueueHead));
+                }
+                barrier(commands);
+                finished = done + count > maxDepth();  // no path can be left
+                if (finished) then(commands, batch);
+            },
+            describe("bounces", batch));
+        shared::QueueHead next;
+        queues_.read(std::as_writable_bytes(std::span(&next, 1)), count * sizeof(next));
+        waiting = next.count;
+    }
+    if (!finished) {
+        seconds += context_.device.submit([&](VkCommandBuffer commands) { then(commands, batch); },
+                                          describe("the sum", batch));
+    }
+    return seconds;
+}
+
+/// A batch in words, for the message of a device that is lost in it.
+std::string PathBatches::describe(const char* kernel, const shared::Batch& batch) const
+{
+    return std::string(kernel) + " of " + std::to_string(work_.triangleCount) +
+           " triangles, tiles " + std::to_string(batch.firstTile) + " to " +
+           std::to_string(batch.firstTile + batch.tileCount - 1) + " of " +
+           std::to_string(work_.frame->tileCount()) + ", samples " +
+           std::to_string(batch.firstSample) + " to " +
+           std::to_string(batch.firstSample + batch.sampleCount - 1);
+}
+
+}  // namespace gpu

@@ -1,0 +1,54 @@
+// What the ray through a pixel's centre meets first: depth, normal, albedo and the ids of what is
+// there. Ids are whole numbers up to here: as floats they would be wrong above 2^24.
+#ifndef REKINDLE_SHARED_FIRST_HIT_H
+#define REKINDLE_SHARED_FIRST_HIT_H
+
+#include "surface.h"
+
+SHARED_BEGIN
+
+/// Depth counts along the ray in metres; 0 and kNone where nothing was hit. The normal is that of
+/// shading, on the side of the camera.
+struct FirstHit {
+    float depth;
+    vec3 normal;
+    vec3 albedo;
+    uint triangle;
+    uint material;
+    uint emitter;
+};
+
+SHARED_FN FirstHit noFirstHit()
+{
+    FirstHit f;
+    f.depth = 0.0f;
+    f.normal = vec3(0.0f);
+    f.albedo = vec3(0.0f);
+    f.triangle = kNone;
+    f.material = kNone;
+    f.emitter = kNone;
+    return f;
+}
+
+/// `direction` is that of the ray, unit.
+SHARED_FN FirstHit makeFirstHit(IN(SceneView) scene, Hit hit, vec3 direction)
+{
+    SurfacePoint s = makeSurfacePoint(scene, hit, direction);
+    const Shading shading = evaluateMaterial(scene, s, direction);
+    FirstHit f;
+    f.depth = hit.t;
+    f.normal = s.frame[2];
+    f.albedo = albedoBsdf(makeBsdf(shading.inputs), toLocal(s.frame, -direction));
+    f.triangle = s.triangle;
+    f.material = s.material;
+    f.emitter = s.emitter;
+    return f;
+}
+
+#ifdef __cplusplus
+static_assert(sizeof(FirstHit) == 40);
+#endif
+
+SHARED_END
+
+#endif

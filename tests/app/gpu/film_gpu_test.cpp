@@ -1,0 +1,208 @@
+// The text of shared/film.h on the device against the same text in C++: packing loses nothing,
+// compensated sums agree to the bit and are those of double precision, and samples that are no
+// colours are told apart. Then gpu::Film as a whole: clearing, weights, the mean. Validation is on.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "app/gpu/film.h"
+#include "core/base/pcg32.h"
+#include "tests/kernels/film_check.h"
+
+#include "spirv/film_check.h"
+
+namespace {
+
+using core::Pcg32;
+using shared::checkFilm;
+using shared::FilmCheckInput;
+using shared::FilmCheckOutput;
+using shared::FilmPixel;
+
+constexpr size_t kCases = 20000;
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+float uniform(Pcg32& random)
+{
+    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
+}
+
+/// Radiance of very different sizes; one in thirty is no colour.
+glm::vec3 anySample(Pcg32& random)
+{
+    const float scale = std::exp2(40 * uniform(random) - 30);
+    glm::vec3 L(scale * uniform(random), scale * uniform(random), scale * uniform(random));
+    constexpr float kSpecial[] = {kNan, kInf, -kInf, -1.0f};
+    if (random.bits() % 30 == 0)
+        L[static_cast<int>(random.bits() % 3)] = kSpecial[random.bits() % 4];
+    return L;
+}
+
+std::vector<FilmCheckInput> anyInputs()
+{
+    Pcg32 random(77);
+    std::vector<FilmCheckInput> inputs(kCases);
+    for (FilmCheckInput& a : inputs) {
+        FilmPixel p{};
+        for (int c = 0; c < 3; ++c) {
+            p.sum[c] = 1000 * uniform(random);
+            p.sumLost[c] = 1e-5f * uniform(random);
+            p.squares[c] = 1e6f * uniform(random);
+            p.squaresLost[c] = 0.01f * uniform(random);
+        }
+        p.weight = static_cast<float>(random.bits() % 5000);
+        if (random.bits() % 8 == 0) p = {};  // an empty film
+        a.before = shared::packFilm(p);
+        for (glm::vec3& L : a.samples) L = anySample(random);
+    }
+    return inputs;
+}
+
+template <class T> bool sameBits(const T& a, const T& b)
+{
+    return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+class FilmGpu : public testing::Test {
+protected:
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+    gpu::Context context{{.index = -1, .validation = true}};
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
+};
+
+TEST_F(FilmGpu, AnswersAsTheHostDoes)
+{
+    const std::vector<FilmCheckInput> inputs = anyInputs();
+    gpu::Kernel<shared::ItemRange> kernel(context.device, k_film_check);
+    gpu::DescriptorSet set(context.device, kernel.own());
+    gpu::Buffer in(context.device, "the inputs", inputs.size() * sizeof(FilmCheckInput));
+    gpu::Buffer out(context.device, "the answers", inputs.size() * sizeof(FilmCheckOutput));
+    in.writeAll(inputs);
+    set.bind(0, in);
+    set.bind(1, out);
+    context.device.submit([&](VkCommandBuffer commands) {
+        kernel.dispatch(commands, kernel.pipeline(), {nullptr, nullptr, &set},
+                        {static_cast<uint32_t>(kCases)}, gpu::groupsFor(kCases));
+        gpu::barrier(commands);
+    });
+    std::vector<FilmCheckOutput> outputs(inputs.size());
+    out.read(std::as_writable_bytes(std::span(outputs)));
+
+    size_t unlikeSums = 0, unlikeMeans = 0, unlikeKinds = 0, repacked = 0, dropped = 0;
+    for (size_t i = 0; i < inputs.size(); ++i) {
+        const FilmCheckOutput host = checkFilm(inputs[i]);
+        const FilmCheckOutput& device = outputs[i];
+        unlikeSums += sameBits(host.after, device.after) ? 0u : 1u;
+        unlikeKinds += sameBits(host.kinds, device.kinds) ? 0u : 1u;
+        repacked += sameBits(inputs[i].before, device.packedAgain) &&
+                            sameBits(inputs[i].before, host.packedAgain)
+                        ? 0u
+                        : 1u;
+        for (int c = 0; c < 3; ++c)  // a device may divide by multiplying with the reciprocal
+            unlikeMeans +=
+                std::abs(host.mean[c] - device.mean[c]) <= 1e-6f * host.mean[c] ? 0u : 1u;
+        for (const uint32_t kind :
+             {shared::kSampleNan, shared::kSampleInfinite, shared::kSampleNegative})
+            dropped += host.kinds[kind];
+    }
+    EXPECT_EQ(unlikeSums, 0u) << "compensated sums must be the same bits everywhere";
+    EXPECT_EQ(unlikeKinds, 0u);
+    EXPECT_EQ(unlikeMeans, 0u);
+    EXPECT_EQ(repacked, 0u) << "packing loses something";
+    EXPECT_GT(dropped, kCases / 2) << "the inputs hold too few samples that are no colours";
+}
+
+TEST_F(FilmGpu, SumsAreThoseOfDoublePrecision)
+{
+    Pcg32 random(78);
+    for (int trial = 0; trial < 20; ++trial) {
+        FilmPixel p{};
+        glm::dvec3 sum(0), squares(0);
+        float plain = 0;
+        constexpr int kSamples = 100000;
+        for (int s = 0; s < kSamples; ++s) {
+            const glm::vec3 L(uniform(random), 1e-3f * uniform(random), 1e3f * uniform(random));
+            shared::addSample(p, L);
+            sum += glm::dvec3(L);
+            squares += glm::dvec3(L * L);
+            plain += L.x;
+        }
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(double(p.sum[c]) - double(p.sumLost[c]), sum[c], 1e-7 * sum[c]);
+            EXPECT_NEAR(double(p.squares[c]) - double(p.squaresLost[c]), squares[c],
+                        1e-7 * squares[c]);
+        }
+        // What compensation is for: the plain sum is further off.
+        EXPECT_GT(std::abs(double(plain) - sum.x),
+                  std::abs(double(p.sum.x) - double(p.sumLost.x) - sum.x));
+    }
+}
+
+/// A frame of `width` x `height` pixels, and radiance for whole tiles of two samples each.
+struct Batches {
+    gpu::Frame frame;
+    gpu::Buffer radiance;
+    std::vector<glm::vec4> values;
+
+    Batches(gpu::Context& context, uint32_t width, uint32_t height)
+        : frame(context.device, context.layouts)
+    {
+        shared::FrameData data{};
+        data.settings.imageWidth = width;
+        data.settings.imageHeight = height;
+        data.tilesPerRow = (width + 7) / 8;
+        frame.write(data);
+        Pcg32 random(79);
+        values.resize(size_t(frame.tileCount()) * 64 * 2);
+        for (glm::vec4& v : values) v = {uniform(random), uniform(random), uniform(random), 0};
+        radiance = gpu::Buffer(context.device, "the radiance", values.size() * sizeof(glm::vec4));
+        radiance.writeAll(values);
+    }
+};
+
+TEST_F(FilmGpu, PixelsMayBeASampleAhead)
+{
+    // Two samples for the first tiles only, as a renderer that stops between two batches leaves
+    // them.
+    constexpr uint32_t kWidth = 21, kHeight = 13,
+                       kTiles = 3;  // of 6, and the image ends inside some
+    Batches batches(context, kWidth, kHeight);
+    gpu::Film film(context);
+    for (int round = 0; round < 2; ++round) {  // the second one on a film that has been used
+        film.reset(batches.frame);
+        film.setRadiance(batches.radiance);
+        context.device.submit([&](VkCommandBuffer commands) {
+            film.accumulate(commands, batches.frame, {0, kTiles, 0, 2});
+        });
+        core::Image mean(kWidth, kHeight, 3);
+        film.readMean(mean);
+        size_t ahead = 0;
+        film.read([&](size_t i, const FilmPixel& p) {
+            const size_t x = i % kWidth, y = i / kWidth;
+            const bool traced = y < 8;  // three tiles make a row
+            EXPECT_EQ(p.weight, traced ? 2.0f : 0.0f) << x << ", " << y;
+            size_t lane = (x / 8) * 64;
+            for (size_t bit = 0; bit < 3; ++bit)
+                lane += ((x >> bit & 1) << (2 * bit)) + ((y >> bit & 1) << (2 * bit + 1));
+            for (int c = 0; c < 3; ++c) {
+                const float expected =
+                    traced
+                        ? 0.5f * (batches.values[lane][c] + batches.values[kTiles * 64 + lane][c])
+                        : 0.0f;
+                EXPECT_NEAR(mean.pixels[3 * i + static_cast<size_t>(c)], expected, 1e-6f)
+                    << x << ", " << y;
+            }
+            ahead += traced ? 1u : 0u;
+        });
+        EXPECT_EQ(ahead, size_t(kWidth) * 8);
+    }
+}
+
+}  // namespace

@@ -1,0 +1,144 @@
+// What kernels say of themselves against what the host gives them: bindings, push constants and the
+// numbers in shared/bindings.h, for every kernel of the program; and texts that are no kernels.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "app/gpu/base/kernel.h"
+#include "app/gpu/window/display.h"
+
+#include "spirv/accumulate.h"
+#include "spirv/bench_any.h"
+#include "spirv/bench_closest.h"
+#include "spirv/bounce.h"
+#include "spirv/display.h"
+#include "spirv/first_hits.h"
+#include "spirv/mean.h"
+#include "spirv/megakernel.h"
+
+namespace {
+
+using gpu::KernelBinding;
+using gpu::KernelInterface;
+using gpu::readKernelInterface;
+
+constexpr VkDescriptorType kTexels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+constexpr VkDescriptorType kUniforms = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+constexpr VkDescriptorType kStorage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+
+struct NamedKernel {
+    const char* name;
+    std::span<const uint32_t> spirv;
+};
+
+const NamedKernel kKernels[] = {
+    {"accumulate", k_accumulate},
+    {"bench_any", k_bench_any},
+    {"bench_closest", k_bench_closest},
+    {"bounce", k_bounce},
+    {"display", k_display},
+    {"first_hits", k_first_hits},
+    {"mean", k_mean},
+    {"megakernel", k_megakernel},
+};
+
+TEST(Kernel, TheBounceWantsWhatItIsGiven)
+{
+    const KernelInterface bounce = readKernelInterface(k_bounce);
+    EXPECT_EQ(bounce.pushBytes, sizeof(shared::BounceBatch));
+    const std::vector<KernelBinding> own{
+        {shared::kSetKernel, shared::kBindRadiance, kStorage, false},
+        {shared::kSetKernel, shared::kBindStateTexels, kTexels, true},
+        {shared::kSetKernel, shared::kBindStates, kStorage, false},
+        {shared::kSetKernel, shared::kBindQueues, kStorage, false}};
+    EXPECT_EQ(bounce.ofSet(shared::kSetKernel), own);
+    EXPECT_EQ(bounce.ofSet(shared::kSetScene).size(), size_t(shared::kSceneBindings));
+    EXPECT_TRUE(readKernelInterface(k_display).ofSet(shared::kSetScene).empty());
+}
+
+TEST(Kernel, TheSharedSetsAreThoseThatEveryKernelDeclares)
+{
+    gpu::Device device({});
+    const gpu::SharedLayouts layouts(device);
+    for (const NamedKernel& kernel : kKernels) {
+        const KernelInterface wants = readKernelInterface(kernel.spirv);
+        for (const auto& [set, layout] : {std::pair{shared::kSetScene, &layouts.scene},
+                                          std::pair{shared::kSetFrame, &layouts.frame}}) {
+            for (const KernelBinding& b : wants.ofSet(set)) {
+                EXPECT_NE(std::ranges::find(layout->bindings(), b), layout->bindings().end())
+                    << kernel.name << ": set " << b.set << ", binding " << b.binding;
+            }
+        }
+        EXPECT_FALSE(wants.ofSet(shared::kSetKernel).empty()) << kernel.name;
+        EXPECT_TRUE(wants.ofSet(shared::kSetCount).empty()) << kernel.name;
+    }
+}
+
+TEST(Kernel, LimitsAreThoseOfTheKernels)
+{
+    // What the layouts of a kernel count to: shared sets as a whole, where they are used.
+    uint32_t texels = 0, storage = 0, resources = 0, push = 0;
+    for (const NamedKernel& kernel : kKernels) {
+        const KernelInterface wants = readKernelInterface(kernel.spirv);
+        std::map<VkDescriptorType, uint32_t> count;
+        for (const KernelBinding& b : wants.ofSet(shared::kSetKernel)) ++count[b.type];
+        if (!wants.ofSet(shared::kSetScene).empty()) count[kTexels] += shared::kSceneBindings;
+        if (!wants.ofSet(shared::kSetFrame).empty()) {
+            ++count[kUniforms];
+            ++count[kStorage];
+        }
+        texels = std::max(texels, count[kTexels]);
+        storage = std::max(storage, count[kStorage]);
+        resources = std::max(resources, count[kTexels] + count[kStorage] + count[kUniforms]);
+        push = std::max(push, wants.pushBytes);
+    }
+    EXPECT_EQ(texels, shared::kMostTexelBuffers);
+    EXPECT_EQ(storage, shared::kMostStorageBuffers);
+    EXPECT_EQ(resources, shared::kMostResources);
+    EXPECT_LE(push, shared::kMostPushBytes);
+}
+
+TEST(Kernel, PushConstantsAreAsLongAsTheirTypes)
+{
+    EXPECT_EQ(readKernelInterface(k_accumulate).pushBytes, sizeof(shared::Batch));
+    EXPECT_EQ(readKernelInterface(k_megakernel).pushBytes, sizeof(shared::Batch));
+    EXPECT_EQ(readKernelInterface(k_mean).pushBytes, sizeof(shared::PixelRange));
+    EXPECT_EQ(readKernelInterface(k_first_hits).pushBytes, sizeof(shared::TileRange));
+    EXPECT_EQ(readKernelInterface(k_bench_any).pushBytes, sizeof(shared::ItemRange));
+    EXPECT_EQ(readKernelInterface(k_display).pushBytes, sizeof(shared::DisplaySettings));
+}
+
+TEST(Kernel, PipelinesAreMadeOncePerConstants)
+{
+    gpu::Device device({});
+    gpu::Kernel<shared::DisplaySettings, gpu::DisplayChoices> kernel(device, k_display);
+    gpu::DisplayChoices choices;
+    EXPECT_FALSE(kernel.isCompiled(choices));
+    const gpu::Pipeline& first = kernel.pipeline(choices);
+    EXPECT_TRUE(kernel.isCompiled(choices));
+    choices.swapped = 1;
+    EXPECT_FALSE(kernel.isCompiled(choices));
+    EXPECT_NE(&kernel.pipeline(choices), &first);
+    EXPECT_EQ(&kernel.pipeline({}), &first);
+}
+
+TEST(Kernel, WhatIsNoKernelIsRefused)
+{
+    std::vector<uint32_t> text(k_mean, k_mean + std::size(k_mean));
+    const auto refused = [](std::span<const uint32_t> spirv, const std::string& why) {
+        try {
+            readKernelInterface(spirv);
+            ADD_FAILURE() << "taken for a kernel: " << why;
+        } catch (const core::Error& error) {
+            EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+        }
+    };
+    refused({}, "header");
+    refused(std::span(text).first(text.size() - 1), "without an end");
+    text[0] ^= 1;
+    refused(text, "header");
+}
+
+}  // namespace
