@@ -38,7 +38,7 @@ room(app/files SEES ${core} app/base app/methods app/args FOREIGN nlohmann/)
 room(app/bench SEES ${core} core/trace app/base app/args app/files app/report app/methods app/gpu/base app/gpu
      FOREIGN embree3/ nlohmann/)
 room(app/commands SEES ${core} app/base app/args app/files app/lab app/methods app/gpu/base FOREIGN nlohmann/)
-room(app/session SEES ${core} app/base app/methods app/args app/files FOREIGN nlohmann/)
+room(app/session SEES ${core} core/trace app/base app/methods app/args app/files FOREIGN nlohmann/)
 room(app/view/ui SEES ${core} app/base app/methods app/files app/session app/gpu/base FOREIGN imgui nlohmann/)
 room(app/view SEES ${core} app/base app/args app/files app/commands app/session app/view/ui app/gpu/base app/gpu/window
      FOREIGN GLFW/ imgui backends/ nlohmann/ vulkan/)

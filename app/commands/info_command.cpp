@@ -29,7 +29,7 @@ constexpr std::array<const char*, 6> kEmitterNames{"triangles",   "points",     
 // million triangles showed.
 constexpr double kHostBvhBytes = 100, kDeviceBvhBytes = 55;
 
-template <class T> double bytesOf(const std::vector<T>& v)
+template <class T> double bytesOf(const core::SharedArray<T>& v)
 {
     return static_cast<double>(v.size() * sizeof(T));
 }

@@ -217,7 +217,7 @@ void Job::poseFor(uint32_t index)
     const double time = o_.scene.at + (o_.frames ? index / o_.framesPerSecond : 0);
     if (time == report_.time) return;
     report_.time = time;
-    report_.world = core::makeWorld(report_.world->scene, time, forced_, report_.world->placement);
+    report_.world = core::poseWorld(report_.world, time);
     report_.camera = chooseCamera(*report_.world, o_.camera);
     renderer_->setWorld(report_.world, log_.callback());
 }

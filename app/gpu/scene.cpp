@@ -3,23 +3,27 @@
 #include "app/gpu/scene.h"
 
 #include <bit>
-#include <chrono>
-#include <exception>
-#include <stop_token>
+#include <span>
+
+#include "core/base/check.h"
+#include "core/base/time.h"
+#include "core/trace/world_bvh.h"
 
 namespace gpu {
 
 namespace {
 
-std::vector<glm::uvec4> triangleWords(const core::World& world, const core::Bvh& bvh)
+/// Words of the triangles in these slots.
+std::vector<glm::uvec4> triangleWords(const core::World& world,
+                                      const core::SharedArray<uint32_t>& slots)
 {
     std::vector<glm::uvec4> words;
-    words.reserve(3 * bvh.slots.size());
+    words.reserve(3 * slots.size());
     const auto word = [](glm::vec3 v, uint32_t w) {
         return glm::uvec4(std::bit_cast<uint32_t>(v.x), std::bit_cast<uint32_t>(v.y),
                           std::bit_cast<uint32_t>(v.z), w);
     };
-    for (const uint32_t index : bvh.slots) {
+    for (const uint32_t index : slots) {
         const core::WorldTriangle& t = world.triangles[index];
         const bool alpha = (world.materials[t.material].flags &
                             (shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend)) != 0;
@@ -33,58 +37,110 @@ std::vector<glm::uvec4> triangleWords(const core::World& world, const core::Bvh&
     return words;
 }
 
+template <class T> std::span<const std::byte> bytesOf(const T& array)
+{
+    return std::as_bytes(std::span(array.data(), array.size()));
+}
+
+constexpr uint64_t kNodeWord = sizeof(shared::uvec4), kTriangleBytes = 3 * sizeof(glm::uvec4);
+
 }  // namespace
 
 GpuScene::GpuScene(Device& device, const SharedLayouts& layouts, const core::World& world,
                    const core::Progress& progress)
-    : set_(device, layouts.scene), features_(world.features)
+    : device_(device), set_(device, layouts.scene)
 {
-    const auto upload = [&](uint32_t binding, const char* name, const auto& data) {
-        if (data.empty()) return;
-        buffers_[binding] =
-            Buffer(device, name, data.size() * sizeof(data[0]), sceneTexelFormat(binding));
-        buffers_[binding].writeAll(data);
-        set_.bind(binding, buffers_[binding]);
+    setWorld(world, progress);
+}
+
+void GpuScene::setWorld(const core::World& world, const core::Progress& progress)
+{
+    const core::Clock::time_point start = core::Clock::now();
+    const auto report = [&](double fraction) {
+        if (progress) progress("building the BVH", fraction);
     };
-    {
-        const auto start = std::chrono::steady_clock::now();
-        std::stop_source stop;
-        std::exception_ptr thrown;  // by `progress`
-        const auto tell = [&](double fraction) {
-            if (!progress || thrown) return;
-            try {
-                progress("building the BVH", fraction);
-            } catch (...) {
-                thrown = std::current_exception();
-                stop.request_stop();
-            }
-        };
-        const core::Bvh bvh =
-            core::buildBvh(world.positions, world.triangles, {}, tell, stop.get_token());
-        if (thrown) std::rethrow_exception(thrown);
-        buildSeconds_ =
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        // Deeper, and traversal would overflow its stack unnoticed.
-        CHECK(bvh.depth <= shared::kBvhMaxDepth);
-        gridLow_ = bvh.gridLow;
-        gridScale_ = bvh.gridScale;
-        upload(shared::kBindNodes, "the BVH", bvh.nodes);
-        upload(shared::kBindTriangles, "the triangles", triangleWords(world, bvh));
-    }
+    const std::shared_ptr<const core::Bvh> bvh = core::bvhOf(world, report);
+    buildSeconds_ = core::secondsSince(start);
+    CHECK(bvh->depth <= shared::kBvhMaxDepth);  // deeper, and traversal would overflow its stack
+    uploadHierarchy(world, *bvh);
     const bool attributed = !world.attributes.empty();
     const uint32_t byTriangle = shared::kFeatureShadingNormals | shared::kFeatureTextures |
                                 shared::kFeatureVertexExtra | shared::kFeatureAlpha;
-    if (attributed || (features_ & byTriangle) != 0)
-        upload(shared::kBindIndices, "the indices", world.triangles);
-    upload(shared::kBindAttributes, "the vertex attributes", world.attributes);
-    upload(shared::kBindExtra, "the vertex colours", world.extra);
-    upload(shared::kBindMaterials, "the materials", world.materials);
-    upload(shared::kBindTextureReferences, "the texture references", world.textureReferences);
-    upload(shared::kBindTexels, "the textures", world.texels);
-    upload(shared::kBindEmitters, "the emitters", world.emitters);
-    upload(shared::kBindEmitterCdf, "the emitters' probabilities", world.emitterCdf);
-    upload(shared::kBindEnvironment, "the environment", world.environment);
-    upload(shared::kBindEnvironmentCdf, "the environment's probabilities", world.environmentCdf);
+    if (attributed || (world.features & byTriangle) != 0)
+        upload(shared::kBindIndices, "the indices", world_.triangles, world.triangles);
+    uploadPiece(shared::kBindAttributes, "the vertex attributes", world_.attributes,
+                world.attributes,
+                core::sameTopology(world_, world) ? world.movingVertices : core::IndexRange{});
+    upload(shared::kBindExtra, "the vertex colours", world_.extra, world.extra);
+    upload(shared::kBindMaterials, "the materials", world_.materials, world.materials);
+    upload(shared::kBindTextureReferences, "the texture references", world_.textureReferences,
+           world.textureReferences);
+    upload(shared::kBindTexels, "the textures", world_.texels, world.texels);
+    upload(shared::kBindEmitters, "the emitters", world_.emitters, world.emitters);
+    upload(shared::kBindEmitterCdf, "the emitters' probabilities", world_.emitterCdf,
+           world.emitterCdf);
+    upload(shared::kBindEnvironment, "the environment", world_.environment, world.environment);
+    upload(shared::kBindEnvironmentCdf, "the environment's probabilities", world_.environmentCdf,
+           world.environmentCdf);
+    world_ = world;
+    bvh_ = bvh;
+}
+
+/// What moves comes first in both buffers: a pose writes their beginnings.
+void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
+{
+    Buffer& nodes = buffers_[shared::kBindNodes];
+    Buffer& triangles = buffers_[shared::kBindTriangles];
+    const bool wholly = !bvh_ || !core::sameTopology(world_, world) ||
+                        !bvh.still.nodes.sharesWith(bvh_->still.nodes) ||
+                        bvh.nodeCount() != bvh_->nodeCount();
+    if (wholly) {
+        makeBuffer(shared::kBindNodes, "the BVH", bvh.nodeCount() * 2 * kNodeWord);
+        makeBuffer(shared::kBindTriangles, "the triangles", bvh.slotCount() * kTriangleBytes);
+        nodes.write(bytesOf(bvh.still.nodes), bvh.moving.nodes.size() * kNodeWord);
+        triangles.write(bytesOf(triangleWords(world, bvh.still.slots)),
+                        bvh.moving.slots.size() * kTriangleBytes);
+    }
+    if (wholly || !world.positions.sharesWith(world_.positions)) {
+        nodes.write(bytesOf(bvh.moving.nodes));
+        triangles.write(bytesOf(triangleWords(world, bvh.moving.slots)));
+    }
+}
+
+/// A buffer of so many bytes, the present one if it has just these; none for no bytes.
+void GpuScene::makeBuffer(uint32_t binding, const char* name, uint64_t bytes)
+{
+    Buffer& buffer = buffers_[binding];
+    if (bytes > 0 && buffer.bytes() == ((bytes + 15) & ~uint64_t(15))) return;
+    set_.unbind(binding);
+    buffer = {};  // first: both at once might not fit
+    if (bytes == 0) return;
+    buffer = Buffer(device_, name, bytes, sceneTexelFormat(binding));
+    set_.bind(binding, buffer);
+}
+
+template <class T>
+void GpuScene::upload(uint32_t binding, const char* name, const core::SharedArray<T>& before,
+                      const core::SharedArray<T>& now)
+{
+    uploadPiece(binding, name, before, now, {});
+}
+
+/// `changed`: the only items that may be others, if as many were there before; all when empty.
+template <class T>
+void GpuScene::uploadPiece(uint32_t binding, const char* name, const core::SharedArray<T>& before,
+                           const core::SharedArray<T>& now, core::IndexRange changed)
+{
+    if (now.sharesWith(before)) return;
+    makeBuffer(binding, name, now.size() * sizeof(T));
+    if (now.empty()) return;
+    std::span<const T> items(now.data(), now.size());
+    size_t first = 0;
+    if (!changed.empty() && before.size() == now.size()) {
+        first = changed.begin;
+        items = items.subspan(first, changed.size());
+    }
+    buffers_[binding].write(std::as_bytes(items), first * sizeof(T));
 }
 
 uint64_t GpuScene::bytes() const

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 
 #include "app/gpu/base/descriptors.h"
 #include "core/methods/renderer.h"
@@ -12,25 +13,39 @@ namespace gpu {
 
 class GpuScene {
 public:
-    /// Builds the BVH and uploads; nothing is kept on the host. Buffers that would be empty are not
-    /// made.
+    /// Takes the hierarchy of the world, which is built if need be, and uploads. Buffers that would
+    /// be empty are not made.
     GpuScene(Device& device, const SharedLayouts& layouts, const core::World& world,
              const core::Progress& progress);
+
+    /// Takes another world; uploads what it does not share with the present one: of another pose,
+    /// what moves. When it throws, the scene can only be destroyed.
+    void setWorld(const core::World& world, const core::Progress& progress);
 
     /// Set 0 of the kernels that look at the scene.
     const DescriptorSet& set() const { return set_; }
 
-    uint32_t features() const { return features_; }
-    glm::vec3 gridLow() const { return gridLow_; }
-    glm::vec3 gridScale() const { return gridScale_; }
+    uint32_t features() const { return world_.features; }
+    glm::vec3 gridLow() const { return bvh_->gridLow; }
+    glm::vec3 gridScale() const { return bvh_->gridScale; }
     double buildSeconds() const { return buildSeconds_; }
     uint64_t bytes() const;
 
 private:
+    void uploadHierarchy(const core::World& world, const core::Bvh& bvh);
+    template <class T>
+    void upload(uint32_t binding, const char* name, const core::SharedArray<T>& before,
+                const core::SharedArray<T>& now);
+    template <class T>
+    void uploadPiece(uint32_t binding, const char* name, const core::SharedArray<T>& before,
+                     const core::SharedArray<T>& now, core::IndexRange changed);
+    void makeBuffer(uint32_t binding, const char* name, uint64_t bytes);
+
+    Device& device_;
+    core::World world_;  // what is in the buffers
+    std::shared_ptr<const core::Bvh> bvh_;
     std::array<Buffer, shared::kSceneBindings> buffers_;
     DescriptorSet set_;
-    uint32_t features_ = 0;
-    glm::vec3 gridLow_{0}, gridScale_{1};
     double buildSeconds_ = 0;
 };
 

@@ -14,7 +14,7 @@
 #include "app/session/save_picture.h"
 #include "app/session/session_jobs.h"
 #include "core/base/check.h"
-#include "core/scene/pick.h"
+#include "core/trace/pick.h"
 
 namespace app {
 

@@ -4,7 +4,7 @@
 
 #include "app/session/session.h"
 #include "core/base/check.h"
-#include "core/scene/pick.h"
+#include "core/trace/pick.h"
 #include <nlohmann/json.hpp>
 
 namespace app {

@@ -35,7 +35,7 @@ core::Worker::Job poseJob(const Document& document, double time,
     return [world = document.world, time, box = std::move(box)](core::JobContext& context) {
         auto result = std::make_shared<Loaded>();
         result->pose = true;
-        result->document.world = core::makeWorld(world->scene, time, 0, world->placement);
+        result->document.world = core::poseWorld(world, time);
         result->document.time = time;
         box->publish(context.generation(), std::move(result));
     };

@@ -42,9 +42,8 @@ class PathTracer : public Renderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
-        accel_.reset();  // frees the old hierarchy before the new one is built
         film_.reset(film_.size());
-        accel_ = std::make_unique<Accel>(std::move(world), progress);
+        takeWorld(accel_, std::move(world), progress);
     }
 
     /// Keeps nothing, however the view has changed.

@@ -39,6 +39,50 @@ glm::dmat4 localMatrix(const Transform& t)
            glm::scale(glm::dmat4(1), t.scale);
 }
 
+/// Calls visit(node, parent or -1) for all nodes that the roots reach, parents first; a node that
+/// is reached again is passed over.
+template <class Visit> void visitNodes(const Scene& scene, const Visit& visit)
+{
+    std::vector<bool> reached(scene.nodes.size(), false);
+    struct Entry {
+        int node;
+        int parent;
+    };
+    std::vector<Entry> stack;
+    const auto push = [&](const std::vector<int>& nodes, int parent) {
+        for (auto it = nodes.rbegin(); it != nodes.rend(); ++it) stack.push_back({*it, parent});
+    };
+    push(scene.roots, -1);
+    while (!stack.empty()) {
+        const Entry entry = stack.back();
+        stack.pop_back();
+        if (entry.node < 0 || static_cast<size_t>(entry.node) >= scene.nodes.size()) continue;
+        const size_t n = static_cast<size_t>(entry.node);
+        if (reached[n]) continue;
+        reached[n] = true;
+        visit(entry.node, entry.parent);
+        push(scene.nodes[n].children, entry.node);
+    }
+}
+
+/// Whether the channel has one value at all times: exporters like to write such channels for every
+/// node. Splines count as constant only without tangents.
+bool isConstant(const AnimationChannel& channel)
+{
+    const bool cubic = channel.interpolation == AnimationChannel::Interpolation::cubicSpline;
+    const size_t stride = cubic ? 3 : 1, keys = channel.values.size() / stride;
+    if (keys == 0) return true;
+    const glm::vec4 value = channel.values[cubic ? 1 : 0];
+    for (size_t key = 0; key < keys; ++key) {
+        if (channel.values[key * stride + (cubic ? 1 : 0)] != value) return false;
+        if (cubic && keys > 1 &&
+            (channel.values[key * 3] != glm::vec4(0) ||
+             channel.values[key * 3 + 2] != glm::vec4(0)))
+            return false;
+    }
+    return true;
+}
+
 void apply(const AnimationChannel& channel, double time, std::vector<Transform>& locals)
 {
     if (channel.node < 0 || static_cast<size_t>(channel.node) >= locals.size()) return;
@@ -74,8 +118,15 @@ bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& v
     const auto begin = channel.times.begin();
     const auto next = std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(keys), time);
     const size_t after = static_cast<size_t>(next - begin);
+    // Between equal keys nothing is interpolated, so that what rests does so to the last bit.
+    const auto rests = [&] {
+        const glm::dvec4 zero(0);
+        return cubic ? at(after - 1, 1) == at(after, 1) && at(after - 1, 2) == zero &&
+                           at(after, 0) == zero
+                     : at(after - 1, 0) == at(after, 0);
+    };
     if (after == 0 || after == keys ||
-        channel.interpolation == AnimationChannel::Interpolation::step) {
+        channel.interpolation == AnimationChannel::Interpolation::step || rests()) {
         value = at(after == 0 ? 0 : after - 1, cubic ? 1 : 0);
     } else {
         const double t0 = static_cast<double>(channel.times[after - 1]);
@@ -112,30 +163,28 @@ Pose poseAt(const Scene& scene, double time)
 
     Pose pose;
     pose.toFile.assign(scene.nodes.size(), glm::dmat4(1));
-    std::vector<bool> reached(scene.nodes.size(), false);
-    struct Visit {
-        int node;
-        int parent;
-    };
-    std::vector<Visit> stack;
-    const auto push = [&](const std::vector<int>& nodes, int parent) {
-        for (auto it = nodes.rbegin(); it != nodes.rend(); ++it) stack.push_back({*it, parent});
-    };
-    push(scene.roots, -1);
-    while (!stack.empty()) {
-        const Visit visit = stack.back();
-        stack.pop_back();
-        if (visit.node < 0 || static_cast<size_t>(visit.node) >= scene.nodes.size()) continue;
-        const size_t n = static_cast<size_t>(visit.node);
-        if (reached[n]) continue;
-        reached[n] = true;
-        pose.order.push_back(visit.node);
+    visitNodes(scene, [&](int node, int parent) {
+        const size_t n = static_cast<size_t>(node);
+        pose.order.push_back(node);
         const glm::dmat4 local = localMatrix(locals[n]);
-        pose.toFile[n] =
-            visit.parent < 0 ? local : pose.toFile[static_cast<size_t>(visit.parent)] * local;
-        push(scene.nodes[n].children, visit.node);
-    }
+        pose.toFile[n] = parent < 0 ? local : pose.toFile[static_cast<size_t>(parent)] * local;
+    });
     return pose;
+}
+
+std::vector<bool> movingNodes(const Scene& scene)
+{
+    std::vector<bool> moves(scene.nodes.size(), false);
+    if (scene.animations.empty()) return moves;
+    for (const AnimationChannel& channel : scene.animations.front().channels) {
+        const bool known = channel.node >= 0 && static_cast<size_t>(channel.node) < moves.size();
+        if (known && !isConstant(channel)) moves[static_cast<size_t>(channel.node)] = true;
+    }
+    visitNodes(scene, [&](int node, int parent) {
+        if (parent >= 0 && moves[static_cast<size_t>(parent)])
+            moves[static_cast<size_t>(node)] = true;
+    });
+    return moves;
 }
 
 }  // namespace core

@@ -24,4 +24,8 @@ bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& v
 /// parents) keeps its first place.
 Pose poseAt(const Scene& scene, double time);
 
+/// Per node, whether it stands elsewhere at some times than at others: the first animation has a
+/// channel for it, or for a node above it, with more than one value.
+std::vector<bool> movingNodes(const Scene& scene);
+
 }  // namespace core

@@ -19,13 +19,6 @@ namespace {
 
 using std::numbers::pi;
 
-std::vector<int> sortedUnique(std::vector<int> values)
-{
-    std::sort(values.begin(), values.end());
-    values.erase(std::unique(values.begin(), values.end()), values.end());
-    return values;
-}
-
 /// The scene without what the world holds its own copy of, so that a caller who lets go of the
 /// scene frees it.
 std::shared_ptr<const Scene> withoutMeshesAndTexels(const Scene& scene)
@@ -106,31 +99,14 @@ Camera framingCamera(const World& world)
     return camera;
 }
 
-/// Triangles whose alpha is tested come last, so that devices can keep them apart.
-void putAlphaLast(const Scene& scene, std::vector<Instance>& instances)
+void warnAboutPrecision(World& world, float shortestEdge2)
 {
-    const uint32_t flags = shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend;
-    std::stable_partition(instances.begin(), instances.end(), [&](const Instance& instance) {
-        const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
-        return (scene.materials[static_cast<size_t>(mesh.material)].data.flags & flags) == 0;
-    });
-}
-
-void warnAboutPrecision(World& world)
-{
-    double shortest = std::numeric_limits<double>::infinity(), largest = 0;
-    for (const WorldTriangle& t : world.triangles) {
-        const glm::vec3 a = world.positions[t.v0], b = world.positions[t.v1],
-                        c = world.positions[t.v2];
-        const glm::vec3 ab = b - a, bc = c - b, ca = a - c;
-        const float edge2 = std::min({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
-        shortest = std::min(shortest, static_cast<double>(edge2));
-    }
+    const double shortest = std::sqrt(static_cast<double>(shortestEdge2));
+    double largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
         largest = std::max({largest, std::abs(static_cast<double>(world.boundsLow[axis])),
                             std::abs(static_cast<double>(world.boundsHigh[axis]))});
     }
-    shortest = std::sqrt(shortest);
     if (world.triangles.empty() || largest <= 1048576.0 * shortest) return;
     char text[200];
     std::snprintf(text, sizeof text,
@@ -169,12 +145,15 @@ void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& u
                         ": textures hold more than 2^32 texels — use smaller images");
         }
     }
-    world.texels.reserve(total);
+    std::vector<Texel> pool;
+    pool.reserve(total);
     for (size_t i = 0; i < scene.textures.size(); ++i) {
         if (!needed[i]) continue;
         const std::vector<Texel>& texels = scene.textures[i].texels;
-        world.texels.insert(world.texels.end(), texels.begin(), texels.end());
+        pool.insert(pool.end(), texels.begin(), texels.end());
     }
+    world.texels = std::move(pool);
+    std::vector<shared::TextureReference> references;
     for (const TextureUse& use : scene.textureUses) {
         shared::TextureReference record = use.record;
         if (use.texture >= 0) {
@@ -183,12 +162,14 @@ void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& u
             record.width = texture.width;
             record.height = texture.height;
         }
-        world.textureReferences.push_back(record);
+        references.push_back(record);
     }
-    if (world.textureReferences.size() > 0xffffu) {
-        throw Error(scene.file.string() + ": " + std::to_string(world.textureReferences.size()) +
+    if (references.size() > 0xffffu) {
+        throw Error(scene.file.string() + ": " + std::to_string(references.size()) +
                     " uses of textures, at most 65535 fit a material's record");
     }
+    world.textureReferences = std::move(references);
+    std::vector<shared::Material> materials;
     for (const Material& material : scene.materials) {
         shared::Material m = material.data;
         m.absorption /= static_cast<float>(world.placement.scale);
@@ -200,8 +181,9 @@ void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& u
             if (use < 0 || scene.textureUses[static_cast<size_t>(use)].texture < 0) continue;
             *pairs[slot / 2] |= static_cast<uint32_t>(use + 1) << (slot % 2 * 16);
         }
-        world.materials.push_back(m);
+        materials.push_back(m);
     }
+    world.materials = std::move(materials);
 }
 
 void placeCameras(World& world, const Scene& scene, const Pose& pose)
@@ -225,32 +207,108 @@ void placeCameras(World& world, const Scene& scene, const Pose& pose)
     if (world.cameras.empty()) world.cameras.push_back(framingCamera(world));
 }
 
-std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time,
-                                       uint32_t forcedFeatures,
-                                       const std::optional<Placement>& placement)
+namespace {
+
+std::vector<int> sortedUnique(std::vector<int> values)
+{
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return values;
+}
+
+/// What a finished world says about its precision, lights and cameras, in this order: the steps
+/// that every pose takes.
+void finishPose(World& world, const Topology& topology, const Scene& scene, const Pose& pose,
+                float shortestEdge2)
+{
+    warnAboutPrecision(world, shortestEdge2);
+    world.cameras.clear();
+    world.features = topology.fixedFeatures;
+    placeCameras(world, scene, pose);
+    collectEmitters(world, topology, scene, pose);
+}
+
+/// All steps from the start. `previous`, another pose or null, lends its materials where they are
+/// the same.
+std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, const Pose& pose,
+                                          uint32_t forcedFeatures,
+                                          const std::optional<Placement>& placement,
+                                          const World* previous)
 {
     auto world = std::make_shared<World>();
+    auto topology = std::make_shared<Topology>();
     world->warnings = scene->warnings;
-    const Pose pose = poseAt(*scene, time);
     std::vector<Instance> instances = findInstances(*scene, pose, world->warnings);
     std::vector<int> meshes, materials;
     for (const Instance& instance : instances) meshes.push_back(instance.mesh);
     meshes = sortedUnique(std::move(meshes));
     for (const int mesh : meshes)
         materials.push_back(scene->meshes[static_cast<size_t>(mesh)].material);
-    materials = sortedUnique(std::move(materials));
+    topology->usedMaterials = sortedUnique(std::move(materials));
 
-    world->features = forcedFeatures | materialFeatures(*scene, materials);
+    world->features = forcedFeatures | materialFeatures(*scene, topology->usedMaterials);
     world->features |= meshFeatures(*scene, meshes, world->features);
-    if ((world->features & shared::kFeatureAlpha) != 0) putAlphaLast(*scene, instances);
+    topology->forcedFeatures = forcedFeatures;
+    topology->fixedFeatures = world->features;
+    orderInstances(*scene, (world->features & shared::kFeatureAlpha) != 0, instances);
     world->placement = placement ? *placement : placeScene(*scene, instances);
-    flattenInstances(*world, *scene, instances);
-    warnAboutPrecision(*world);
-    layOutMaterials(*world, *scene, materials);
-    placeCameras(*world, *scene, pose);
-    collectEmitters(*world, *scene, pose);
+    const Extent extent = flattenInstances(*world, *topology, *scene, std::move(instances));
+    warnAboutDropped(world->warnings, *scene, *topology);
+    if (previous != nullptr && previous->topology->usedMaterials == topology->usedMaterials) {
+        world->materials = previous->materials;
+        world->textureReferences = previous->textureReferences;
+        world->texels = previous->texels;
+    } else {
+        layOutMaterials(*world, *scene, topology->usedMaterials);
+    }
+    findEmission(*world, *topology, *scene);
+    finishPose(*world, *topology, *scene, pose, extent.shortestEdge2);
+    world->bvh = std::make_shared<LastMade<SharedArray<glm::vec3>, Bvh>>();
+    world->topology = std::move(topology);
     // An animated scene is flattened again at other times and needs its meshes.
     world->scene = scene->animations.empty() ? withoutMeshesAndTexels(*scene) : std::move(scene);
+    return world;
+}
+
+/// The instances of `topology` and no others, in their order.
+bool sameInstances(const Topology& topology, const std::vector<Instance>& instances)
+{
+    const auto same = [](const Instance& a, const Instance& b) {
+        return a.mesh == b.mesh && a.node == b.node;
+    };
+    return std::equal(instances.begin(), instances.end(), topology.instances.begin(),
+                      topology.instances.end(), same);
+}
+
+}  // namespace
+
+std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time,
+                                       uint32_t forcedFeatures,
+                                       const std::optional<Placement>& placement)
+{
+    const Pose pose = poseAt(*scene, time);
+    return flattenWorld(std::move(scene), pose, forcedFeatures, placement, nullptr);
+}
+
+std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& from, double time)
+{
+    CHECK(from->topology != nullptr);
+    const Scene& scene = *from->scene;
+    if (scene.animations.empty()) return from;  // one pose at all times
+    const Topology& topology = *from->topology;
+    const Pose pose = poseAt(scene, time);
+    auto world = std::make_shared<World>(*from);
+    world->warnings = scene.warnings;
+    std::vector<Instance> instances = findInstances(scene, pose, world->warnings);
+    orderInstances(scene, (topology.fixedFeatures & shared::kFeatureAlpha) != 0, instances);
+    std::optional<Extent> extent;
+    if (sameInstances(topology, instances)) extent = moveInstances(*world, scene, instances);
+    if (!extent) {
+        return flattenWorld(from->scene, pose, topology.forcedFeatures, from->placement,
+                            from.get());
+    }
+    warnAboutDropped(world->warnings, scene, topology);
+    finishPose(*world, topology, scene, pose, extent->shortestEdge2);
     return world;
 }
 

@@ -1,6 +1,6 @@
 // A scene at one instant, as renderers read it: every instance flattened into one list of
 // triangles, recentred and rescaled, with one pool of texels and one table of emitters. Immutable;
-// shared between threads and devices.
+// shared between threads and devices. Another instant of the same scene shares what stays.
 #pragma once
 
 #include <memory>
@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/last_made.h"
+#include "core/base/shared_array.h"
 #include "core/scene/camera.h"
 #include "core/scene/scene.h"
 
@@ -24,26 +26,55 @@ struct Placement {
 
 using shared::WorldTriangle;
 
+/// Indices begin <= i < end.
+struct IndexRange {
+    uint32_t begin = 0, end = 0;
+
+    uint32_t size() const { return end - begin; }
+    bool empty() const { return begin == end; }
+    friend bool operator==(const IndexRange&, const IndexRange&) = default;
+};
+
+struct Topology;  // world_parts.h
+struct Bvh;       // core/trace/bvh.h
+
+/// The arrays are shared by all poses of a scene that have the same contents in them: a pose costs
+/// what moves. Two worlds with the same `topology` differ in no more than `positions`, the vertices
+/// `movingVertices` of them, their `attributes`, emitters, cameras and what follows from these;
+/// that an array is the same one is told by SharedArray::sharesWith.
 struct World {
     std::shared_ptr<const Scene> scene;
     Placement placement;
-    std::vector<glm::vec3> positions;  // world, plus one unused at the end (Embree reads 16 bytes)
-    std::vector<shared::VertexAttributes> attributes;  // as long as positions, or empty
-    std::vector<shared::VertexExtra> extra;            // as long as positions, or empty
-    std::vector<WorldTriangle> triangles;
+
+    // The same in all poses of a topology. Triangles are in the order: opaque and still, opaque and
+    // moving, alpha-tested and moving, alpha-tested and still (alpha last so that devices can keep
+    // it apart; one range of what moves so that a pose replaces one piece of every array).
+    std::shared_ptr<const Topology> topology;
+    SharedArray<shared::VertexExtra> extra;  // as long as positions, or empty
+    SharedArray<WorldTriangle> triangles;
     // Per triangle an index into emitters or kNone; empty when none emits
-    std::vector<uint32_t> triangleEmitter;
-    std::vector<shared::Material> materials;
-    std::vector<shared::TextureReference> textureReferences;
-    std::vector<Texel> texels;
-    std::vector<shared::Emitter> emitters;
-    std::vector<float> emitterCdf;  // emitters.size() + 1 values from 0 to 1
-    uint32_t environmentEmitter = shared::kNone, sunEmitter = shared::kNone;
+    SharedArray<uint32_t> triangleEmitter;
+    SharedArray<shared::Material> materials;
+    SharedArray<shared::TextureReference> textureReferences;
+    SharedArray<Texel> texels;
     uint32_t environmentWidth = 0, environmentHeight = 0;
-    std::vector<glm::vec4> environment;  // radiance without intensity
+    SharedArray<glm::vec4> environment;  // radiance without intensity
     // Height + 1 values over rows, then per row width + 1 values
-    std::vector<float> environmentCdf;
+    SharedArray<float> environmentCdf;
     float environmentIntensity = 1;
+    IndexRange movingVertices, movingTriangles;  // what the animation can move
+    SharedArray<IndexRange> movingPieces;        // movingTriangles by uses of meshes; none is empty
+    glm::vec3 reachLow{0}, reachHigh{0};  // where movingTriangles will be, by samples of time
+    // For bvhOf: the hierarchy of the last pose that one was made for, by its positions
+    std::shared_ptr<LastMade<SharedArray<glm::vec3>, Bvh>> bvh;
+
+    // The pose.
+    SharedArray<glm::vec3> positions;  // world, plus one unused at the end (Embree reads 16 bytes)
+    SharedArray<shared::VertexAttributes> attributes;  // as long as positions, or empty
+    SharedArray<glm::dmat4> movingTransforms;          // of the uses of meshes that move
+    SharedArray<shared::Emitter> emitters;
+    SharedArray<float> emitterCdf;  // emitters.size() + 1 values from 0 to 1
+    uint32_t environmentEmitter = shared::kNone, sunEmitter = shared::kNone;
     glm::vec3 boundsLow{0}, boundsHigh{0};
     float radius = 1;       // of the bounding sphere about the origin
     uint32_t features = 0;  // kFeature bits that can occur
@@ -60,6 +91,19 @@ struct World {
 std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time = 0,
                                        uint32_t forcedFeatures = 0,
                                        const std::optional<Placement>& placement = {});
+
+/// The same scene at another time, in the same world space and with the same forced features: equal
+/// to what makeWorld makes of it, array by array, but sharing with `world` what has not changed.
+/// Only where the pose decides which triangles there are (an instance whose scale vanishes, a
+/// triangle that loses its area or its orientation) is the scene flattened anew; materials and
+/// texels are shared even then if the same materials are used. `world` is one of makeWorld's.
+std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& world, double time);
+
+/// Whether both hold the same triangles of the same scene, in two poses.
+inline bool sameTopology(const World& a, const World& b)
+{
+    return a.topology != nullptr && a.topology == b.topology;
+}
 
 /// The settings of `PathSettings` that follow from the world alone.
 shared::PathSettings worldSettings(const World& world);

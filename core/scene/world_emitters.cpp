@@ -112,45 +112,68 @@ glm::dvec2 textureCoordinates(const World& world, const shared::TextureReference
     return {glm::dot(row0, h), glm::dot(row1, h)};
 }
 
-void addTriangles(World& world, std::vector<double>& powers)
+/// The triangles that emit. What their textures shine is looked up once for all poses.
+std::vector<TriangleEmission> emissiveTriangles(const World& world)
 {
+    static_assert(shared::kTextureEmissive == 3u);
     EmissiveTextures textures(world);
+    std::vector<TriangleEmission> emission;
     for (uint32_t i = 0; i < world.triangles.size(); ++i) {
         const WorldTriangle& t = world.triangles[i];
         const shared::Material& m = world.materials[t.material];
         if (!(asPower(m.emissive) > 0)) continue;
+        const uint32_t slot = m.textures1 >> 16;  // kTextureEmissive
+        if (slot == 0) {
+            emission.push_back({i, false, 1});
+            continue;
+        }
+        const uint32_t reference = slot - 1;
+        const shared::TextureReference& r = world.textureReferences[reference];
+        if (!(textures.mean(reference) > 0)) continue;
+        const double mean = textures.meanOver(reference, textureCoordinates(world, r, t.v0),
+                                              textureCoordinates(world, r, t.v1),
+                                              textureCoordinates(world, r, t.v2));
+        emission.push_back({i, true, mean});
+    }
+    return emission;
+}
+
+/// Records being collected, and the power of each.
+struct Collected {
+    std::vector<shared::Emitter> emitters;
+    std::vector<double> powers;
+
+    void add(const shared::Emitter& emitter, double power)
+    {
+        emitters.push_back(emitter);
+        powers.push_back(power);
+    }
+};
+
+void addTriangles(World& world, const std::vector<TriangleEmission>& emission, Collected& out)
+{
+    out.emitters.reserve(emission.size());
+    out.powers.reserve(emission.size());
+    for (const TriangleEmission& emitting : emission) {
+        const WorldTriangle& t = world.triangles[emitting.triangle];
+        const shared::Material& m = world.materials[t.material];
         const glm::vec3 a = world.positions[t.v0], b = world.positions[t.v1],
                         c = world.positions[t.v2];
         const glm::dvec3 n =
             glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
         const bool twoSided = (m.flags & shared::kMaterialDoubleSided) != 0;
-        double mean = 1;
-        const uint32_t slot = m.textures1 >> 16;  // kTextureEmissive
-        static_assert(shared::kTextureEmissive == 3u);
-        if (slot != 0) {
-            const uint32_t reference = slot - 1;
-            const shared::TextureReference& r = world.textureReferences[reference];
-            if (!(textures.mean(reference) > 0)) continue;
-            mean = textures.meanOver(reference, textureCoordinates(world, r, t.v0),
-                                     textureCoordinates(world, r, t.v1),
-                                     textureCoordinates(world, r, t.v2));
-        }
         shared::Emitter e{};
         e.kind = shared::kEmitterTriangle | (twoSided ? shared::kEmitterTwoSided : 0u) |
-                 (slot != 0 ? shared::kEmitterTextured : 0u);
+                 (emitting.textured ? shared::kEmitterTextured : 0u);
         e.a = a;
         e.b = b;
         e.c = c;
-        e.slot = i;
+        e.slot = emitting.triangle;
         e.radiance = m.emissive;
-        if (world.triangleEmitter.empty())
-            world.triangleEmitter.assign(world.triangles.size(), shared::kNone);
-        world.triangleEmitter[i] = static_cast<uint32_t>(world.emitters.size());
-        world.emitters.push_back(e);
-        powers.push_back(0.5 * glm::length(n) * pi * asPower(m.emissive) * mean *
-                         (twoSided ? 2 : 1));
+        out.add(e, 0.5 * glm::length(n) * pi * asPower(m.emissive) * emitting.mean *
+                       (twoSided ? 2 : 1));
         world.features |= shared::kFeatureEmissiveTriangles;
-        if (slot != 0) world.features |= shared::kFeatureEmissiveTextures;
+        if (emitting.textured) world.features |= shared::kFeatureEmissiveTextures;
     }
 }
 
@@ -183,7 +206,7 @@ double makePunctual(const PunctualLight& light, const glm::dmat4& toFile, const 
     return asPower(e.radiance) * std::max(solidAngle, 1e-6);
 }
 
-void addPunctual(World& world, const Scene& scene, const Pose& pose, std::vector<double>& powers)
+void addPunctual(World& world, const Scene& scene, const Pose& pose, Collected& out)
 {
     for (const int n : pose.order) {
         const int index = scene.nodes[static_cast<size_t>(n)].light;
@@ -204,35 +227,23 @@ void addPunctual(World& world, const Scene& scene, const Pose& pose, std::vector
                                "of the distance");
         }
         if (!(power > 0)) continue;
-        world.emitters.push_back(e);
-        powers.push_back(power);
+        out.add(e, power);
         world.features |= shared::kFeaturePunctualLights;
     }
 }
 
-void addEnvironment(World& world, const Scene& scene, double disc, std::vector<double>& powers)
+void addEnvironment(World& world, double weight, double disc, Collected& out)
 {
-    if (!scene.environment || scene.environment->texels.empty()) return;
-    const Environment& environment = *scene.environment;
-    const std::vector<double> weights =
-        environmentWeights(environment.texels, environment.width, environment.height);
-    const double power = disc * std::accumulate(weights.begin(), weights.end(), 0.0) *
-                         static_cast<double>(environment.intensity);
-    if (!(power > 0)) return;
-    world.environment = environment.texels;
-    world.environmentWidth = environment.width;
-    world.environmentHeight = environment.height;
-    world.environmentIntensity = environment.intensity;
-    world.environmentCdf = makeEnvironmentCdf(weights, environment.width, environment.height);
-    world.environmentEmitter = static_cast<uint32_t>(world.emitters.size());
+    const double power = disc * weight * static_cast<double>(world.environmentIntensity);
+    if (world.environment.empty() || !(power > 0)) return;
+    world.environmentEmitter = static_cast<uint32_t>(out.emitters.size());
     shared::Emitter e{};
     e.kind = shared::kEmitterEnvironment;
-    world.emitters.push_back(e);
-    powers.push_back(power);
+    out.add(e, power);
     world.features |= shared::kFeatureEnvironment;
 }
 
-void addSun(World& world, const Scene& scene, double disc, std::vector<double>& powers)
+void addSun(World& world, const Scene& scene, double disc, Collected& out)
 {
     if (!scene.sun) return;
     const double half = std::sin(0.5 * static_cast<double>(scene.sun->angularRadius));
@@ -245,33 +256,54 @@ void addSun(World& world, const Scene& scene, double disc, std::vector<double>& 
     e.b = glm::vec3(glm::normalize(towards));
     e.scale = static_cast<float>(oneMinusCos);
     e.radiance = scene.sun->radiance;
-    world.sunEmitter = static_cast<uint32_t>(world.emitters.size());
-    world.emitters.push_back(e);
-    powers.push_back(power);
+    world.sunEmitter = static_cast<uint32_t>(out.emitters.size());
+    out.add(e, power);
     world.features |= shared::kFeatureSun;
 }
 
 }  // namespace
 
-void collectEmitters(World& world, const Scene& scene, const Pose& pose)
+void findEmission(World& world, Topology& topology, const Scene& scene)
 {
-    std::vector<double> powers;
+    topology.emission = emissiveTriangles(world);
+    if (!topology.emission.empty() ||
+        (topology.forcedFeatures & shared::kFeatureEmissiveTriangles) != 0) {
+        std::vector<uint32_t> emitterOf(world.triangles.size(), shared::kNone);
+        for (size_t i = 0; i < topology.emission.size(); ++i)
+            emitterOf[topology.emission[i].triangle] = static_cast<uint32_t>(i);
+        world.triangleEmitter = std::move(emitterOf);
+    }
+    if (!scene.environment || scene.environment->texels.empty()) return;
+    const Environment& environment = *scene.environment;
+    const std::vector<double> weights =
+        environmentWeights(environment.texels, environment.width, environment.height);
+    topology.environmentWeight = std::accumulate(weights.begin(), weights.end(), 0.0);
+    if (!(topology.environmentWeight * static_cast<double>(environment.intensity) > 0)) return;
+    world.environment = environment.texels;
+    world.environmentWidth = environment.width;
+    world.environmentHeight = environment.height;
+    world.environmentIntensity = environment.intensity;
+    world.environmentCdf = makeEnvironmentCdf(weights, environment.width, environment.height);
+}
+
+void collectEmitters(World& world, const Topology& topology, const Scene& scene, const Pose& pose)
+{
+    Collected all;
     const double disc = pi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
-    addTriangles(world, powers);
-    addPunctual(world, scene, pose, powers);
-    addEnvironment(world, scene, disc, powers);
-    addSun(world, scene, disc, powers);
-    if (powers.size() > kMaxCdfEntries) {
-        throw Error(scene.file.string() + ": " + std::to_string(powers.size()) +
+    world.environmentEmitter = world.sunEmitter = shared::kNone;
+    addTriangles(world, topology.emission, all);
+    addPunctual(world, scene, pose, all);
+    addEnvironment(world, topology.environmentWeight, disc, all);
+    addSun(world, scene, disc, all);
+    if (all.powers.size() > kMaxCdfEntries) {
+        throw Error(scene.file.string() + ": " + std::to_string(all.powers.size()) +
                     " emitters, at most " + std::to_string(kMaxCdfEntries) +
                     " fit — let fewer triangles emit");
     }
-    if (powers.size() > 1) world.features |= shared::kFeatureManyEmitters;
-    if ((world.features & shared::kFeatureEmissiveTriangles) != 0 &&
-        world.triangleEmitter.empty()) {
-        world.triangleEmitter.assign(world.triangles.size(), shared::kNone);  // forced on, reads it
-    }
-    if (!powers.empty()) world.emitterCdf = makeCdf(powers);
+    if (all.powers.size() > 1) world.features |= shared::kFeatureManyEmitters;
+    replaceIfChanged(world.emitterCdf,
+                     all.powers.empty() ? std::vector<float>() : makeCdf(all.powers));
+    replaceIfChanged(world.emitters, std::move(all.emitters));
 }
 
 }  // namespace core

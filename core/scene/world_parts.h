@@ -1,6 +1,9 @@
-// The steps of makeWorld, in the order in which they run. Private to world*.cpp.
+// The steps of makeWorld and poseWorld, in the order in which they run. Private to world*.cpp.
 #pragma once
 
+#include <cstring>
+#include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "core/scene/animation.h"
@@ -8,24 +11,77 @@
 
 namespace core {
 
-/// One use of a mesh: its matrix into the file's space, its node for messages.
+/// One use of a mesh: its matrix into the file's space, its node for messages, whether the
+/// animation can move it.
 struct Instance {
     int mesh = 0;
     int node = 0;
+    bool moves = false;
     glm::dmat4 toFile{1};
 };
 
-/// Uses of meshes that can show something; those that their scale makes vanish are dropped with a
-/// warning.
+/// What becomes of the triangles of one instance.
+struct Dropped {
+    uint64_t degenerate = 0, notFinite = 0;
+
+    friend bool operator==(const Dropped&, const Dropped&) = default;
+};
+
+/// How far triangles reach, and how small they are.
+struct Extent {
+    glm::vec3 low{std::numeric_limits<float>::infinity()},
+        high{-std::numeric_limits<float>::infinity()};
+    float radius2 = 0;  // of vertices from the origin
+    float shortestEdge2 = std::numeric_limits<float>::infinity();
+
+    void add(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c);
+    void add(const Extent& other);
+    bool empty() const { return !(low.x <= high.x); }
+};
+
+/// A triangle that emits, and the mean luminance of its texture over it (1 without).
+struct TriangleEmission {
+    uint32_t triangle = 0;
+    bool textured = false;
+    double mean = 1;
+};
+
+/// What poseWorld needs to know of the world that it starts from. All poses with the same triangles
+/// share one.
+struct Topology {
+    uint32_t forcedFeatures = 0;
+    uint32_t fixedFeatures = 0;  // without those of emitters and cameras
+    std::vector<int> usedMaterials;
+    std::vector<Instance> instances;  // in the order of their triangles; the matrices of the first
+    std::vector<Dropped> dropped;     // of each instance
+    Extent still;                     // of the triangles that never move
+    std::vector<TriangleEmission> emission;
+    double environmentWeight = 0;  // radiance times solid angle, without intensity
+};
+
+/// Uses of meshes that can show something, in the order of the nodes; those that their scale makes
+/// vanish are dropped with a warning.
 std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnings& warnings);
+
+/// Puts them into the order of World::triangles.
+void orderInstances(const Scene& scene, bool alpha, std::vector<Instance>& instances);
 
 /// Centre of the triangles' bounds, and a power of two that brings their radius into [1, 100] when
 /// it is outside.
 Placement placeScene(const Scene& scene, const std::vector<Instance>& instances);
 
-/// Fills positions, attributes, extra, triangles, bounds and radius. `world.features` decides what
-/// is stored.
-void flattenInstances(World& world, const Scene& scene, const std::vector<Instance>& instances);
+/// Fills positions, attributes, extra, triangles, what moves, bounds and radius. `world.features`
+/// decides what is stored. Returns the extent of all triangles.
+Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
+                        std::vector<Instance> instances);
+
+/// Replaces in `world`, which is a copy of another pose, what moves, and bounds and radius. Nothing
+/// when the triangles of the new pose are others: the world is then as it was.
+std::optional<Extent> moveInstances(World& world, const Scene& scene,
+                                    const std::vector<Instance>& instances);
+
+/// Says which triangles of each instance were dropped.
+void warnAboutDropped(Warnings& warnings, const Scene& scene, const Topology& topology);
 
 /// Copies the materials in world units and lays out the texels of those textures that `used`
 /// materials read.
@@ -34,11 +90,25 @@ void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& u
 /// Cameras in the order of the nodes; one that frames the scene when the file has none.
 void placeCameras(World& world, const Scene& scene, const Pose& pose);
 
+/// What of the light does not depend on the pose: which triangles emit, the environment's map and
+/// its CDF.
+void findEmission(World& world, Topology& topology, const Scene& scene);
+
 /// Emissive triangles, punctual lights, environment, sun; their records, the CDF over them, and
-/// their feature bits.
-void collectEmitters(World& world, const Scene& scene, const Pose& pose);
+/// their feature bits. Tables that come out as they are stay shared.
+void collectEmitters(World& world, const Topology& topology, const Scene& scene, const Pose& pose);
 
 /// JSON pointer of a node.
 std::string nodePointer(int node);
+
+/// Puts `values` into `array`, unless it holds just these: then it goes on sharing them.
+template <class T> void replaceIfChanged(SharedArray<T>& array, std::vector<T> values)
+{
+    static_assert(std::is_trivially_copyable_v<T>);
+    const bool same = array.size() == values.size() &&
+                      (values.empty() ||
+                       std::memcmp(array.data(), values.data(), values.size() * sizeof(T)) == 0);
+    if (!same) array = std::move(values);
+}
 
 }  // namespace core

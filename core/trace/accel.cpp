@@ -1,6 +1,7 @@
-// The scene as Embree has it: one geometry for opaque triangles and one for those whose alpha is
-// tested, over the same arrays. The world keeps its alpha-tested triangles last so that the others
-// never meet a filter function.
+// The scene as Embree has it: what rests and what moves are two of its scenes, traced one after the
+// other, so that a pose leaves the large one alone. What rests is one geometry of opaque triangles
+// and one of those whose alpha is tested (the former never meet a filter function), what moves one
+// geometry per use of a mesh, all over the world's arrays.
 #include "core/trace/accel.h"
 
 #include <algorithm>
@@ -8,6 +9,8 @@
 #include <exception>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <embree3/rtcore.h>
 
@@ -20,11 +23,17 @@ namespace core {
 
 namespace {
 
+/// Triangles of the world that are one of Embree's geometries, whose id is the place in a list.
+struct Piece {
+    IndexRange triangles;
+    bool moves = false, filtered = false;
+};
+
 /// What the filter needs, behind the part that Embree knows. The seed of a ray travels in its id.
 struct Context {
     RTCIntersectContext embree;
     const shared::SceneView* scene;
-    uint32_t firstSlot;  // of the filtered geometry
+    const std::vector<Piece>* pieces;
 };
 
 void alphaFilter(const RTCFilterFunctionNArguments* args)
@@ -32,7 +41,8 @@ void alphaFilter(const RTCFilterFunctionNArguments* args)
     const auto* context = reinterpret_cast<const Context*>(args->context);
     for (unsigned i = 0; i < args->N; ++i) {
         if (args->valid[i] != -1) continue;
-        const uint32_t slot = context->firstSlot + RTCHitN_primID(args->hit, args->N, i);
+        const Piece& piece = (*context->pieces)[RTCHitN_geomID(args->hit, args->N, i)];
+        const uint32_t slot = piece.triangles.begin + RTCHitN_primID(args->hit, args->N, i);
         const glm::vec2 w(RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i));
         const uint32_t seed = RTCRayN_id(args->ray, args->N, i);
         if (!shared::alphaPasses(*context->scene, slot, w, seed)) args->valid[i] = 0;
@@ -50,6 +60,11 @@ bool isTraceable(const Ray& ray)
 {
     const glm::vec3 size = glm::abs(ray.origin) + glm::abs(ray.direction);
     return size.x + size.y + size.z < 1e18f && ray.tMax > 0.0f;
+}
+
+double secondsSince(std::chrono::steady_clock::time_point start)
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 struct BuildMonitor {
@@ -79,18 +94,24 @@ bool continueBuild(void* pointer, double fraction)
 struct Accel::Impl {
     std::shared_ptr<const World> world;
     shared::SceneView view;
+    std::vector<Piece> pieces;
     RTCDevice device = nullptr;
-    RTCScene scene = nullptr;
-    uint32_t opaque = 0;  // triangles before the first whose alpha is tested
-    bool filtered = false;
+    RTCScene still = nullptr, moving = nullptr;  // null: no such triangles
+    // Read by `still`, also once the world is at another pose
+    SharedArray<glm::vec3> stillPositions;
     std::atomic<ssize_t> bytes = 0, peakBytes = 0;
     Handoff handoff;
     double buildSeconds = 0;
 
-    explicit Impl(std::shared_ptr<const World> w) : world(std::move(w)), view(sceneView(*world)) {}
+    explicit Impl(std::shared_ptr<const World> w)
+        : world(std::move(w)), view(sceneView(*world)), stillPositions(world->positions)
+    {
+        findPieces();
+    }
     ~Impl()
     {
-        if (scene) rtcReleaseScene(scene);
+        if (moving) rtcReleaseScene(moving);
+        if (still) rtcReleaseScene(still);
         if (device) rtcReleaseDevice(device);
     }
 
@@ -99,36 +120,73 @@ struct Accel::Impl {
         Context c;
         rtcInitIntersectContext(&c.embree);
         c.scene = &view;
-        c.firstSlot = opaque;
+        c.pieces = &pieces;
         return c;
     }
 
-    void attach(uint32_t first, uint32_t count, bool filter)
+    uint32_t slotOf(unsigned geometry, unsigned primitive) const
     {
-        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                   world->positions.data(), 0, sizeof(glm::vec3),
-                                   world->positions.size() - 1);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                   world->triangles.data(), size_t(first) * sizeof(WorldTriangle),
-                                   sizeof(WorldTriangle), count);
-        if (filter) {
-            rtcSetGeometryIntersectFilterFunction(geometry, alphaFilter);
-            rtcSetGeometryOccludedFilterFunction(geometry, alphaFilter);
-        }
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(scene, geometry, filter ? 1 : 0);
-        rtcReleaseGeometry(geometry);
+        return geometry == RTC_INVALID_GEOMETRY_ID ? shared::kNone
+                                                   : pieces[geometry].triangles.begin + primitive;
     }
 
-    void countOpaque()
+    /// Cuts the world into geometries. See World for the order of its triangles.
+    void findPieces()
     {
         const uint32_t count = static_cast<uint32_t>(world->triangles.size());
-        opaque = count;
-        if ((world->features & shared::kFeatureAlpha) == 0) return;
-        opaque = 0;
-        while (opaque < count && !hasAlpha(*world, world->triangles[opaque])) ++opaque;
-        filtered = opaque < count;
+        uint32_t opaque = count;  // before the first whose alpha is tested
+        if ((world->features & shared::kFeatureAlpha) != 0) {
+            opaque = 0;
+            while (opaque < count && !hasAlpha(*world, world->triangles[opaque])) ++opaque;
+        }
+        const IndexRange moves = world->movingTriangles;
+        const auto add = [&](const Piece& piece) {
+            if (!piece.triangles.empty()) pieces.push_back(piece);
+        };
+        add({{0, moves.empty() ? opaque : moves.begin}, false, false});
+        for (const IndexRange& piece : world->movingPieces)
+            add({piece, true, piece.begin >= opaque});
+        add({{moves.empty() ? opaque : moves.end, count}, false, true});
+    }
+
+    /// A scene over the pieces that move, or over those that do not, yet to be built; null if there
+    /// are none.
+    RTCScene makeScene(bool moves, RTCBuildQuality sceneQuality, RTCBuildQuality pieceQuality,
+                       RTCSceneFlags flags) const
+    {
+        RTCScene scene = nullptr;
+        for (uint32_t id = 0; id < pieces.size(); ++id) {
+            if (pieces[id].moves != moves) continue;
+            if (!scene) scene = rtcNewScene(device);
+            attach(scene, id, pieceQuality);
+        }
+        if (!scene) return nullptr;
+        rtcSetSceneBuildQuality(scene, sceneQuality);
+        rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | flags));
+        return scene;
+    }
+
+    /// Builds a scene, or fits it to what has changed in it.
+    void commit(RTCScene scene, BuildMonitor& monitor)
+    {
+        if (!scene) return;
+        rtcSetSceneProgressMonitorFunction(scene, buildGoesOn, &monitor);
+        handoff.happensBefore();
+        monitor.handoff.happensBefore();
+        rtcCommitScene(scene);
+        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+        requireBuilt(monitor);
+    }
+
+    /// Points the moving pieces at the present world's positions.
+    void replacePositions() const
+    {
+        for (uint32_t id = 0; id < pieces.size(); ++id) {
+            if (!pieces[id].moves) continue;
+            RTCGeometry geometry = rtcGetGeometry(moving, id);
+            setPositions(geometry);
+            rtcCommitGeometry(geometry);
+        }
     }
 
     static bool countMemory(void* pointer, ssize_t change, bool)
@@ -141,6 +199,49 @@ struct Accel::Impl {
         }
         return true;
     }
+
+private:
+    void setPositions(RTCGeometry geometry) const
+    {
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   world->positions.data(), 0, sizeof(glm::vec3),
+                                   world->positions.size() - 1);
+    }
+
+    void attach(RTCScene scene, uint32_t id, RTCBuildQuality quality) const
+    {
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        setPositions(geometry);
+        rtcSetGeometryBuildQuality(geometry, quality);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   world->triangles.data(),
+                                   size_t(pieces[id].triangles.begin) * sizeof(WorldTriangle),
+                                   sizeof(WorldTriangle), pieces[id].triangles.size());
+        if (pieces[id].filtered) {
+            rtcSetGeometryIntersectFilterFunction(geometry, alphaFilter);
+            rtcSetGeometryOccludedFilterFunction(geometry, alphaFilter);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, id);
+        rtcReleaseGeometry(geometry);
+    }
+
+    /// Throws what ended the build, if anything did.
+    void requireBuilt(const BuildMonitor& monitor) const
+    {
+        const RTCError error = rtcGetDeviceError(device);
+        if (monitor.thrown) std::rethrow_exception(monitor.thrown);
+        if (error == RTC_ERROR_CANCELLED)
+            throw Error("building the hierarchy was cancelled", ExitCode::interrupted);
+        if (error != RTC_ERROR_NONE) {
+            throw Error("Embree could not build a hierarchy over " +
+                            std::to_string(world->triangles.size()) + " triangles" +
+                            (error == RTC_ERROR_OUT_OF_MEMORY
+                                 ? ": out of memory"
+                                 : " (code " + std::to_string(error) + ")"),
+                        ExitCode::deviceLost);
+        }
+    }
 };
 
 Accel::Accel(std::shared_ptr<const World> world,
@@ -150,39 +251,41 @@ Accel::Accel(std::shared_ptr<const World> world,
 {
     const Clock::time_point start = Clock::now();
     Impl& impl = *impl_;
-    const uint32_t count = static_cast<uint32_t>(impl.world->triangles.size());
-    CHECK(impl.world->positions.size() < (1ull << 32) &&
-          impl.world->triangles.size() < (1ull << 32));
+    const uint64_t count = impl.world->triangles.size();
+    CHECK(impl.world->positions.size() < (1ull << 32) && count < (1ull << 32));
     impl.device = rtcNewDevice(nullptr);
     if (!impl.device) throw Error("Embree cannot start on this processor", ExitCode::noDevice);
     rtcSetDeviceMemoryMonitorFunction(impl.device, Impl::countMemory, &impl);
-    impl.scene = rtcNewScene(impl.device);
-    impl.countOpaque();
-    if (impl.opaque > 0) impl.attach(0, impl.opaque, false);
-    if (impl.filtered) impl.attach(impl.opaque, count - impl.opaque, true);
 
     const bool high =
         quality == AccelQuality::high || (quality == AccelQuality::automatic && count <= 4'000'000);
     const bool compact = quality == AccelQuality::compact;
-    rtcSetSceneBuildQuality(impl.scene, high ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM);
-    rtcSetSceneFlags(impl.scene, RTC_SCENE_FLAG_ROBUST |
-                                     (compact ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE));
     BuildMonitor monitor{progress, std::move(stop)};
-    rtcSetSceneProgressMonitorFunction(impl.scene, continueBuild, &monitor);
-    impl.handoff.happensBefore();
-    monitor.handoff.happensBefore();
-    rtcCommitScene(impl.scene);
-    rtcSetSceneProgressMonitorFunction(impl.scene, nullptr, nullptr);
-    const RTCError error = rtcGetDeviceError(impl.device);
-    if (monitor.thrown) std::rethrow_exception(monitor.thrown);
-    if (error == RTC_ERROR_CANCELLED)
-        throw Error("building the hierarchy was cancelled", ExitCode::interrupted);
-    if (error != RTC_ERROR_NONE) {
-        throw Error(
-            "Embree could not build a hierarchy over " + std::to_string(count) + " triangles" +
-                (error == RTC_ERROR_OUT_OF_MEMORY ? ": out of memory"
-                                                  : " (code " + std::to_string(error) + ")"),
-            ExitCode::deviceLost);
+    const RTCBuildQuality stillQuality = high ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
+    impl.still = impl.makeScene(false, stillQuality, stillQuality,
+                                compact ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE);
+    impl.commit(impl.still, monitor);
+    // Embree refits only in scenes of low quality (over 72 thousand triangles 1 ms of processor
+    // time instead of 25); what is low there is the tree above the pieces.
+    impl.moving = impl.makeScene(true, RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_REFIT,
+                                 RTC_SCENE_FLAG_DYNAMIC);
+    impl.commit(impl.moving, monitor);
+    impl.buildSeconds = secondsSince(start);
+}
+
+void Accel::setPose(std::shared_ptr<const World> world,
+                    const std::function<void(const char*, double)>& progress, std::stop_token stop)
+{
+    const Clock::time_point start = Clock::now();
+    Impl& impl = *impl_;
+    CHECK(sameTopology(*impl.world, *world));
+    const bool moved = !impl.world->positions.sharesWith(world->positions);
+    const std::shared_ptr<const World> before = std::exchange(impl.world, std::move(world));
+    impl.view = sceneView(*impl.world);
+    if (moved) {
+        BuildMonitor monitor{progress, std::move(stop)};
+        impl.replacePositions();
+        impl.commit(impl.moving, monitor);
     }
     impl.buildSeconds = secondsSince(start);
 }
@@ -198,11 +301,12 @@ bool Accel::closest(const Ray& ray, shared::Hit& hit) const
              ray.direction.x, ray.direction.y, ray.direction.z, 0.0f,
              ray.tMax,        0xffffffffu,     ray.seed,        0};
     r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(impl_->scene, &context.embree, &r);
-    if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    if (impl_->still) rtcIntersect1(impl_->still, &context.embree, &r);
+    if (impl_->moving) rtcIntersect1(impl_->moving, &context.embree, &r);
+    hit.slot = impl_->slotOf(r.hit.geomID, r.hit.primID);
+    if (hit.slot == shared::kNone) return false;
     hit.t = r.ray.tfar;
     hit.barycentrics = {r.hit.u, r.hit.v};
-    hit.slot = r.hit.primID + (r.hit.geomID == 1 ? impl_->opaque : 0);
     return true;
 }
 
@@ -213,7 +317,8 @@ bool Accel::occluded(const Ray& ray) const
     RTCRay r{ray.origin.x,    ray.origin.y,    ray.origin.z,    0.0f,
              ray.direction.x, ray.direction.y, ray.direction.z, 0.0f,
              ray.tMax,        0xffffffffu,     ray.seed,        0};
-    rtcOccluded1(impl_->scene, &context.embree, &r);
+    if (impl_->still) rtcOccluded1(impl_->still, &context.embree, &r);
+    if (impl_->moving && !(r.tfar < 0.0f)) rtcOccluded1(impl_->moving, &context.embree, &r);
     return r.tfar < 0.0f;
 }
 
@@ -254,15 +359,13 @@ void Accel::closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent)
         const size_t count = std::min(kPacket, rays.size() - first);
         fillPacket(rays.subspan(first, count), valid, packet.ray);
         std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
-        rtcIntersect16(valid, impl_->scene, &context.embree, &packet);
+        if (impl_->still) rtcIntersect16(valid, impl_->still, &context.embree, &packet);
+        if (impl_->moving) rtcIntersect16(valid, impl_->moving, &context.embree, &packet);
         for (size_t i = 0; i < count; ++i) {
             shared::Hit& hit = hits[first + i];
-            const unsigned geometry = packet.hit.geomID[i];
             hit.t = packet.ray.tfar[i];
             hit.barycentrics = {packet.hit.u[i], packet.hit.v[i]};
-            hit.slot = geometry == RTC_INVALID_GEOMETRY_ID
-                           ? shared::kNone
-                           : packet.hit.primID[i] + (geometry == 1 ? impl_->opaque : 0);
+            hit.slot = impl_->slotOf(packet.hit.geomID[i], packet.hit.primID[i]);
         }
     }
 }
@@ -275,7 +378,11 @@ void Accel::occluded(std::span<const Ray> rays, uint8_t* blocked) const
     for (size_t first = 0; first < rays.size(); first += kPacket) {
         const size_t count = std::min(kPacket, rays.size() - first);
         fillPacket(rays.subspan(first, count), valid, packet);
-        rtcOccluded16(valid, impl_->scene, &context.embree, &packet);
+        if (impl_->still) rtcOccluded16(valid, impl_->still, &context.embree, &packet);
+        if (impl_->moving) {
+            for (size_t i = 0; i < kPacket; ++i) valid[i] = packet.tfar[i] < 0.0f ? 0 : valid[i];
+            rtcOccluded16(valid, impl_->moving, &context.embree, &packet);
+        }
         for (size_t i = 0; i < count; ++i) blocked[first + i] = packet.tfar[i] < 0.0f;
     }
 }
@@ -289,6 +396,19 @@ AccelStats Accel::stats() const
 const World& Accel::world() const
 {
     return *impl_->world;
+}
+
+void takeWorld(std::unique_ptr<Accel>& accel, std::shared_ptr<const World> world,
+               const std::function<void(const char*, double)>& progress)
+{
+    std::unique_ptr<Accel> old = std::move(accel);
+    if (old && sameTopology(old->world(), *world)) {
+        old->setPose(std::move(world), progress);
+    } else {
+        old.reset();
+        old = std::make_unique<Accel>(std::move(world), progress);
+    }
+    accel = std::move(old);
 }
 
 }  // namespace core

@@ -22,7 +22,7 @@ struct Ray {
 };
 
 struct AccelStats {
-    double buildSeconds = 0;
+    double buildSeconds = 0;          // of the last world or pose
     size_t bytes = 0, peakBytes = 0;  // held by the hierarchy; most during its build
 };
 
@@ -38,6 +38,14 @@ public:
                    const std::function<void(const char*, double)>& progress = {},
                    std::stop_token stop = {}, AccelQuality quality = AccelQuality::automatic);
     ~Accel();
+
+    /// Goes over to another pose of the same topology (sameTopology with world()): only what moves
+    /// is built. Nobody may trace meanwhile. Throws as the constructor, and then can only be
+    /// destroyed.
+    void setPose(std::shared_ptr<const World> world,
+                 const std::function<void(const char*, double)>& progress = {},
+                 std::stop_token stop = {});
+
     Accel(const Accel&) = delete;
     Accel& operator=(const Accel&) = delete;
 
@@ -62,5 +70,11 @@ private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// The hierarchy for `world` in place of the one in `accel` (which may be empty): another pose of
+/// the same topology is refitted, anything else is built anew once the old one has been freed. When
+/// it throws, `accel` is empty.
+void takeWorld(std::unique_ptr<Accel>& accel, std::shared_ptr<const World> world,
+               const std::function<void(const char*, double)>& progress);
 
 }  // namespace core

@@ -14,6 +14,7 @@
 #include <tbb/parallel_invoke.h>
 
 #include "core/base/check.h"
+#include "core/trace/bvh_grid.h"
 #include "core/trace/bvh_split.h"
 
 namespace core {
@@ -21,6 +22,7 @@ namespace {
 
 using bvh::Box;
 using bvh::Float4;
+using bvh::Grid;
 using bvh::Range;
 using bvh::RangeBounds;
 using bvh::Reference;
@@ -29,50 +31,8 @@ using shared::uvec4;
 
 constexpr size_t kTaskSize = 1u << 12;  // references below which one task builds the whole subtree
 constexpr size_t kMaxReferences = 1u << 27;  // what a child reference can address
-constexpr float kGridCells = 65533.0f;       // leaves one cell of rounding on either side
-constexpr float kGridSlack = 0.02f;          // cells; covers the rounding of the ray's side
 // Stich et al.'s alpha: overlap area over scene area worth a spatial split
 constexpr float kMinOverlap = 1e-5f;
-
-/// World to grid cells, in double so that only the ray's side rounds.
-struct Grid {
-    glm::vec3 low{0}, scale{1};
-
-    explicit Grid(const Box& bounds)
-    {
-        if (bounds.empty()) return;
-        const Float4 e = bounds.high - bounds.low;
-        // A flat axis gets cells in proportion to the other axes and to its place, so that neither
-        // the scale overflows nor a cell is finer than rounding can tell.
-        const float size = std::max({e[0], e[1], e[2]});
-        float place = 0;
-        for (int a = 0; a < 3; ++a) {
-            place = std::max({place, std::abs(bounds.low[a]), std::abs(bounds.high[a])});
-        }
-        const float floorExtent = std::max({size / 65536.0f, place * 1e-6f, 1e-30f});
-        for (int a = 0; a < 3; ++a) {
-            const float extent = std::max(e[a], floorExtent);
-            scale[a] = kGridCells / extent;
-            low[a] = bounds.low[a] - extent / kGridCells;
-        }
-    }
-    uint32_t cell(float x, int axis, bool up) const
-    {
-        const double q = (static_cast<double>(x) - static_cast<double>(low[axis])) *
-                         static_cast<double>(scale[axis]);
-        const double slack = static_cast<double>(kGridSlack);
-        const double rounded = up ? std::ceil(q + slack) : std::floor(q - slack);
-        return static_cast<uint32_t>(std::clamp(rounded, 0.0, 65535.0));
-    }
-    uvec4 record(const Box& box, uint32_t reference) const
-    {
-        uvec4 r(0, 0, 0, reference);
-        if (box.empty()) return r;
-        for (int a = 0; a < 3; ++a)
-            r[a] = cell(box.low[a], a, false) | (cell(box.high[a], a, true) << 16);
-        return r;
-    }
-};
 
 /// A finished subtree with node and slot numbers of its own, root reference included.
 struct Chunk {
@@ -80,7 +40,8 @@ struct Chunk {
     std::vector<uint32_t> slots;
     uint32_t root = shared::kBvhDone;
     uint32_t depth = 0;
-    double cost = 0;  // sum of half areas times tests
+    double cost = 0;   // sum of half areas times tests
+    double least = 0;  // the same with the references' own boxes
 };
 
 /// The tree above the chunks.
@@ -96,23 +57,91 @@ uint32_t leafReference(size_t count, size_t firstSlot)
            static_cast<uint32_t>(firstSlot);
 }
 
-class Builder {
+/// The triangles of one tree: first, first + 1, ..., but with a gap.
+struct Subset {
+    uint32_t first = 0, gap = 0, gapSize = 0;
+    size_t count = 0;
+
+    uint32_t at(size_t i) const
+    {
+        const uint32_t triangle = first + static_cast<uint32_t>(i);
+        return triangle < gap ? triangle : triangle + gapSize;
+    }
+};
+
+/// Reports the fraction of references that are in leaves, a percent at a time.
+class BuildProgress {
 public:
-    Builder(const bvh::Mesh& mesh, const BvhOptions& options,
-            const std::function<void(double)>& progress, std::stop_token stop)
-        : mesh_(mesh), options_(options), progress_(progress), stop_(std::move(stop))
+    BuildProgress(const std::function<void(double)>& callback, size_t total)
+        : callback_(callback), total_(std::max<size_t>(total, 1))
     {}
 
-    Bvh build()
+    void add(size_t references)
     {
-        const RangeBounds bounds = makeReferences();
-        grid_ = std::make_unique<Grid>(bounds.box);
-        sceneArea_ = bounds.box.halfArea();
-        const std::unique_ptr<TaskNode> top =
-            buildTask({0, mesh_.triangles.size(), capacity_}, bounds, 0);
+        const size_t done = done_.fetch_add(references) + references;
+        if (!callback_) return;
+        const std::unique_lock lock(mutex_, std::try_to_lock);
+        if (!lock.owns_lock()) return;
+        // Duplicates can make it more than one.
+        const double fraction =
+            std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
+        if (fraction < reported_ + 0.01) return;
+        reported_ = fraction;
+        callback_(fraction);
+    }
+
+private:
+    const std::function<void(double)>& callback_;
+    const size_t total_;
+    std::atomic<size_t> done_{0};
+    std::mutex mutex_;
+    double reported_ = 0;
+};
+
+class Builder {
+public:
+    Builder(const bvh::Mesh& mesh, const Subset& subset, const BvhOptions& options,
+            BuildProgress& progress, std::stop_token stop)
+        : mesh_(mesh), subset_(subset), options_(options), progress_(progress),
+          stop_(std::move(stop))
+    {
+        bounds_ = makeReferences();
+    }
+
+    const Box& box() const { return bounds_.box; }
+
+    /// Builds the tree, `depth` nodes below the root of the whole. Once.
+    void build(const Grid& grid, uint32_t depth)
+    {
+        grid_ = &grid;
+        depth_ = depth;
+        sceneArea_ = bounds_.box.halfArea();
+        top_ = buildTask({0, subset_.count, capacity_}, bounds_, depth);
         references_.reset();
-        if (stop_.stop_requested()) return {};
-        return assemble(*top, bounds.box);
+    }
+
+    size_t nodeCount() const { return sizeOf(*top_, &Chunk::nodes, 2) / 2; }
+
+    /// The finished tree, with nodes numbered from `firstNode` and slots from `firstSlot`, behind
+    /// the words that `nodes` begins with (they count as the nodes before). Lets go of it.
+    BvhPart layOut(std::vector<uvec4> nodes, uint32_t firstNode, uint32_t firstSlot, uint32_t& root,
+                   double& least)
+    {
+        std::vector<uint32_t> slots;
+        nodes.reserve(nodes.size() + sizeOf(*top_, &Chunk::nodes, 2));
+        slots.reserve(sizeOf(*top_, &Chunk::slots, 0));
+        BvhPart part;
+        part.low = bvh::asVec3(bounds_.box.low);
+        part.high = bvh::asVec3(bounds_.box.high);
+        Layout out{nodes,      firstNode - static_cast<uint32_t>(nodes.size() / 2),
+                   slots,      firstSlot,
+                   part.depth, part.cost,
+                   least};
+        root = append(out, *top_, depth_);
+        top_.reset();
+        part.nodes = std::move(nodes);
+        part.slots = std::move(slots);
+        return part;
     }
 
 private:
@@ -127,7 +156,7 @@ private:
 
     RangeBounds makeReferences()
     {
-        const size_t n = mesh_.triangles.size();
+        const size_t n = subset_.count;
         capacity_ = n + static_cast<size_t>(std::max(0.0f, options_.duplicateBudget) *
                                             static_cast<float>(n));
         if (capacity_ > kMaxReferences) {
@@ -143,13 +172,9 @@ private:
         tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 1u << 14),
                           [&](const tbb::blocked_range<size_t>& part) {
                               for (size_t i = part.begin(); i < part.end(); ++i) {
-                                  const WorldTriangle& t = mesh_.triangles[i];
-                                  Box box;
-                                  for (const uint32_t v : {t.v0, t.v1, t.v2}) {
-                                      const glm::vec3& p = mesh_.positions[v];
-                                      box.grow(Float4{p.x, p.y, p.z, 0});
-                                  }
-                                  references_[i] = Reference::make(box, static_cast<uint32_t>(i));
+                                  const uint32_t triangle = subset_.at(i);
+                                  references_[i] =
+                                      Reference::make(bvh::boundsOf(mesh_, triangle), triangle);
                               }
                           });
         return bvh::boundsOf(all().first(n));
@@ -225,10 +250,13 @@ private:
         Decision d;
         if (range.size() == 1 || !split(range, bounds, depth, d)) {
             const size_t first = chunk.slots.size();
-            for (const Reference& r : span(range)) chunk.slots.push_back(r.triangle());
+            const double triangleCost = static_cast<double>(options_.triangleCost);
+            for (const Reference& r : span(range)) {
+                chunk.slots.push_back(r.triangle());
+                chunk.least += static_cast<double>(r.box().halfArea()) * triangleCost;
+            }
             chunk.cost += static_cast<double>(bounds.box.halfArea()) *
-                          static_cast<double>(range.size()) *
-                          static_cast<double>(options_.triangleCost);
+                          static_cast<double>(range.size()) * triangleCost;
             return leafReference(range.size(), first);
         }
         const size_t node = chunk.nodes.size();
@@ -254,7 +282,7 @@ private:
             if (range.size() > 0) task->chunk.root = buildInto(task->chunk, range, bounds, depth);
             task->chunk.nodes.shrink_to_fit();
             task->chunk.slots.shrink_to_fit();
-            report(range.size());
+            progress_.add(range.size());
             return task;
         }
         task->chunk.cost = static_cast<double>(bounds.box.halfArea());
@@ -266,39 +294,36 @@ private:
         return task;
     }
 
-    void report(size_t references)
-    {
-        const size_t done = done_.fetch_add(references) + references;
-        if (!progress_) return;
-        const std::unique_lock lock(progressMutex_, std::try_to_lock);
-        if (!lock.owns_lock()) return;
-        // Duplicates can make it more than one.
-        const double fraction =
-            std::min(1.0, static_cast<double>(done) /
-                              static_cast<double>(std::max<size_t>(mesh_.triangles.size(), 1)));
-        if (fraction < reported_ + 0.01) return;
-        reported_ = fraction;
-        progress_(fraction);
-    }
+    /// Where a tree is appended; the shifts take places in the arrays to numbers in the whole.
+    struct Layout {
+        std::vector<uvec4>& nodes;
+        uint32_t nodeShift;
+        std::vector<uint32_t>& slots;
+        uint32_t slotShift;
+        uint32_t& depth;
+        double& cost;
+        double& least;
+    };
 
     /// Appends a task's nodes and slots and returns its reference in the whole.
-    uint32_t append(Bvh& out, TaskNode& task, uint32_t depth, double& cost)
+    uint32_t append(Layout& out, TaskNode& task, uint32_t depth)
     {
-        cost += task.chunk.cost;
+        out.cost += task.chunk.cost;
+        out.least += task.chunk.least;
         out.depth = std::max({out.depth, depth, task.chunk.depth});
+        const uint32_t firstNode = static_cast<uint32_t>(out.nodes.size() / 2) + out.nodeShift;
         if (task.child[0]) {
             const size_t node = out.nodes.size();
             out.nodes.resize(node + 2);
             for (size_t i = 0; i < 2; ++i) {
-                const uint32_t reference = append(out, *task.child[i], depth + 1, cost);
+                const uint32_t reference = append(out, *task.child[i], depth + 1);
                 out.nodes[node + i] = grid_->record(task.box[i], reference);
                 task.child[i].reset();
             }
             out.depth = std::max(out.depth, depth + 1);
-            return static_cast<uint32_t>(node / 2);
+            return firstNode;
         }
-        const uint32_t firstNode = static_cast<uint32_t>(out.nodes.size() / 2);
-        const uint32_t firstSlot = static_cast<uint32_t>(out.slots.size());
+        const uint32_t firstSlot = static_cast<uint32_t>(out.slots.size()) + out.slotShift;
         const auto relocate = [&](uint32_t reference) {
             return reference + ((reference & shared::kBvhLeaf) != 0 ? firstSlot : firstNode);
         };
@@ -307,40 +332,18 @@ private:
             out.nodes.push_back(record);
         }
         out.slots.insert(out.slots.end(), task.chunk.slots.begin(), task.chunk.slots.end());
-        return relocate(task.chunk.root);
+        return task.chunk.root == shared::kBvhDone ? shared::kBvhDone : relocate(task.chunk.root);
     }
 
-    static void count(const TaskNode& task, size_t& nodes, size_t& slots)
+    /// Sum of the sizes of one of the chunks' arrays, plus `perNode` for every node above them.
+    template <class T>
+    static size_t sizeOf(const TaskNode& task, std::vector<T> Chunk::*array, size_t perNode)
     {
-        nodes += task.chunk.nodes.size() + (task.child[0] ? 2 : 0);
-        slots += task.chunk.slots.size();
+        size_t sum = (task.chunk.*array).size() + (task.child[0] ? perNode : 0);
         for (const auto& child : task.child) {
-            if (child) count(*child, nodes, slots);
+            if (child) sum += sizeOf(*child, array, perNode);
         }
-    }
-
-    Bvh assemble(TaskNode& top, const Box& bounds)
-    {
-        Bvh out;
-        out.gridLow = grid_->low;
-        out.gridScale = grid_->scale;
-        size_t nodes = 0, slots = 0;
-        count(top, nodes, slots);
-        out.nodes.reserve(std::max<size_t>(nodes, 2));
-        out.slots.reserve(slots);
-        double cost = 0;
-        const uint32_t root = append(out, top, 0, cost);
-        if (out.nodes.empty()) {  // a single leaf, or nothing
-            // Leaves are never empty: the traversal tests a triangle first and counts then. So a
-            // single leaf stands twice, the second time in a box of one corner, and nothing at all
-            // ends the traversal.
-            const uint32_t reference = slots == 0 ? shared::kBvhDone : root;
-            out.nodes = {grid_->record(bounds, reference), grid_->record(Box{}, reference)};
-            out.depth = 1;
-        }
-        if (sceneArea_ > 0) out.cost = static_cast<float>(cost / static_cast<double>(sceneArea_));
-        if (progress_) progress_(1.0);
-        return out;
+        return sum;
     }
 
     struct Free {
@@ -351,17 +354,85 @@ private:
     };
 
     bvh::Mesh mesh_;
+    Subset subset_;
     BvhOptions options_;
-    const std::function<void(double)>& progress_;
+    BuildProgress& progress_;
     std::stop_token stop_;
     std::unique_ptr<Reference[], Free> references_;
     size_t capacity_ = 0;
-    std::unique_ptr<Grid> grid_;
+    RangeBounds bounds_;
+    const Grid* grid_ = nullptr;
+    uint32_t depth_ = 0;
     float sceneArea_ = 0;
-    std::atomic<size_t> done_{0};
-    std::mutex progressMutex_;
-    double reported_ = 0;
+    std::unique_ptr<TaskNode> top_;
 };
+
+Subset movingSubset(const BvhOptions& options)
+{
+    return {options.moving.begin, ~0u, 0, options.moving.size()};
+}
+
+/// Options of the moving triangles' tree.
+BvhOptions withoutSplits(BvhOptions options)
+{
+    options.duplicateBudget = 0;
+    return options;
+}
+
+/// Both trees' bounds and where motion may lead; not further from the triangles than they are
+/// large, as the cells grow with it.
+Box gridBounds(Box bounds, const BvhOptions& options)
+{
+    const Box reach{bvh::asFloat4(options.reachLow), bvh::asFloat4(options.reachHigh)};
+    if (reach.empty() || bounds.empty()) return bounds;
+    const Float4 size = bounds.high - bounds.low;
+    const Box near{bounds.low - size, bounds.high + size};
+    bounds.grow(bvh::intersection(reach, near));
+    return bounds;
+}
+
+/// The root of a tree that stands alone but has no node: a single leaf, or nothing. Leaves are
+/// never empty: the traversal tests a triangle first and counts then. So a single leaf stands
+/// twice, the second time in a box of one corner, and nothing at all ends the traversal.
+std::vector<uvec4> rootOver(const Grid& grid, const Box& box, uint32_t reference)
+{
+    return {grid.record(box, reference), grid.record(Box{}, reference)};
+}
+
+/// Takes over the still triangles' tree; returns what a joining root says of it. Its nodes are
+/// numbered behind `room` others, its slots behind `firstSlot`.
+uvec4 layOutStill(Bvh& out, Builder& builder, const Grid& grid, size_t room, size_t firstSlot)
+{
+    uint32_t root = shared::kBvhDone;
+    double least = 0;
+    out.still = builder.layOut({}, static_cast<uint32_t>(room), static_cast<uint32_t>(firstSlot),
+                               root, least);
+    const bool alone = room == 0;
+    if (alone && out.still.nodes.empty()) out.still.nodes = rootOver(grid, builder.box(), root);
+    return grid.record(builder.box(), root);
+}
+
+/// Takes over the moving triangles' tree with `room` for nodes, under node 0 beside the other tree
+/// if `still` is given.
+void layOutMoving(Bvh& out, Builder& builder, const Grid& grid, size_t room, const uvec4* still)
+{
+    uint32_t root = shared::kBvhDone;
+    out.movingLeast = 0;
+    std::vector<uvec4> begin(still != nullptr ? 2 : 0);
+    const uint32_t firstNode = static_cast<uint32_t>(begin.size() / 2);
+    out.moving = builder.layOut(std::move(begin), firstNode, 0, root, out.movingLeast);
+    std::vector<uvec4> nodes = out.moving.nodes.toVector();
+    if (still != nullptr) {
+        nodes[0] = grid.record(builder.box(), root);
+        nodes[1] = *still;
+    } else if (nodes.empty()) {
+        nodes = rootOver(grid, builder.box(), root);
+    }
+    out.movingNodes = static_cast<uint32_t>(nodes.size() / 2);
+    nodes.resize(2 * room, uvec4(0));
+    out.moving.nodes = std::move(nodes);
+    out.movingRatio = out.movingLeast > 0 ? out.moving.cost / out.movingLeast : 1;
+}
 
 }  // namespace
 
@@ -370,7 +441,55 @@ Bvh buildBvh(std::span<const glm::vec3> positions, std::span<const WorldTriangle
              std::stop_token stop)
 {
     CHECK(options.leafSize >= 1 && options.leafSize <= shared::kBvhCountMask - 1);
-    return Builder({positions, triangles}, options, progress, std::move(stop)).build();
+    CHECK(options.moving.begin <= options.moving.end && options.moving.end <= triangles.size());
+    const bvh::Mesh mesh{positions, triangles};
+    const size_t movingCount = options.moving.size(), stillCount = triangles.size() - movingCount;
+    const bool joined = movingCount > 0 && stillCount > 0;
+    BuildProgress reports(progress, triangles.size());
+    Builder moving(mesh, movingSubset(options), withoutSplits(options), reports, stop);
+    Builder still(mesh, {0, options.moving.begin, options.moving.size(), stillCount}, options,
+                  reports, stop);
+    Box bounds = still.box();
+    bounds.grow(moving.box());
+    const Grid grid(gridBounds(bounds, options));
+    if (movingCount > 0) moving.build(grid, joined ? 1 : 0);
+    if (stillCount > 0 || movingCount == 0) still.build(grid, joined ? 1 : 0);
+    if (stop.stop_requested()) return {};
+
+    Bvh out;
+    out.gridLow = grid.low;
+    out.gridScale = grid.scale;
+    out.triangleCost = options.triangleCost;
+    // A tree over other positions of the same triangles has a few more nodes, or a few less.
+    const size_t needed = movingCount > 0 ? moving.nodeCount() + 1 : 0;
+    const size_t room = needed + needed / 4;
+    uvec4 stillRecord(0);
+    if (stillCount > 0 || movingCount == 0)
+        stillRecord = layOutStill(out, still, grid, room, movingCount);
+    if (movingCount > 0) layOutMoving(out, moving, grid, room, joined ? &stillRecord : nullptr);
+    bvh::sumUp(out);
+    if (progress) progress(1.0);
+    return out;
+}
+
+std::optional<Bvh> rebuildMoving(const Bvh& bvh, std::span<const glm::vec3> positions,
+                                 std::span<const WorldTriangle> triangles,
+                                 const BvhOptions& options)
+{
+    const std::function<void(double)> quiet;
+    BuildProgress reports(quiet, triangles.size());
+    Builder moving({positions, triangles}, movingSubset(options), withoutSplits(options), reports,
+                   {});
+    const Grid grid(bvh.gridLow, bvh.gridScale);
+    if (!grid.holds(moving.box())) return std::nullopt;
+    const bool joined = !bvh.still.slots.empty();
+    moving.build(grid, joined ? 1 : 0);
+    const size_t room = bvh.moving.nodes.size() / 2;
+    if (moving.nodeCount() + 1 > room) return std::nullopt;
+    Bvh out = bvh;
+    layOutMoving(out, moving, grid, room, joined ? &bvh.moving.nodes[1] : nullptr);
+    bvh::sumUp(out);
+    return out;
 }
 
 }  // namespace core

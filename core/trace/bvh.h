@@ -1,11 +1,13 @@
 // The flat BVH2 that the GPU traverses: both children of a node in 32 bytes on a 16-bit grid, built
-// by binned SAH with spatial splits. The CPU traversal of the same nodes is there for tests.
+// by binned SAH with spatial splits; what an animation moves is a tree of its own, refitted from
+// pose to pose. The CPU traversal of the same nodes serves picking and tests.
 //   Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007 (binning);
 //   Stich, Friedrich, Dietrich, "Spatial splits in bounding volume hierarchies", 2009.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -21,21 +23,59 @@ struct BvhOptions {
     float duplicateBudget = 0.5f;
     // Of one triangle test, in box-pair tests: decides where leaves begin.
     float triangleCost = 1.0f;
+    // Triangles that later poses move: they get a tree of their own beside that of the others,
+    // without spatial splits, whose cuts would go wrong with the first movement.
+    IndexRange moving{};
+    // A box that the grid is to cover besides the triangles, so that motion stays on it; empty when
+    // low exceeds high.
+    glm::vec3 reachLow{1}, reachHigh{-1};
 };
 
-/// Node i is words 2i and 2i+1, one per child: (xlo | xhi << 16, ylo | yhi << 16, zlo | zhi << 16,
+/// One of the two trees: its nodes and slots as they follow each other, and what is said of it.
+struct BvhPart {
+    SharedArray<shared::uvec4> nodes;  // two words per node
+    SharedArray<uint32_t> slots;       // the triangle in each slot
+    glm::vec3 low{1}, high{-1};        // bounds; empty when low exceeds high
+    uint32_t depth = 0;                // of its deepest node in the whole, from 1
+    double cost = 0;                   // expected tests of a line, times half the whole's surface
+};
+
+/// Node i is two words, one per child: (xlo | xhi << 16, ylo | yhi << 16, zlo | zhi << 16,
 /// reference), see intersect.h for the reference. Node 0 is the root and always exists. No leaf is
 /// empty: over so few triangles that they fill one leaf both children of the root are that leaf,
 /// over none both are kBvhDone.
+///
+/// Numbers of nodes and slots run through `moving` and then through `still`. Where triangles of
+/// both kinds exist, node 0 joins the two trees; a pose changes no word of `still`. `moving.nodes`
+/// ends with room for a tree that is built anew; both words of such nodes are zero.
 struct Bvh {
-    std::vector<shared::uvec4> nodes;
-    // Triangle in each slot, in leaf order; spatial splits repeat triangles
-    std::vector<uint32_t> slots;
+    BvhPart moving, still;
     glm::vec3 gridLow{0};  // cell = (x - gridLow) * gridScale, 0 to 65535
     glm::vec3 gridScale{1};
     uint32_t depth = 0;  // nodes on the longest way down; at most shared::kBvhMaxDepth
     // SAH cost: expected box-pair tests plus triangleCost times triangle tests of a line
     float cost = 0;
+    float triangleCost = 1;
+    uint32_t movingNodes = 0;  // in use, of moving.nodes
+    // As BvhPart::cost, if every moving triangle were a leaf of its own under no node: a measure
+    // that grows with the triangles but not with the distances between them
+    double movingLeast = 0;
+    double movingRatio = 1;  // of moving.cost to movingLeast when that tree was built
+
+    size_t nodeCount() const { return (moving.nodes.size() + still.nodes.size()) / 2; }
+    size_t slotCount() const { return moving.slots.size() + still.slots.size(); }
+    /// Both words of a node.
+    const shared::uvec4* node(uint32_t i) const
+    {
+        const size_t word = 2 * static_cast<size_t>(i), first = moving.nodes.size();
+        return word < first ? moving.nodes.data() + word : still.nodes.data() + (word - first);
+    }
+    /// The triangle in a slot; spatial splits repeat triangles.
+    uint32_t triangle(uint32_t slot) const
+    {
+        const size_t first = moving.slots.size();
+        return slot < first ? moving.slots[slot] : still.slots[slot - first];
+    }
 };
 
 /// Builds over all triangles (finite vertices, indices in range). The result depends on the input
@@ -45,6 +85,21 @@ struct Bvh {
 Bvh buildBvh(std::span<const glm::vec3> positions, std::span<const WorldTriangle> triangles,
              const BvhOptions& options = {}, const std::function<void(double)>& progress = {},
              std::stop_token stop = {});
+
+/// The same tree over a pose in which the moving triangles have gone elsewhere: their boxes anew
+/// from the leaves up. Nothing when the grid does not reach there.
+std::optional<Bvh> refitBvh(const Bvh& bvh, std::span<const glm::vec3> positions,
+                            std::span<const WorldTriangle> triangles);
+
+/// The tree of the moving triangles built anew, the other one kept; `options` are those of `bvh`.
+/// Nothing when the grid does not reach there or the tree needs more nodes than there is room for.
+std::optional<Bvh> rebuildMoving(const Bvh& bvh, std::span<const glm::vec3> positions,
+                                 std::span<const WorldTriangle> triangles,
+                                 const BvhOptions& options);
+
+/// How many times more tests a line is expected to take than if the moving triangles' tree were as
+/// tight as when it was built: 1 or more.
+double looseness(const Bvh& bvh);
 
 struct BvhHit {
     float t = shared::kInfinity;

@@ -190,6 +190,14 @@ void binSpace(SpatialBins& bins, const Mesh& mesh, std::span<const Reference> re
 
 }  // namespace
 
+Box boundsOf(const Mesh& mesh, uint32_t triangle)
+{
+    const WorldTriangle& t = mesh.triangles[triangle];
+    Box box;
+    for (const uint32_t v : {t.v0, t.v1, t.v2}) box.grow(load(mesh.positions[v]));
+    return box;
+}
+
 RangeBounds boundsOf(std::span<const Reference> references)
 {
     return reduceOver<RangeBounds>(

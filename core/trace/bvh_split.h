@@ -112,6 +112,9 @@ struct Mesh {
     std::span<const WorldTriangle> triangles;
 };
 
+/// Bounds of a triangle.
+Box boundsOf(const Mesh& mesh, uint32_t triangle);
+
 /// Bounds of all references of a range.
 RangeBounds boundsOf(std::span<const Reference> references);
 

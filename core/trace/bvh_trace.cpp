@@ -1,55 +1,8 @@
-// CPU traversal of the flat BVH: the loop of shaders/traverse.glsl, for tests.
-#include <array>
-
-#include "core/base/check.h"
+// The nearest hit and any hit through the flat BVH on the CPU; see bvh.h.
 #include "core/trace/bvh.h"
+#include "core/trace/bvh_traverse.h"
 
 namespace core {
-namespace {
-
-using shared::uvec4;
-
-/// Visits leaves front to back; `leaf(slot)` returns true to stop, and may shorten tMax.
-template <class Leaf>
-void traverse(const Bvh& bvh, glm::vec3 origin, glm::vec3 direction, float tMin, float& tMax,
-              const Leaf& leaf)
-{
-    if (!shared::isTraceable(origin, direction)) return;
-    const shared::GridRay ray = shared::makeGridRay(origin, direction, bvh.gridLow, bvh.gridScale);
-    std::array<uint32_t, shared::kBvhStackSize> stack;
-    size_t top = 0;
-    stack[top] = shared::kBvhDone;
-    uint32_t node = 0;
-    const int nearest = shared::boxBound(tMin);
-    while (node != shared::kBvhDone) {
-        if ((node & shared::kBvhLeaf) != 0) {
-            const uint32_t count = (node >> shared::kBvhCountShift) & shared::kBvhCountMask;
-            const uint32_t first = node & shared::kBvhIndexMask;
-            for (uint32_t i = 0; i < count; ++i) {
-                if (leaf(first + i)) return;
-            }
-            node = stack[top--];
-            continue;
-        }
-        const uvec4 a = bvh.nodes[2 * node], b = bvh.nodes[2 * node + 1];
-        const int farthest = shared::boxBound(tMax);
-        const glm::ivec2 ta = shared::intersectBox(ray, a, nearest, farthest);
-        const glm::ivec2 tb = shared::intersectBox(ray, b, nearest, farthest);
-        const bool hitA = ta.x <= ta.y, hitB = tb.x <= tb.y;
-        if (hitA && hitB) {
-            const bool swap = tb.x < ta.x;
-            CHECK(top + 1 < stack.size());
-            stack[++top] = swap ? a.w : b.w;
-            node = swap ? b.w : a.w;
-        } else if (hitA || hitB) {
-            node = hitA ? a.w : b.w;
-        } else {
-            node = stack[top--];
-        }
-    }
-}
-
-}  // namespace
 
 bool traceClosest(const Bvh& bvh, std::span<const glm::vec3> positions,
                   std::span<const WorldTriangle> triangles, glm::vec3 origin, glm::vec3 direction,
@@ -59,7 +12,7 @@ bool traceClosest(const Bvh& bvh, std::span<const glm::vec3> positions,
     if (!shared::isTraceable(origin, direction)) return false;
     const shared::ShearRay ray = shared::makeShearRay(origin, direction);
     traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot) {
-        const WorldTriangle& t = triangles[bvh.slots[slot]];
+        const WorldTriangle& t = triangles[bvh.triangle(slot)];
         BvhHit h;
         if (shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2], tMin,
                                       tMax, h.t, h.barycentrics)) {
@@ -80,7 +33,7 @@ bool traceAny(const Bvh& bvh, std::span<const glm::vec3> positions,
     const shared::ShearRay ray = shared::makeShearRay(origin, direction);
     bool found = false;
     traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot) {
-        const WorldTriangle& t = triangles[bvh.slots[slot]];
+        const WorldTriangle& t = triangles[bvh.triangle(slot)];
         BvhHit h;
         found = shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2],
                                           tMin, tMax, h.t, h.barycentrics);

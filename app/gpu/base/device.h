@@ -101,6 +101,8 @@ public:
 
     /// Bytes of device memory that are allocated now, and the most there have been.
     uint64_t allocatedBytes = 0, peakBytes = 0;
+    /// Bytes that Buffer::write has taken to the device so far.
+    uint64_t writtenBytes = 0;
 
 private:
     void open(const VkDeviceCreateInfo& create);

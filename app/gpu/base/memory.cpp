@@ -210,8 +210,9 @@ Buffer::~Buffer()
 void Buffer::write(std::span<const std::byte> data, uint64_t offset)
 {
     CHECK(offset + data.size() <= bytes_);
-    if (device_ != nullptr)
-        device_->requireAlive();  // what a lost device leaves in memory is undefined
+    if (data.empty()) return;
+    device_->requireAlive();  // what a lost device leaves in memory is undefined
+    device_->writtenBytes += data.size();
     if (mapped_ != nullptr) {
         std::memcpy(mapped_ + offset, data.data(), data.size());
         return;

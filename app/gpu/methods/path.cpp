@@ -66,11 +66,19 @@ public:
 
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
-        scene_.reset();  // two scenes at once might not fit
+        std::unique_ptr<GpuScene> scene = std::move(scene_);  // gone if this throws
+        const bool pose = scene && core::sameTopology(*world_, *world);
         world_.reset();
         begin();
-        batches_.forgetScene();
-        scene_ = std::make_unique<GpuScene>(context_->device, context_->layouts, *world, progress);
+        if (pose) {
+            scene->setWorld(*world, progress);
+        } else {
+            scene.reset();  // two scenes at once might not fit
+            batches_.forgetScene();
+            scene =
+                std::make_unique<GpuScene>(context_->device, context_->layouts, *world, progress);
+        }
+        scene_ = std::move(scene);
         world_ = std::move(world);
         stats_.buildSeconds = scene_->buildSeconds();
     }

@@ -29,10 +29,11 @@ gpu::Device& device()
 std::shared_ptr<const core::World> worldOf(const Mesh& mesh)
 {
     auto world = std::make_shared<core::World>();
-    world->positions = mesh.positions;
-    world->positions.emplace_back(0);
+    std::vector<vec3> positions = mesh.positions;
+    positions.emplace_back(0);
+    world->positions = std::move(positions);
     world->triangles = mesh.triangles;
-    world->materials.resize(1);
+    world->materials = std::vector<shared::Material>(1);
     world->boundsLow = vec3(3e38f);
     world->boundsHigh = vec3(-3e38f);
     for (const vec3& p : mesh.positions) {

@@ -263,7 +263,7 @@ TEST_F(VulkanFails, ScenesBeyondTheLimitsAreRefusedWithTheNumbers)
         faults, [](VkPhysicalDeviceProperties& p) { p.limits.maxTexelBufferElements = kLow; });
     const auto renderer = gpu::makePathRenderer({});
     auto big = std::make_shared<core::World>(*asset("cornell-diffuse"));
-    big->texels.resize(kLow + 2);
+    big->texels = std::vector<core::Texel>(kLow + 2);
     expectSays(errorOf(core::ExitCode::deviceLost, [&] { renderer->setWorld(big, {}); }),
                {"the textures", std::to_string(kLow + 2), std::to_string(kLow), deviceName(),
                 "--device cpu"});
@@ -613,7 +613,7 @@ int surviveMemory(uint64_t first, uint64_t stride, const Plan& plan,
     const auto small = asset("cornell-diffuse");
     // Of the same kernels: most of the time goes to compiling
     auto large = std::make_shared<core::World>(*small);
-    large->texels.resize(1 << 16);
+    large->texels = std::vector<core::Texel>(1 << 16);
     const core::Estimate expected = renderSmall(*gpu::makePathRenderer({}), small);
     int happened = 0;
     for (uint64_t k = first;; k += stride) {

@@ -232,7 +232,7 @@ void expectEqualToEmbree(const Mesh& mesh, int rays, uint32_t seed)
         const bool otherFound = other.hit.geomID != RTC_INVALID_GEOMETRY_ID;
         if (!found && !otherFound) continue;
         ++hits;
-        const bool same = found && otherFound && bvh.slots[hit.slot] == other.hit.primID;
+        const bool same = found && otherFound && bvh.triangle(hit.slot) == other.hit.primID;
         const bool near =
             found && otherFound &&
             std::abs(hit.t - other.ray.tfar) <= 1e-5f * std::max(other.ray.tfar, glm::length(size));
@@ -240,7 +240,7 @@ void expectEqualToEmbree(const Mesh& mesh, int rays, uint32_t seed)
         if (same || near) continue;
         const bool oursIsNearer = found && (!otherFound || hit.t < other.ray.tfar);
         const float margin = oursIsNearer
-                                 ? edgeDistance(mesh, bvh.slots[hit.slot], hit.barycentrics)
+                                 ? edgeDistance(mesh, bvh.triangle(hit.slot), hit.barycentrics)
                                  : edgeDistance(mesh, other.hit.primID, {other.hit.u, other.hit.v});
         const bool silhouette = margin <= 1e-6f * glm::length(size);
         silhouettes += silhouette;
@@ -364,7 +364,7 @@ TEST(BvhHit, DegenerateTrianglesChangeNothing)
         ASSERT_EQ(foundX, foundY);
         if (foundX) {
             ASSERT_EQ(x.t, y.t);
-            ASSERT_LT(b.slots[y.slot], sound.triangles.size());
+            ASSERT_LT(b.triangle(y.slot), sound.triangles.size());
         }
     }
 }

@@ -1,9 +1,12 @@
 // Clicking on a scene finds what a renderer's first hits find there.
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
-#include "core/scene/pick.h"
+#include "core/trace/pick.h"
+#include "core/trace/world_bvh.h"
 
 namespace {
 
@@ -46,6 +49,35 @@ TEST(Pick, FindsNothingOutsideOrWithoutTriangles)
     away.position = away.position + 1000.0 * away.forward;
     EXPECT_FALSE(core::pick(*world, away, {16, 16}, {0.5, 0.5}).has_value());
     EXPECT_FALSE(core::pick(core::World{}, away, {16, 16}, {0.5, 0.5}).has_value());
+}
+
+TEST(Pick, FindsTheSameThroughAHierarchy)
+{
+    for (const char* name : {"hall", "animated"}) {
+        const auto scene =
+            core::loadGltf(REKINDLE_SOURCE_DIR "/assets/" + std::string(name) + ".gltf");
+        const auto world = core::makeWorld(scene);
+        const auto searched = core::makeWorld(scene);  // another world: it has no hierarchy
+        ASSERT_GT(core::bvhOf(*world)->nodeCount(), 0u);
+        ASSERT_EQ(core::bvhIfMade(*searched), nullptr);
+        constexpr uint32_t kWidth = 48, kHeight = 32;
+        int hits = 0;
+        for (uint32_t y = 0; y < kHeight; ++y) {
+            for (uint32_t x = 0; x < kWidth; ++x) {
+                const glm::dvec2 place((x + 0.5) / kWidth, (y + 0.5) / kHeight);
+                const auto& camera = world->cameras.front();
+                const auto a = core::pick(*world, camera, {kWidth, kHeight}, place);
+                const auto b = core::pick(*searched, camera, {kWidth, kHeight}, place);
+                ASSERT_EQ(a.has_value(), b.has_value()) << x << ' ' << y;
+                if (!a) continue;
+                ++hits;
+                EXPECT_EQ(a->triangle, b->triangle) << x << ' ' << y;
+                EXPECT_EQ(a->distance, b->distance) << x << ' ' << y;
+                EXPECT_EQ(a->material, b->material) << x << ' ' << y;
+            }
+        }
+        EXPECT_GT(hits, 300) << name;
+    }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// What lies under the cursor: the nearest triangle along one ray, found by testing all of them.
+// What lies under the cursor: the nearest triangle along one ray, found through the hierarchy that
+// a renderer has made, or by looking at all triangles while there is none.
 #pragma once
 
 #include <optional>
@@ -17,7 +18,8 @@ struct Picked {
 };
 
 /// The surface seen through the middle of the picture's point `position` in [0,1]^2 (y down) by the
-/// camera without its lens. Alpha is ignored. A click does not need a hierarchy: a million
+/// camera without its lens. Alpha is not looked at. Of equally near triangles it is the one with
+/// the lowest number, whichever way it was found. A click does not wait for a hierarchy: a million
 /// triangles take some milliseconds.
 std::optional<Picked> pick(const World& world, const Camera& camera, glm::uvec2 imageSize,
                            glm::dvec2 position);

@@ -1,0 +1,94 @@
+// Poses on the GPU: what moves is uploaded and nothing else, and pictures are those of worlds that
+// were made at their time.
+#include <gtest/gtest.h>
+
+#include "app/gpu/methods/path.h"
+#include "app/gpu/rays.h"
+#include "core/gltf/gltf.h"
+#include "tests/support/animated_scenes.h"
+
+namespace {
+
+using namespace tests;
+
+std::shared_ptr<const core::World> animated()
+{
+    return core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/animated.gltf"));
+}
+
+class GpuPose : public testing::Test {
+protected:
+    void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
+
+private:
+    const uint64_t messages_ = gpu::validationMessages();
+};
+
+/// A pose writes the moving triangles with their vertices' attributes and the nodes above them.
+TEST_F(GpuPose, UploadsWhatMoves)
+{
+    gpu::Device device({.index = -1, .validation = true});
+    const gpu::SharedLayouts layouts(device);
+    auto scene = std::make_shared<core::Scene>(
+        *core::loadGltf(REKINDLE_SOURCE_DIR "/assets/textured-box.gltf"));
+    int moved = -1;
+    for (size_t n = 0; n < scene->nodes.size() && moved < 0; ++n)
+        moved = scene->nodes[n].meshes.empty() ? -1 : static_cast<int>(n);
+    animate(*scene, {channelOf(moved, core::AnimationChannel::Path::rotation,
+                               {{0, 0, 0, 1}, {0, 0.7071068f, 0, 0.7071068f}})});
+    const auto world = core::makeWorld(scene);
+    gpu::GpuScene onDevice(device, layouts, *world, {});
+    const uint64_t loaded = device.writtenBytes;
+    EXPECT_GE(loaded, world->texels.size() * sizeof(core::Texel));
+    const auto turned = core::poseWorld(world, 0.5);
+    onDevice.setWorld(*turned, {});
+    const uint64_t written = device.writtenBytes - loaded;
+    const uint64_t triangles = world->movingTriangles.size();
+    EXPECT_GE(written, triangles * 48);
+    // Nodes: at most one per triangle, a quarter of room, the root; emitters and their CDF.
+    EXPECT_LE(written, triangles * (48 + 40) + 64 + world->movingVertices.size() * 16 +
+                           world->emitters.size() * 68 + 4);
+    EXPECT_LT(written, world->texels.size() * sizeof(core::Texel));
+    onDevice.setWorld(*core::poseWorld(turned, 0.5), {});
+    EXPECT_EQ(device.writtenBytes - loaded, written) << "the same pose again costs nothing";
+}
+
+core::Estimate filmOf(core::Renderer& renderer, const std::shared_ptr<const core::World>& world)
+{
+    renderer.setWorld(world, {});
+    renderer.setView({world->cameras.front(), {48, 32}, {}}, core::Start::anew);
+    renderer.advance({.samples = 4}, {});
+    return renderer.read(core::Reading::everything);
+}
+
+/// Also across a pose with other triangles. The trees differ (one is refitted, and grids are laid
+/// over the pose that came first), the triangles that rays meet do not.
+TEST_F(GpuPose, PicturesAfterPosesAreThoseOfFreshWorlds)
+{
+    const auto renderer = gpu::makePathRenderer({.index = -1, .validation = true});
+    const auto fresh = gpu::makePathRenderer({.index = -1, .validation = true});
+    SceneBuilder vanishing = movingRoom();
+    animate(vanishing.scene,
+            {channelOf(1, core::AnimationChannel::Path::scale, {{1, 1, 1, 0}, {0, 0, 0, 0}},
+                       core::AnimationChannel::Interpolation::step)});
+    for (const auto& start : {animated(), vanishing.world()}) {
+        std::shared_ptr<const core::World> world = start;
+        core::Estimate before;
+        for (const double time : {0.0, 0.7, 1.6, 0.7}) {
+            SCOPED_TRACE(time);
+            world = core::poseWorld(world, time);
+            const core::Estimate film = filmOf(*renderer, world);
+            const core::Estimate expected =
+                filmOf(*fresh, core::makeWorld(start->scene, time, 0, start->placement));
+            ASSERT_EQ(film.mean.pixels.size(), expected.mean.pixels.size());
+            size_t others = 0;
+            for (size_t p = 0; p < film.mean.pixels.size(); ++p)
+                others += film.mean.pixels[p] != expected.mean.pixels[p];
+            EXPECT_EQ(others, 0u) << "pixels";
+            EXPECT_FALSE(film.mean.pixels == before.mean.pixels) << "it moves";
+            before = film;
+        }
+    }
+}
+
+}  // namespace
