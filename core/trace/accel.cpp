@@ -62,11 +62,6 @@ bool isTraceable(const Ray& ray)
     return size.x + size.y + size.z < 1e18f && ray.tMax > 0.0f;
 }
 
-double secondsSince(std::chrono::steady_clock::time_point start)
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 struct BuildMonitor {
     const std::function<void(const char*, double)>& progress;
     std::stop_token stop;
@@ -170,7 +165,7 @@ struct Accel::Impl {
     void commit(RTCScene scene, BuildMonitor& monitor)
     {
         if (!scene) return;
-        rtcSetSceneProgressMonitorFunction(scene, buildGoesOn, &monitor);
+        rtcSetSceneProgressMonitorFunction(scene, continueBuild, &monitor);
         handoff.happensBefore();
         monitor.handoff.happensBefore();
         rtcCommitScene(scene);
