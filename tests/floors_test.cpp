@@ -95,8 +95,8 @@ TEST_F(Floors, AnIncludeUpwardsIsRefused)
     expectRefused(
         "core/scene/world.cpp", "#  include \"core/trace/bvh.h\"",
         "core/scene/world.cpp: includes core/trace/bvh.h, but core/scene does not see core/trace");
-    expectRefused("shaders/shared/bsdf.h", "#include \"scene_buffers.glsl\"",
-                  "shaders/shared/bsdf.h: includes shaders/scene_buffers.glsl, but shaders/shared "
+    expectRefused("shaders/shared/bsdf.h", "#include \"traverse.glsl\"",
+                  "shaders/shared/bsdf.h: includes shaders/traverse.glsl, but shaders/shared "
                   "does not see shaders");
 }
 

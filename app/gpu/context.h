@@ -2,12 +2,23 @@
 #pragma once
 
 #include "app/gpu/base/kernel.h"
+#include "core/methods/renderer.h"
 
 namespace gpu {
 
 struct Context {
     /// Throws core::Error (noDevice) when no device is suitable.
     explicit Context(const DeviceOptions& options) : device(options), layouts(device) {}
+
+    /// Names of device and driver, and the device's memory.
+    core::RenderStats stats() const
+    {
+        core::RenderStats stats;
+        stats.device = device.info().name;
+        stats.driver = device.info().driver;
+        stats.peakDeviceBytes = device.peakBytes;
+        return stats;
+    }
 
     Device device;
     SharedLayouts layouts;

@@ -150,4 +150,22 @@ uint64_t GpuScene::bytes() const
     return sum;
 }
 
+bool takeWorld(std::unique_ptr<GpuScene>& scene, std::shared_ptr<const core::World>& held,
+               std::shared_ptr<const core::World> world, Context& context,
+               const core::Progress& progress)
+{
+    std::unique_ptr<GpuScene> next = std::move(scene);
+    const bool pose = next && core::sameTopology(*held, *world);
+    held.reset();
+    if (pose) {
+        next->setWorld(*world, progress);
+    } else {
+        next.reset();  // two scenes at once might not fit
+        next = std::make_unique<GpuScene>(context.device, context.layouts, *world, progress);
+    }
+    scene = std::move(next);
+    held = std::move(world);
+    return pose;
+}
+
 }  // namespace gpu

@@ -4,7 +4,7 @@
 #include <array>
 #include <memory>
 
-#include "app/gpu/base/descriptors.h"
+#include "app/gpu/context.h"
 #include "core/methods/renderer.h"
 #include "core/trace/bvh.h"
 #include "shared/bindings.h"
@@ -48,5 +48,12 @@ private:
     DescriptorSet set_;
     double buildSeconds_ = 0;
 };
+
+/// Another world in place of the one that `scene` and `held` have (both may be empty): of another
+/// pose of the same topology only what moves is uploaded, of anything else everything, once the old
+/// scene has been freed. Returns whether it was a pose. When it throws, both are empty.
+bool takeWorld(std::unique_ptr<GpuScene>& scene, std::shared_ptr<const core::World>& held,
+               std::shared_ptr<const core::World> world, Context& context,
+               const core::Progress& progress);
 
 }  // namespace gpu

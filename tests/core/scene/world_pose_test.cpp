@@ -134,7 +134,7 @@ TEST(WorldPose, ChannelsOfOneValueMoveNothing)
 TEST(WorldPose, DegeneratePosesAreFlattenedAnew)
 {
     const float tiny = std::numeric_limits<float>::denorm_min();
-    for (const glm::vec4 scale : {glm::vec4(0), glm::vec4(1, 0, 1, 0), glm::vec4(-1, 1, 1, 0),
+    for (const glm::vec4 scale : {glm::vec4(0), glm::vec4(-1, 1, 1, 0),
                                   glm::vec4(1e30f, 1e30f, 1e30f, 0), glm::vec4(tiny)}) {
         SCOPED_TRACE(testing::Message() << scale.x << ' ' << scale.y);
         SceneBuilder b = movingRoom();
