@@ -6,13 +6,14 @@
 #include <variant>
 
 #include "core/base/check.h"
+#include "core/methods/ao_params.h"
 #include "core/methods/path_params.h"
 
 namespace core {
 
 /// Every method's parameters, in the order of the table (method.h). A params struct names its
 /// method (`kMethod`) and describes its members (core/base/params.h).
-using MethodParams = std::variant<PathParams>;
+using MethodParams = std::variant<PathParams, AoParams>;
 
 class AnyParams {
 public:

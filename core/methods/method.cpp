@@ -15,6 +15,11 @@ std::span<const MethodInfo> methods()
                    .defaults = PathParams{},
                    .make = makePathTracer,
                    .presets = pathPresets()},
+        MethodInfo{.help = "ambient occlusion: the open share of the sky above each point",
+                   .traits = {.radiance = false},
+                   .defaults = AoParams{},
+                   .make = makeAmbientOcclusion,
+                   .presets = aoPresets()},
     };
     return kMethods;
 }

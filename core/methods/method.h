@@ -58,5 +58,7 @@ std::unique_ptr<Renderer> makeRenderer(std::string_view id);
 // What each method brings, one file per method.
 std::unique_ptr<Renderer> makePathTracer();
 std::span<const MethodPreset> pathPresets();
+std::unique_ptr<Renderer> makeAmbientOcclusion();
+std::span<const MethodPreset> aoPresets();
 
 }  // namespace core

@@ -10,6 +10,7 @@ std::span<const Method> methods()
 {
     static constexpr std::array kMethods{
         Method{"path", makePathRenderer},
+        Method{"ao", makeAmbientOcclusion},
     };
     return kMethods;
 }

@@ -19,6 +19,9 @@ struct Method {
     const char* whyNot = nullptr;
 };
 
+// What each method brings, one file per method (the path tracer's has a header of its own).
+std::unique_ptr<core::Renderer> makeAmbientOcclusion(const DeviceOptions& options);
+
 /// One entry for each method of the CPU's table.
 std::span<const Method> methods();
 

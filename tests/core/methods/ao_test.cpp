@@ -1,0 +1,116 @@
+// Ambient occlusion against closed forms, on every device. With directions of density cos / pi the
+// open share is an area on the unit disk (Nusselt's analogon): what blocks within a distance d cuts
+// a known piece off.
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "app/methods/methods.h"
+#include "tests/support/stats.h"
+#include "tests/support/test_scenes.h"
+
+namespace {
+
+using namespace tests;
+
+class Ao : public testing::TestWithParam<app::DeviceKind> {
+protected:
+    void SetUp() override
+    {
+        const std::string why = app::whyNot("ao", GetParam());
+        if (!why.empty()) GTEST_SKIP() << why;
+        renderer_ = app::makeRenderer("ao", {.device = GetParam()});
+    }
+
+    /// The open share that camera `camera` sees, over 16 x 16 pixels.
+    Estimate open(const std::shared_ptr<const core::World>& world, float distance, uint32_t spp,
+                  size_t camera = 0)
+    {
+        core::AoParams params;
+        params.distance = distance;
+        params.sampler = core::SamplerKind::independent;
+        params.seed = static_cast<uint32_t>(7 + camera);
+        renderer_->setWorld(world, {});
+        renderer_->setView({world->cameras.at(camera), {16, 16}, params}, core::Start::anew);
+        renderer_->advance({.samples = spp}, {});
+        const core::Estimate e = renderer_->read(core::Reading::everything);
+        EXPECT_TRUE(e.counters.clean());
+        EXPECT_GT(renderer_->stats().rays, 0u);
+        return estimate(e);
+    }
+
+    void expectShare(const Estimate& e, double exact)
+    {
+        // The footprint of the pixels is worth 2e-4.
+        EXPECT_LT(std::abs(e.mean - exact), kScore * std::sqrt(e.varianceOfMean) + 2e-4)
+            << e.mean << " instead of " << exact;
+        EXPECT_LT((kScore + 2.33) * std::sqrt(e.varianceOfMean), 0.01) << "underpowered";
+    }
+
+private:
+    std::unique_ptr<core::Renderer> renderer_;
+};
+
+/// A floor, and a camera that looks at the point of it under the middle.
+SceneBuilder floorAt()
+{
+    SceneBuilder b;
+    b.quad({-50, 0, 50}, {100, 0, 0}, {0, 0, -100}, b.material(lambert(glm::vec3(0.5f))));
+    b.camera({0.2, 0.5, 0.3}, {0, 0, 0}, 0.002);
+    return b;
+}
+
+TEST_P(Ao, AClosedBoxIsDarkAndAnOpenFloorIsNot)
+{
+    SceneBuilder box;
+    box.box({-1, -1, -1}, {1, 1, 1}, box.material(lambert(glm::vec3(0.5f))), true);
+    box.camera({0.1, 0.2, 0.3}, {1, 0.4, -0.5}, 1.2);
+    const Estimate dark = open(box.world(), 0, 16);
+    EXPECT_EQ(dark.mean, 0);
+    const Estimate bright = open(floorAt().world(), 0, 16);
+    EXPECT_EQ(bright.mean, 1);
+}
+
+/// A wall at distance h blocks the directions whose component towards it is at least h / d: a
+/// segment of the disk.
+TEST_P(Ao, AWallCutsASegmentOffTheDisk)
+{
+    for (const double h : {0.25, 0.6}) {
+        SceneBuilder b = floorAt();
+        b.quad({h, -1, 50}, {0, 101, 0}, {0, 0, -100}, b.material(lambert(glm::vec3(0.5f))));
+        const auto world = b.world();
+        for (const double d : {0.5 * h, 1.25 * h, 3 * h}) {
+            const double r = h / d;
+            const double cut =
+                r < 1 ? (std::acos(r) - r * std::sqrt(1 - r * r)) / std::numbers::pi : 0;
+            expectShare(open(world, static_cast<float>(d), 512), 1 - cut);
+        }
+    }
+}
+
+/// A ceiling at height h blocks the directions whose cosine is at least h / d: all but a ring.
+TEST_P(Ao, ACeilingLeavesARing)
+{
+    SceneBuilder b = floorAt();
+    b.quad({-50, 1, 50}, {0, 0, -100}, {100, 0, 0}, b.material(lambert(glm::vec3(0.5f))));
+    const auto world = b.world();
+    for (const double d : {0.9, 1.1, 2.0})
+        expectShare(open(world, static_cast<float>(d), 512), d < 1 ? 1 : 1 / (d * d));
+}
+
+/// What the camera does not hit is open.
+TEST_P(Ao, TheBackgroundIsOpen)
+{
+    SceneBuilder b = floorAt();
+    b.camera({0, 1, 0}, {0, 2, 0.01}, 0.5);
+    EXPECT_EQ(open(b.world(), 0, 4, 1).mean, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, Ao,
+                         testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
+                         [](const auto& device) {
+                             return std::string(core::enumName(device.param));
+                         });
+
+}  // namespace
