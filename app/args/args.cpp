@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/args/args_options.h"
+#include "app/version/version.h"
 #include "core/base/check.h"
 
 namespace app {
@@ -309,15 +310,18 @@ Command parseArguments(int argc, const char* const* argv)
         "does and with the options of view; where there is no display it renders a short "
         "fly-through to numbered PNG files in rekindle-frames/ and says where they are.");
     const std::vector<Subcommand> commands = addCommands(root);
-    bool help = false, version = false;
+    bool help = false, version = false, json = false, manual = false;
     for (const Subcommand& command : commands) {
         command.app->set_help_flag();  // ours does not end the parsing, and is told apart below
         command.app->add_flag("-h,--help", help, "this text")->group("Help")->trigger_on_parse();
         command.app->allow_extras();
     }
-    root.add_flag("--version", version, "versions of the program and its libraries")
+    root.add_flag("--version", version,
+                  "versions of the program, its libraries and the system, for reports of faults")
         ->group("Help")
         ->trigger_on_parse();
+    root.add_flag("--json", json, "with --version: as JSON")->group("Help")->trigger_on_parse();
+    root.add_flag("--manual", manual)->group("")->trigger_on_parse();  // for the build
 
     std::string problem;
     try {
@@ -325,12 +329,14 @@ Command parseArguments(int argc, const char* const* argv)
     } catch (const CLI::ParseError& error) {
         problem = error.what();
     }
-    if (version) return Printed{versionText()};
+    if (version) return Printed{json ? versionJson() : versionText()};
+    if (manual) return Printed{manualText(root, commands)};
     const Subcommand& chosen =
         *std::find_if(commands.begin(), commands.end(), [&](const Subcommand& command) {
             return command.app->parsed() || command.app == &root;
         });
     if (help) return Printed{helpText(*chosen.app, chosen.usage)};
+    if (json) badCommandLine("--json alone says nothing — use --version --json");
     if (chosen.app == &root)
         refuseMistypedCommand(root);
     else

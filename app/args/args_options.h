@@ -144,6 +144,9 @@ Subcommand labCommandLine(CLI::App& root);
 /// example.
 std::string helpText(const CLI::App& app, const std::string& usage);
 
+/// The manual page of the program and all its commands, as roff.
+std::string manualText(const CLI::App& root, const std::vector<Subcommand>& commands);
+
 /// Long and short names of all options of a command, as typed.
 std::vector<std::string> optionNames(const CLI::App& app);
 

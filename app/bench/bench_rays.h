@@ -1,14 +1,12 @@
-// Rays to measure with, and Embree's ray functions over them: the reference for the GPU's
-// traversal.
+// Rays to measure with. Embree's own functions over them are the reference for the GPU's traversal.
 #pragma once
 
-#include <memory>
-#include <span>
 #include <vector>
 
 #include "app/gpu/rays.h"
 #include "core/scene/camera.h"
 #include "core/scene/world.h"
+#include "core/trace/embree_rays.h"
 
 namespace app {
 
@@ -20,28 +18,8 @@ struct BenchRays {
     std::vector<gpu::DeviceRay> primary, bounce, shadow;
 };
 
-/// Embree over a world, as the reference of measurements: rtcIntersect1, rtcOccluded1 and the
-/// packets of sixteen, not robust, spatial splits allowed, alpha ignored. All functions run on all
-/// cores.
-class EmbreeRays {
-public:
-    explicit EmbreeRays(std::shared_ptr<const core::World> world);
-    ~EmbreeRays();
-    EmbreeRays(const EmbreeRays&) = delete;
-    EmbreeRays& operator=(const EmbreeRays&) = delete;
-
-    void closest1(std::span<const gpu::DeviceRay> rays, std::span<gpu::DeviceHit> hits) const;
-    void closest16(std::span<const gpu::DeviceRay> rays, std::span<gpu::DeviceHit> hits) const;
-    void any1(std::span<const gpu::DeviceRay> rays, std::span<gpu::DeviceHit> hits) const;
-    void any16(std::span<const gpu::DeviceRay> rays, std::span<gpu::DeviceHit> hits) const;
-
-private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
-};
-
 /// Makes the sets; `embree` finds where the primary rays hit. `width`, `height` in pixels.
-BenchRays makeBenchRays(const core::World& world, const EmbreeRays& embree,
+BenchRays makeBenchRays(const core::World& world, const core::EmbreeRays& embree,
                         const core::Camera& camera, uint32_t width, uint32_t height);
 
 }  // namespace app

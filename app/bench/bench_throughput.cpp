@@ -81,7 +81,7 @@ void measure(std::vector<Figure>& figures, double seconds, Log& log)
 
 /// The figures of one set of rays, by name: the GPU's and Embree's two.
 Json measureRays(const std::string& set, std::span<const gpu::DeviceRay> rays, gpu::GpuRays& device,
-                 bool software, const EmbreeRays& embree, double seconds, Log& log)
+                 bool software, const core::EmbreeRays& embree, double seconds, Log& log)
 {
     const bool any = set == "any";
     std::vector<gpu::DeviceHit> hits(rays.size());
@@ -166,7 +166,7 @@ int benchThroughput(const ThroughputOptions& options, std::ostream& out)
     const bool software = device.isSoftware();
     Json sets = Json::object(), ratios = Json::object(), rates = Json::object();
     {
-        const EmbreeRays embree(loaded.world);
+        const core::EmbreeRays embree(loaded.world);
         const BenchRays rays = makeBenchRays(world, embree, camera, size.x, size.y);
         gpu::GpuRays traced(device, world, false);
         const std::pair<const char*, const std::vector<gpu::DeviceRay>*> all[] = {

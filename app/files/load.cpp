@@ -15,9 +15,10 @@ std::filesystem::path defaultScene()
     const fs::path name = fs::path("assets") / "cornell-diffuse.gltf";
     std::error_code error;
     const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    if (!error)
-        for (const fs::path& root : {program.parent_path().parent_path(), program.parent_path()})
-            if (fs::exists(root / name, error)) return root / name;
+    if (error) return name;
+    const fs::path folder = program.parent_path(), above = folder.parent_path();
+    for (const fs::path& root : {above / "share" / "rekindle", above, folder})
+        if (fs::exists(root / name, error)) return root / name;
     return name;
 }
 

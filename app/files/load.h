@@ -24,8 +24,9 @@ struct LoadedWorld {
 LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
                       const core::Progress& progress, std::stop_token stop = {});
 
-/// The scene to show when none is named: assets/cornell-diffuse.gltf beside the folder of the
-/// program, which is where the repository builds it, or below the current folder.
+/// The scene to show when none is named, assets/cornell-diffuse.gltf: of the installed program in
+/// ../share/rekindle, of the one that the repository builds beside its folder, else below the
+/// current folder.
 std::filesystem::path defaultScene();
 
 /// One line per listed warning and one per code for those that are only counted.

@@ -7,25 +7,12 @@
 
 #include "app/gpu/frame.h"
 #include "app/gpu/scene.h"
+#include "core/trace/embree_rays.h"
 
 namespace gpu {
 
-/// As the kernels read it. tMin is not negative.
-struct DeviceRay {
-    glm::vec3 origin{0};
-    float tMin = 0;
-    glm::vec3 direction{0};
-    float tMax = shared::kInfinity;
-};
-static_assert(sizeof(DeviceRay) == 32);
-
-/// As the kernels write it; of any-hit rays only `triangle` means something: 1 blocked, 0 not.
-struct DeviceHit {
-    float t = 0;
-    glm::vec2 barycentrics{0};
-    uint32_t triangle = shared::kNone;
-};
-static_assert(sizeof(DeviceHit) == 16);
+using DeviceRay = core::RaySegment;  // as the kernels read it
+using DeviceHit = core::SegmentHit;  // as they write it
 
 class GpuRays {
 public:

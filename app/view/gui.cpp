@@ -3,12 +3,13 @@
 // for it cannot replace its font.
 #include "app/view/gui.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <utility>
 
-#include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_vulkan.h>
 #include <imgui.h>
 
@@ -17,24 +18,13 @@
 #include "app/gpu/window/offscreen.h"
 #include "app/gpu/window/swapchain.h"
 #include "app/view/gui_style.h"
+#include "app/view/imgui/backend.h"
 
 namespace app {
 
 namespace {
 
 using gpu::vk;
-
-VkResult imguiResult = VK_SUCCESS;  // the first failure inside ImGui's back end
-
-void onImguiResult(VkResult result)
-{
-    if (result < 0 && imguiResult >= 0) imguiResult = result;
-}
-
-void checkImgui()
-{
-    gpu::checkVulkan(std::exchange(imguiResult, VK_SUCCESS), "a call of Dear ImGui");
-}
 
 struct Use {
     VkPipelineStageFlags stage;
@@ -66,75 +56,6 @@ void transition(VkCommandBuffer commands, VkImage image, const Use& from, const 
     vk.CmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
 }
 
-/// ImGui's context and its two back ends, in the order in which they live.
-class ImguiContext {
-public:
-    ImguiContext(Window& window)
-    {
-        IMGUI_CHECKVERSION();
-        ImGui::CreateContext();
-        ImGui::GetIO().IniFilename = nullptr;
-        ImGui::GetIO().LogFilename = nullptr;
-        ImGui_ImplGlfw_InitForVulkan(window.get(), true);
-    }
-    ~ImguiContext()
-    {
-        ImGui_ImplGlfw_Shutdown();
-        ImGui::DestroyContext();
-    }
-    ImguiContext(const ImguiContext&) = delete;
-    ImguiContext& operator=(const ImguiContext&) = delete;
-};
-
-class ImguiVulkan {
-public:
-    /// With the fonts that ImGui holds now.
-    ImguiVulkan(gpu::Device& device, VkRenderPass renderPass) : device_(device.get())
-    {
-        const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
-        VkDescriptorPoolCreateInfo pool{};
-        pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
-        pool.maxSets = 1;
-        pool.poolSizeCount = 1;
-        pool.pPoolSizes = &size;
-        VkDescriptorPool object;
-        VK_CHECK(vk.CreateDescriptorPool(device.get(), &pool, nullptr, &object));
-        pool_ = {device.get(), object};
-        ImGui_ImplVulkan_InitInfo init{};
-        init.Instance = device.instance();
-        init.PhysicalDevice = device.physical();
-        init.Device = device.get();
-        init.QueueFamily = device.queueFamily();
-        init.Queue = device.queue();
-        init.DescriptorPool = object;
-        init.MinImageCount = 2;
-        init.ImageCount = gpu::Swapchain::kSlots +
-                          1;  // sets of vertices: of the frames in flight and a screenshot
-        init.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
-        init.CheckVkResultFn = onImguiResult;
-        imguiResult = VK_SUCCESS;
-        ImGui_ImplVulkan_Init(&init, renderPass);
-        device.submit(
-            [](VkCommandBuffer commands) { ImGui_ImplVulkan_CreateFontsTexture(commands); });
-        ImGui_ImplVulkan_DestroyFontUploadObjects();
-    }
-    ~ImguiVulkan()
-    {
-        if (!gpu::isAbandoned(device_)) {
-            ImGui_ImplVulkan_Shutdown();
-            return;
-        }
-        ImGui::GetIO().BackendRendererName = nullptr;  // a device that hangs keeps what it has
-        ImGui::GetIO().BackendRendererUserData = nullptr;
-    }
-    ImguiVulkan(const ImguiVulkan&) = delete;
-    ImguiVulkan& operator=(const ImguiVulkan&) = delete;
-
-private:
-    VkDevice device_;
-    gpu::Handle<VkDescriptorPool, &gpu::Api::DestroyDescriptorPool> pool_;
-};
-
 }  // namespace
 
 struct Gui::Impl {
@@ -161,7 +82,7 @@ struct Gui::Impl {
                   .surface = [&w](VkInstance instance) { return w.makeSurface(instance); },
                   .cacheFolder = gpu::userCacheFolder()}),
           swapchain(device, [&w](VkInstance instance) { return w.makeSurface(instance); }),
-          display(device), context(w), wantedScale(options.uiScale)
+          display(device), context(w.get()), wantedScale(options.uiScale)
     {
         makeTimestamps();
         applyScale();
@@ -216,7 +137,8 @@ void Gui::Impl::applyScale()
     ImGui::GetStyle() = baseStyle();
     ImGui::GetStyle().ScaleAllSizes(scale);
     addFonts(*ImGui::GetIO().Fonts, scale);
-    imgui.emplace(device, swapchain.renderPass());
+    constexpr uint32_t kFrames = gpu::Swapchain::kSlots + 1;  // those in flight and a screenshot
+    imgui.emplace(device, swapchain.renderPass(), kFrames);
     checkImgui();
 }
 
@@ -298,8 +220,7 @@ bool Gui::begin()
         return false;
     }
     impl_->applyScale();
-    ImGui_ImplVulkan_NewFrame();
-    ImGui_ImplGlfw_NewFrame();
+    beginImguiFrame();
     impl_->window.applyInjected();
     ImGui::NewFrame();
     return true;

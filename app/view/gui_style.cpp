@@ -3,11 +3,14 @@
 #include "app/view/gui_style.h"
 
 #include <cmath>
-#include <filesystem>
+#include <cstdlib>
+#include <sstream>
 
 #include <imgui.h>
 
 namespace app {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -127,9 +130,36 @@ ImGuiStyle baseStyle()
     return style;
 }
 
+std::vector<fs::path> fontFolders()
+{
+    const auto variable = [](const char* name, const std::string& otherwise) {
+        const char* value = std::getenv(name);
+        return value != nullptr && *value != '\0' ? std::string(value) : otherwise;
+    };
+    const std::string home = variable("HOME", "");
+    const std::string own = variable("XDG_DATA_HOME", home.empty() ? "" : home + "/.local/share");
+    std::istringstream data(own + ':' + variable("XDG_DATA_DIRS", "/usr/local/share:/usr/share"));
+    std::vector<fs::path> folders;
+    for (std::string folder; std::getline(data, folder, ':');) {
+        if (folder.empty()) continue;
+        for (const char* kind : {"truetype/dejavu", "dejavu-sans-fonts", "dejavu-sans-mono-fonts",
+                                 "TTF", "truetype", "dejavu", "."})
+            folders.push_back(fs::path(folder) / "fonts" / kind);
+    }
+    return folders;
+}
+
+fs::path findFont(const std::string& name, const std::vector<fs::path>& folders)
+{
+    std::error_code none;
+    for (const fs::path& folder : folders)
+        if (fs::is_regular_file(folder / name, none)) return folder / name;
+    return {};
+}
+
 void addFonts(ImFontAtlas& atlas, float scale)
 {
-    const std::filesystem::path folder = "/usr/share/fonts/truetype/dejavu";  // fonts-dejavu-core
+    const std::vector<fs::path> folders = fontFolders();
     const float pixels = std::round(kTextPixels * scale);
     atlas.Clear();
     ImFontConfig config;
@@ -137,9 +167,8 @@ void addFonts(ImFontAtlas& atlas, float scale)
     config.OversampleV = 1;
     config.PixelSnapH = false;
     for (const char* name : {"DejaVuSans.ttf", "DejaVuSansMono.ttf"}) {
-        const std::filesystem::path file = folder / name;
-        std::error_code none;
-        if (std::filesystem::is_regular_file(file, none) &&
+        const fs::path file = findFont(name, folders);
+        if (!file.empty() &&
             atlas.AddFontFromFileTTF(file.c_str(), pixels, &config, glyphs()) != nullptr) {
             continue;
         }

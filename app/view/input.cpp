@@ -1,23 +1,33 @@
 // Hands to actions. See input.h. While flying, the letters that fly do nothing else.
 #include "app/view/input.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <string_view>
 
-#include <GLFW/glfw3.h>
 #include <imgui.h>
 
-#include "app/view/window.h"
 #include "core/base/check.h"
 
 namespace app {
 
 namespace {
 
-constexpr std::array kFlyKeys{GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S,
-                              GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E};
+/// The letters that fly, and what each is as a key.
+struct FlyKeys {
+    UiKey left = *findKey("A"), right = *findKey("D"), forward = *findKey("W"),
+          back = *findKey("S"), up = *findKey("E"), down = *findKey("Q");
+    bool contains(UiKey key) const
+    {
+        return key == left || key == right || key == forward || key == back || key == up ||
+               key == down;
+    }
+};
+
+const FlyKeys& flyKeys()
+{
+    static const FlyKeys kKeys;
+    return kKeys;
+}
 
 struct Binding {
     KeyChord chord;
@@ -31,7 +41,7 @@ const std::vector<Binding>& bindings()
         for (const Action& action : actions()) {
             if (action.key[0] == '\0') continue;
             const KeyChord chord = parseKey(action.key);
-            CHECK(chord.code >= 0);
+            CHECK(chord.key.has_value());
             list.push_back({chord, &action});
         }
         return list;
@@ -39,7 +49,7 @@ const std::vector<Binding>& bindings()
     return kBindings;
 }
 
-double held(int positive, int negative)
+double held(UiKey positive, UiKey negative)
 {
     return (ImGui::IsKeyDown(positive) ? 1.0 : 0.0) - (ImGui::IsKeyDown(negative) ? 1.0 : 0.0);
 }
@@ -47,12 +57,13 @@ double held(int positive, int negative)
 bool fly(Session& session, double seconds)
 {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.KeyCtrl && (ImGui::IsKeyDown(GLFW_KEY_S) || ImGui::IsKeyDown(GLFW_KEY_Q)))
+    const FlyKeys& keys = flyKeys();
+    if (io.KeyCtrl && (ImGui::IsKeyDown(keys.back) || ImGui::IsKeyDown(keys.down)))
         return false;  // save, quit
     FlyInput input;
-    input.right = held(GLFW_KEY_D, GLFW_KEY_A);
-    input.up = held(GLFW_KEY_E, GLFW_KEY_Q);
-    input.forward = held(GLFW_KEY_W, GLFW_KEY_S);
+    input.right = held(keys.right, keys.left);
+    input.up = held(keys.up, keys.down);
+    input.forward = held(keys.forward, keys.back);
     input.fast = io.KeyShift;
     input.slow = io.KeyCtrl;
     if (input.right == 0 && input.up == 0 && input.forward == 0) return false;
@@ -67,10 +78,8 @@ bool runKeys(Session& session, AppRequests& app)
     bool any = false;
     for (const Binding& binding : bindings()) {
         if (binding.chord.ctrl != io.KeyCtrl || binding.chord.shift != io.KeyShift) continue;
-        if (session.flying && !io.KeyCtrl &&
-            std::ranges::find(kFlyKeys, binding.chord.code) != kFlyKeys.end())
-            continue;
-        if (!ImGui::IsKeyPressed(binding.chord.code, false)) continue;
+        if (session.flying && !io.KeyCtrl && flyKeys().contains(*binding.chord.key)) continue;
+        if (!ImGui::IsKeyPressed(*binding.chord.key, false)) continue;
         runAction(binding.action->name, session, app);
         any = true;
     }
@@ -131,7 +140,7 @@ KeyChord parseKey(const std::string& text)
             break;
         rest.remove_prefix(rest.find('+') + 1);
     }
-    chord.code = Window::keyCode(std::string(rest)).value_or(-1);
+    chord.key = findKey(std::string(rest));
     return chord;
 }
 

@@ -3,15 +3,16 @@
 
 #include "app/session/actions.h"
 #include "app/session/session.h"
+#include "app/view/imgui/input.h"
 
 namespace app {
 
 /// Between ImGui::NewFrame and ImGui::Render. True when the hand did something to the picture.
 bool handleInput(Session& session, AppRequests& app, glm::uvec2 area, double seconds);
 
-/// "Ctrl+Shift+S" as its modifiers and the code of its key (GLFW's); code -1 when unknown.
+/// "Ctrl+Shift+S" as its modifiers and its key; none when unknown.
 struct KeyChord {
-    int code = -1;
+    std::optional<UiKey> key;
     bool ctrl = false, shift = false;
 };
 KeyChord parseKey(const std::string& text);

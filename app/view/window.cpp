@@ -8,15 +8,14 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <thread>
 #include <utility>
 
 #define GLFW_INCLUDE_VULKAN
 #include <dlfcn.h>
 #include <GLFW/glfw3.h>
-#include <imgui.h>
 
+#include "app/view/icon.h"
 #include "core/base/check.h"
 
 namespace app {
@@ -65,48 +64,28 @@ void surviveLostConnection()
         display(), [](void*, void*) {}, nullptr);
 }
 
-const std::map<std::string, int>& namedKeys()
+/// Wayland takes icons from the .desktop file and GLFW complains there: that is no fault.
+void setIcon(GLFWwindow* window)
 {
-    static const std::map<std::string, int> keys = [] {
-        std::map<std::string, int> k{
-            {"Space", GLFW_KEY_SPACE},
-            {"Enter", GLFW_KEY_ENTER},
-            {"Tab", GLFW_KEY_TAB},
-            {"Esc", GLFW_KEY_ESCAPE},
-            {"Escape", GLFW_KEY_ESCAPE},
-            {"Backspace", GLFW_KEY_BACKSPACE},
-            {"Delete", GLFW_KEY_DELETE},
-            {"Insert", GLFW_KEY_INSERT},
-            {"Home", GLFW_KEY_HOME},
-            {"End", GLFW_KEY_END},
-            {"PageUp", GLFW_KEY_PAGE_UP},
-            {"PageDown", GLFW_KEY_PAGE_DOWN},
-            {"Left", GLFW_KEY_LEFT},
-            {"Right", GLFW_KEY_RIGHT},
-            {"Up", GLFW_KEY_UP},
-            {"Down", GLFW_KEY_DOWN},
-            {"Shift", GLFW_KEY_LEFT_SHIFT},
-            {"Ctrl", GLFW_KEY_LEFT_CONTROL},
-            {"Alt", GLFW_KEY_LEFT_ALT},
-            {"Super", GLFW_KEY_LEFT_SUPER},
-        };
-        for (int i = 1; i <= 12; ++i)
-            k[std::string("F").append(std::to_string(i))] = GLFW_KEY_F1 + i - 1;
-        // GLFW's numbers of the printable keys are their ASCII codes.
-        for (const char c : std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-=[]\\;',./`"))
-            k[std::string(1, c)] = c;
-        return k;
-    }();
-    return keys;
+    std::vector<std::vector<uint8_t>> pixels;
+    std::vector<GLFWimage> images;
+    for (const int side : {16, 32, 48, 64, 128}) {
+        pixels.push_back(iconPixels(side));
+        images.push_back({side, side, pixels.back().data()});
+    }
+    glfwSetWindowIcon(window, static_cast<int>(images.size()), images.data());
+    lastError.clear();
 }
 
-/// What a printable key types on an American keyboard; 0 for other keys.
-unsigned typedBy(int key, bool shift)
+/// What a key types on an American keyboard; 0 for other keys.
+unsigned typedBy(const std::string& key, bool shift)
 {
     const std::string plain = " -=[]\\;',./`0123456789", shifted = " _+{}|:\"<>?~)!@#$%^&*(";
-    if (key >= 'A' && key <= 'Z') return static_cast<unsigned>(shift ? key : key - 'A' + 'a');
-    const size_t place =
-        key > 0 && key < 128 ? plain.find(static_cast<char>(key)) : std::string::npos;
+    if (key == "Space") return ' ';
+    if (key.size() != 1) return 0;
+    const char c = key[0];
+    if (c >= 'A' && c <= 'Z') return static_cast<unsigned>(shift ? c : c - 'A' + 'a');
+    const size_t place = plain.find(c);
     return place == std::string::npos ? 0u
                                       : static_cast<unsigned>((shift ? shifted : plain)[place]);
 }
@@ -139,6 +118,9 @@ Window::Window(const std::string& title, glm::uvec2 size)
         glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
         glfwWindowHintString(GLFW_X11_CLASS_NAME, "rekindle");
         glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "rekindle");
+#ifdef GLFW_WAYLAND_APP_ID  // since 3.4; the name of the .desktop file, which has the icon
+        glfwWindowHintString(GLFW_WAYLAND_APP_ID, "rekindle");
+#endif
         const glm::ivec2 s(glm::clamp(size, 1u, 16384u));
         window_ = glfwCreateWindow(s.x, s.y, title.c_str(), nullptr, nullptr);
         if (window_ == nullptr)
@@ -147,6 +129,7 @@ Window::Window(const std::string& title, glm::uvec2 size)
         glfwTerminate();
         throw;
     }
+    setIcon(window_);
     glfwSetWindowUserPointer(window_, this);
     glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** files) {
         auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
@@ -287,71 +270,49 @@ VkSurfaceKHR Window::makeSurface(VkInstance instance) const
 // --- what scripts inject
 // ----------------------------------------------------------------------------------------
 
-std::optional<int> Window::keyCode(const std::string& name)
-{
-    const auto found = namedKeys().find(name);
-    if (found == namedKeys().end()) return std::nullopt;
-    return found->second;
-}
-
 void Window::injectKey(const std::string& key, bool down)
 {
-    std::vector<int> codes;
+    std::vector<UiKey> keys;
     std::string rest = key;
-    int modifiers = 0;
-    const auto take = [&](const char* prefix, int code, int bit) {
-        if (!rest.starts_with(prefix)) return;
-        rest = rest.substr(std::string(prefix).size());
-        codes.push_back(code);
-        modifiers |= bit;
+    const auto take = [&](const char* name) {
+        const std::string prefix = std::string(name) + '+';
+        if (!rest.starts_with(prefix)) return false;
+        rest = rest.substr(prefix.size());
+        keys.push_back(*findKey(name));
+        return true;
     };
+    bool ctrl = false, shift = false, alt = false;
     for (int i = 0; i < 3; ++i) {  // in any order
-        take("Ctrl+", GLFW_KEY_LEFT_CONTROL, GLFW_MOD_CONTROL);
-        take("Shift+", GLFW_KEY_LEFT_SHIFT, GLFW_MOD_SHIFT);
-        take("Alt+", GLFW_KEY_LEFT_ALT, GLFW_MOD_ALT);
+        ctrl |= take("Ctrl");
+        shift |= take("Shift");
+        alt |= take("Alt");
     }
-    const std::optional<int> code = keyCode(rest);
-    if (!code)
+    const std::optional<UiKey> found = findKey(rest);
+    if (!found)
         throw core::Error("there is no key \"" + key +
                           "\" — try \"W\", \"Space\", \"Ctrl+S\" or \"F1\"");
-    codes.push_back(*code);
-    if (!down) std::reverse(codes.begin(), codes.end());
-
-    const GLFWkeyfun onKey = installed(&glfwSetKeyCallback, window_);
-    for (const int c : codes) {
-        if (onKey != nullptr)
-            onKey(window_, c, glfwGetKeyScancode(c), down ? GLFW_PRESS : GLFW_RELEASE, modifiers);
-    }
-    const unsigned typed = typedBy(*code, (modifiers & GLFW_MOD_SHIFT) != 0);
-    const GLFWcharfun onChar = installed(&glfwSetCharCallback, window_);
-    if (down && typed != 0 && onChar != nullptr &&
-        (modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) == 0) {
-        onChar(window_, typed);
-    }
+    keys.push_back(*found);
+    if (!down) std::reverse(keys.begin(), keys.end());
+    for (const UiKey k : keys) sendKey(k, down);
+    const unsigned typed = typedBy(rest, shift);
+    if (down && typed != 0 && !ctrl && !alt) sendCharacter(typed);
 }
 
 void Window::injectCursor(glm::dvec2 pixels)
 {
     const GLFWcursorenterfun onEnter = installed(&glfwSetCursorEnterCallback, window_);
     if (onEnter != nullptr) onEnter(window_, GLFW_TRUE);
-    injectedCursor_ = pixels;
+    pointer_.moveTo(pixels);
 }
 
 void Window::injectButton(int button, bool down)
 {
-    if (button < 0 || static_cast<size_t>(button) >= injectedButtons_.size()) {
-        throw core::Error("there is no mouse button " + std::to_string(button) +
-                          " — 0 left, 1 right, 2 middle");
-    }
-    const GLFWmousebuttonfun onButton = installed(&glfwSetMouseButtonCallback, window_);
-    if (onButton != nullptr) onButton(window_, button, down ? GLFW_PRESS : GLFW_RELEASE, 0);
-    injectedButtons_[static_cast<size_t>(button)] = down;
+    pointer_.press(button, down);
 }
 
 void Window::injectWheel(double steps)
 {
-    const GLFWscrollfun onScroll = installed(&glfwSetScrollCallback, window_);
-    if (onScroll != nullptr) onScroll(window_, 0, steps);
+    sendWheel(steps);
 }
 
 void Window::injectDrop(const std::filesystem::path& file)
@@ -365,18 +326,13 @@ void Window::injectDrop(const std::filesystem::path& file)
 void Window::onCursor(glm::dvec2 position)
 {
     // Displays report a resting cursor anew when windows change; only real motion takes over.
-    if (handCursor_ && glm::distance(*handCursor_, position) > 8) injectedCursor_.reset();
-    if (!handCursor_ || !injectedCursor_) handCursor_ = position;
+    if (handCursor_ && glm::distance(*handCursor_, position) > 8) pointer_.forgetCursor();
+    if (!handCursor_ || !pointer_.hasCursor()) handCursor_ = position;
 }
 
 void Window::applyInjected()
 {
-    ImGuiIO& io = ImGui::GetIO();
-    if (injectedCursor_)
-        io.MousePos = {static_cast<float>(injectedCursor_->x),
-                       static_cast<float>(injectedCursor_->y)};
-    for (size_t i = 0; i < injectedButtons_.size(); ++i)
-        io.MouseDown[i] = io.MouseDown[i] || injectedButtons_[i];
+    pointer_.apply();
 }
 
 }  // namespace app

@@ -2,7 +2,6 @@
 // here.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -10,6 +9,8 @@
 
 #include <glm/glm.hpp>
 #include <vulkan/vulkan.h>
+
+#include "app/view/imgui/input.h"
 
 struct GLFWwindow;
 
@@ -50,16 +51,14 @@ public:
     VkSurfaceKHR makeSurface(VkInstance instance) const;
     GLFWwindow* get() const { return window_; }
 
-    /// GLFW's number of the key "W", "Space", "F1", "-", "Left", ...; none when there is no such
-    /// key.
-    static std::optional<int> keyCode(const std::string& name);
-
-    // --- for scripts: the same way in as the hand's. Throws core::Error for names of keys that do
-    // not exist.
-    void injectKey(const std::string& key,
-                   bool down);             // "W", "Space", "Ctrl+S" (presses the modifiers, too)
-    void injectCursor(glm::dvec2 pixels);  // stays there until the hand moves the real one
-    void injectButton(int button, bool down);  // 0 left, 1 right, 2 middle
+    // --- for scripts; once a Gui has been made for the window
+    /// "W", "Space", "Ctrl+S" (presses the modifiers, too). Throws core::Error for keys that do not
+    /// exist.
+    void injectKey(const std::string& key, bool down);
+    /// Stays there until the hand moves the real one.
+    void injectCursor(glm::dvec2 pixels);
+    /// 0 left, 1 right, 2 middle; throws core::Error for others.
+    void injectButton(int button, bool down);
     void injectWheel(double steps);
     void injectDrop(const std::filesystem::path& file);
     /// Hands ImGui the injected cursor and buttons, which its GLFW back end would ask the display
@@ -71,8 +70,8 @@ private:
 
     GLFWwindow* window_ = nullptr;
     std::vector<std::filesystem::path> drops_;
-    std::optional<glm::dvec2> injectedCursor_, handCursor_;
-    std::array<bool, 5> injectedButtons_{};
+    SentPointer pointer_;
+    std::optional<glm::dvec2> handCursor_;
 };
 
 }  // namespace app

@@ -28,7 +28,9 @@ Keys readKeys(const Accessor& input, const Accessor& output, uint32_t width,
         return keys;
     }
     if (output.components != width || output.matrix) {
-        keys.fault = "its values do not have " + std::to_string(width) + " components";
+        keys.fault = std::string("its values do not have ")
+                         .append(std::to_string(width))
+                         .append(" components");
         return keys;
     }
     if (output.count != input.count * perKey) {

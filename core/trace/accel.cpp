@@ -12,11 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include <embree3/rtcore.h>
-
 #include "core/base/check.h"
 #include "core/base/handoff.h"
 #include "core/base/time.h"
+#include "core/trace/embree.h"
 #include "core/trace/scene_view.h"
 
 namespace core {
@@ -29,23 +28,22 @@ struct Piece {
     bool moves = false, filtered = false;
 };
 
-/// What the filter needs, behind the part that Embree knows. The seed of a ray travels in its id.
-struct Context {
-    RTCIntersectContext embree;
+/// What the filter needs, as the geometry's user data. The seed of a ray travels in its id.
+struct FilterData {
     const shared::SceneView* scene;
     const std::vector<Piece>* pieces;
 };
 
 void alphaFilter(const RTCFilterFunctionNArguments* args)
 {
-    const auto* context = reinterpret_cast<const Context*>(args->context);
+    const auto* data = static_cast<const FilterData*>(args->geometryUserPtr);
     for (unsigned i = 0; i < args->N; ++i) {
         if (args->valid[i] != -1) continue;
-        const Piece& piece = (*context->pieces)[RTCHitN_geomID(args->hit, args->N, i)];
+        const Piece& piece = (*data->pieces)[RTCHitN_geomID(args->hit, args->N, i)];
         const uint32_t slot = piece.triangles.begin + RTCHitN_primID(args->hit, args->N, i);
         const glm::vec2 w(RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i));
         const uint32_t seed = RTCRayN_id(args->ray, args->N, i);
-        if (!shared::alphaPasses(*context->scene, slot, w, seed)) args->valid[i] = 0;
+        if (!shared::alphaPasses(*data->scene, slot, w, seed)) args->valid[i] = 0;
     }
 }
 
@@ -90,6 +88,7 @@ struct Accel::Impl {
     std::shared_ptr<const World> world;
     shared::SceneView view;
     std::vector<Piece> pieces;
+    FilterData filterData{&view, &pieces};  // also of the poses to come: view stays where it is
     RTCDevice device = nullptr;
     RTCScene still = nullptr, moving = nullptr;  // null: no such triangles
     // Read by `still`, also once the world is at another pose
@@ -108,15 +107,6 @@ struct Accel::Impl {
         if (moving) rtcReleaseScene(moving);
         if (still) rtcReleaseScene(still);
         if (device) rtcReleaseDevice(device);
-    }
-
-    Context context() const
-    {
-        Context c;
-        rtcInitIntersectContext(&c.embree);
-        c.scene = &view;
-        c.pieces = &pieces;
-        return c;
     }
 
     uint32_t slotOf(unsigned geometry, unsigned primitive) const
@@ -213,6 +203,7 @@ private:
                                    size_t(pieces[id].triangles.begin) * sizeof(WorldTriangle),
                                    sizeof(WorldTriangle), pieces[id].triangles.size());
         if (pieces[id].filtered) {
+            rtcSetGeometryUserData(geometry, const_cast<FilterData*>(&filterData));
             rtcSetGeometryIntersectFilterFunction(geometry, alphaFilter);
             rtcSetGeometryOccludedFilterFunction(geometry, alphaFilter);
         }
@@ -290,14 +281,14 @@ Accel::~Accel() = default;
 bool Accel::closest(const Ray& ray, shared::Hit& hit) const
 {
     if (!isTraceable(ray)) return false;
-    Context context = impl_->context();
+    EmbreeQuery query;
     RTCRayHit r;
     r.ray = {ray.origin.x,    ray.origin.y,    ray.origin.z,    0.0f,
              ray.direction.x, ray.direction.y, ray.direction.z, 0.0f,
              ray.tMax,        0xffffffffu,     ray.seed,        0};
     r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    if (impl_->still) rtcIntersect1(impl_->still, &context.embree, &r);
-    if (impl_->moving) rtcIntersect1(impl_->moving, &context.embree, &r);
+    if (impl_->still) query.closest(impl_->still, r);
+    if (impl_->moving) query.closest(impl_->moving, r);
     hit.slot = impl_->slotOf(r.hit.geomID, r.hit.primID);
     if (hit.slot == shared::kNone) return false;
     hit.t = r.ray.tfar;
@@ -308,12 +299,12 @@ bool Accel::closest(const Ray& ray, shared::Hit& hit) const
 bool Accel::occluded(const Ray& ray) const
 {
     if (!isTraceable(ray)) return false;
-    Context context = impl_->context();
+    EmbreeQuery query;
     RTCRay r{ray.origin.x,    ray.origin.y,    ray.origin.z,    0.0f,
              ray.direction.x, ray.direction.y, ray.direction.z, 0.0f,
              ray.tMax,        0xffffffffu,     ray.seed,        0};
-    if (impl_->still) rtcOccluded1(impl_->still, &context.embree, &r);
-    if (impl_->moving && !(r.tfar < 0.0f)) rtcOccluded1(impl_->moving, &context.embree, &r);
+    if (impl_->still) query.any(impl_->still, r);
+    if (impl_->moving && !(r.tfar < 0.0f)) query.any(impl_->moving, r);
     return r.tfar < 0.0f;
 }
 
@@ -346,16 +337,15 @@ void fillPacket(std::span<const Ray> rays, int* valid, RTCRay16& packet)
 
 void Accel::closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent) const
 {
-    Context context = impl_->context();
-    if (coherent) context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    EmbreeQuery query(coherent);
     alignas(64) int valid[kPacket];
     RTCRayHit16 packet;
     for (size_t first = 0; first < rays.size(); first += kPacket) {
         const size_t count = std::min(kPacket, rays.size() - first);
         fillPacket(rays.subspan(first, count), valid, packet.ray);
         std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
-        if (impl_->still) rtcIntersect16(valid, impl_->still, &context.embree, &packet);
-        if (impl_->moving) rtcIntersect16(valid, impl_->moving, &context.embree, &packet);
+        if (impl_->still) query.closest(valid, impl_->still, packet);
+        if (impl_->moving) query.closest(valid, impl_->moving, packet);
         for (size_t i = 0; i < count; ++i) {
             shared::Hit& hit = hits[first + i];
             hit.t = packet.ray.tfar[i];
@@ -367,16 +357,16 @@ void Accel::closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent)
 
 void Accel::occluded(std::span<const Ray> rays, uint8_t* blocked) const
 {
-    Context context = impl_->context();
+    EmbreeQuery query;
     alignas(64) int valid[kPacket];
     RTCRay16 packet;
     for (size_t first = 0; first < rays.size(); first += kPacket) {
         const size_t count = std::min(kPacket, rays.size() - first);
         fillPacket(rays.subspan(first, count), valid, packet);
-        if (impl_->still) rtcOccluded16(valid, impl_->still, &context.embree, &packet);
+        if (impl_->still) query.any(valid, impl_->still, packet);
         if (impl_->moving) {
             for (size_t i = 0; i < kPacket; ++i) valid[i] = packet.tfar[i] < 0.0f ? 0 : valid[i];
-            rtcOccluded16(valid, impl_->moving, &context.embree, &packet);
+            query.any(valid, impl_->moving, packet);
         }
         for (size_t i = 0; i < count; ++i) blocked[first + i] = packet.tfar[i] < 0.0f;
     }

@@ -78,7 +78,7 @@ protected:
     /// Starts the program with its working folder in work(); `environment` is added ("NAME=value").
     pid_t start(const Strings& arguments, const Strings& environment = {})
     {
-        Strings words = Strings{REKINDLE_BINARY} + arguments;
+        Strings words = Strings{program} + arguments;
         std::vector<char*> argv, envp;
         for (std::string& word : words) argv.push_back(word.data());
         argv.push_back(nullptr);
@@ -95,7 +95,7 @@ protected:
                                          O_WRONLY | O_CREAT | O_TRUNC, 0600);
         posix_spawn_file_actions_addchdir_np(&actions, work().c_str());
         pid_t pid = -1;
-        EXPECT_EQ(posix_spawn(&pid, REKINDLE_BINARY, &actions, nullptr, argv.data(), envp.data()),
+        EXPECT_EQ(posix_spawn(&pid, program.c_str(), &actions, nullptr, argv.data(), envp.data()),
                   0);
         posix_spawn_file_actions_destroy(&actions);
         return pid;
@@ -169,6 +169,8 @@ protected:
     }
 
     core::ImageFile exr(const std::string& name) const { return core::readExr(work(name)); }
+
+    std::string program = REKINDLE_BINARY;
 
 private:
     fs::path outFile() const { return folder_ / "stdout"; }

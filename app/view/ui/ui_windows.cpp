@@ -1,6 +1,7 @@
 // Windows over the picture: keys, messages, the box to open a file, the question before quitting.
 #include <algorithm>
 
+#include "app/view/imgui/input.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
@@ -123,7 +124,7 @@ void drawOpenBox(const UiContext& c)
             c.state.openBox = false;
         }
         dimText("Tab completes, Enter loads, Esc closes.");
-        if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) c.state.openBox = false;
+        if (escapePressed(true)) c.state.openBox = false;
     }
     ImGui::End();
 }
@@ -145,8 +146,7 @@ void drawQuitQuestion(const UiContext& c)
     ImGui::SameLine();
     const bool stay = ImGui::Button("Stay", ImVec2(6 * c.em, 0));
     // The key that asked is still down in the first frame: it must not answer as well.
-    const bool escape = !ImGui::IsWindowAppearing() &&
-                        ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false);
+    const bool escape = !ImGui::IsWindowAppearing() && escapePressed(false);
     if (stay || escape || c.app.quit) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
 }

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <fstream>
 #include <optional>
+#include <regex>
 #include <thread>
 
 #include <unistd.h>
@@ -120,8 +121,32 @@ TEST_F(Cli, HelpAndVersion)
     EXPECT_TRUE(contains(run({"--help"}).out, "window"));
     const Result version = run({"--version"});
     EXPECT_EQ(version.code, 0);
-    for (const char* name : {"rekindle", "Embree", "Vulkan", "oneTBB", "OpenImageIO", "GLM"})
+    for (const char* name : {"rekindle", "compiler", "build", "Embree", "Vulkan", "oneTBB",
+                             "OpenImageIO", "GLFW", "GLM", "system", "processor", "memory"})
         EXPECT_TRUE(contains(version.out, name)) << name;
+}
+
+TEST_F(Cli, VersionAsJsonHoldsWhatAReportNeeds)
+{
+    const Json json = Json::parse(run({"--version", "--json"}).out);
+    EXPECT_EQ(json.at("schema"), 1);
+    for (const char* name : {"version", "compiler", "build_type"})
+        EXPECT_FALSE(json.at(name).get<std::string>().empty()) << name;
+    for (const char* name : {"commit", "sanitizers"}) EXPECT_TRUE(json.at(name).is_string());
+    EXPECT_TRUE(json.at("native").is_boolean());
+    const std::regex number("[0-9]+\\.[0-9]+.*");
+    for (const char* name : {"Vulkan", "Embree", "oneTBB", "OpenImageIO", "GLFW", "Dear ImGui"}) {
+        const Json library = json.at("libraries").at(name);
+        for (const char* which : {"built", "running"})
+            EXPECT_TRUE(std::regex_match(library.at(which).get<std::string>(), number))
+                << name << ' ' << library.dump();
+    }
+    const Json system = json.at("system");
+    EXPECT_FALSE(system.at("kernel").get<std::string>().empty());
+    EXPECT_FALSE(system.at("processor").get<std::string>().empty());
+    EXPECT_GE(system.at("cores").get<int>(), 1);
+    EXPECT_GT(system.at("memory_mb").get<int>(), 100);
+    expectRefused({"--json"}, 2, "--version --json");
 }
 
 TEST_F(Cli, Devices)

@@ -87,7 +87,7 @@ void expectSameHits(const Mesh& mesh, size_t count, uint32_t seed)
 {
     const auto world = worldOf(mesh);
     gpu::GpuRays onDevice(device(), *world, true);
-    const app::EmbreeRays embree(world);
+    const core::EmbreeRays embree(world);
     const std::vector<DeviceRay> rays = raysThrough(*world, count, seed);
     onDevice.setRays(rays);
     onDevice.traceClosest();
@@ -145,7 +145,7 @@ TEST_F(GpuTraverse, FewTriangles)
         const Mesh mesh = tests::soupMesh(n, 2.0f, 120 + n);
         const auto world = worldOf(mesh);
         gpu::GpuRays onDevice(device(), *world, true);
-        const app::EmbreeRays embree(world);
+        const core::EmbreeRays embree(world);
         const std::vector<DeviceRay> rays = raysThrough(*world, 2000, n);
         onDevice.setRays(rays);
         onDevice.traceClosest();
@@ -252,7 +252,7 @@ TEST_F(GpuTraverse, IdenticalAndNestedTriangles)
          {tests::identicalMesh(2000), tests::nestedMesh(2000), tests::lineMesh(2000, 1.01f)}) {
         const auto world = worldOf(mesh);
         gpu::GpuRays onDevice(device(), *world, true);
-        const app::EmbreeRays embree(world);
+        const core::EmbreeRays embree(world);
         Random random(141);
         std::vector<DeviceRay> rays(2000);
         for (DeviceRay& ray : rays) {  // at the middles of triangles, from close by, not grazing

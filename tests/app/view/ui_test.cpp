@@ -2,6 +2,7 @@
 // renderer, in every state that the session can be in, in windows of every size. Dear ImGui's own
 // assertions are part of the test; on top of them everything must lie inside the window, and
 // nothing may use an action that does not exist.
+#include "app/view/imgui/input.h"
 #include "app/view/ui/ui.h"
 
 #include <chrono>
@@ -79,7 +80,7 @@ app::SessionOptions options(const char* scene = nullptr)
     return made;
 }
 
-constexpr int kTab = 1, kEnter = 2;  // indices of our own making
+const app::UiKey kTab = *app::findKey("Tab"), kEnter = *app::findKey("Enter");
 
 /// A session whose panel is drawn: makes frames and checks them.
 class Desk {
@@ -98,10 +99,15 @@ public:
         int width, height;
         io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
         ImGui::GetStyle().ScaleAllSizes(scale);
+#if IMGUI_VERSION_NUM < 18700
         io.KeyMap[ImGuiKey_Tab] = kTab;
         io.KeyMap[ImGuiKey_Enter] = kEnter;
+#endif
     }
-    ~Desk() { ImGui::DestroyContext(context_); }
+    ~Desk()
+    {
+        ImGui::DestroyContext(context_);
+    }
 
     void frame()
     {
@@ -122,11 +128,11 @@ public:
         for (int i = 0; i < count; ++i) frame();
     }
     /// Presses and lets go.
-    void key(int index)
+    void key(app::UiKey key)
     {
-        ImGui::GetIO().KeysDown[index] = true;
+        app::sendKey(key, true);
         frame();
-        ImGui::GetIO().KeysDown[index] = false;
+        app::sendKey(key, false);
         frame();
     }
     void type(const std::string& text)
@@ -144,7 +150,10 @@ public:
         }
         return done();
     }
-    bool hasPicture() const { return session.picture() && !session.picture()->preview; }
+    bool hasPicture() const
+    {
+        return session.picture() && !session.picture()->preview;
+    }
 
     /// Names of the windows that were drawn in the last frame.
     std::set<std::string> windows() const

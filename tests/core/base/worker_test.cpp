@@ -197,6 +197,7 @@ TEST(Worker, EndsSoonWhileAJobRuns)
 TEST(Worker, WhatAJobHeldIsFreedByTheThread)
 {
     struct Held {
+        explicit Held(std::atomic<int>* count) : freed(count) {}
         std::atomic<int>* freed;
         std::thread::id starter = std::this_thread::get_id();
         ~Held()

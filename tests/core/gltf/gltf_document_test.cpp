@@ -44,11 +44,12 @@ TEST(GltfDocument, DeepNestingIsRefusedBeforeParsing)
     for (int i = 0; i < 200'000; ++i) objects += "{\"a\":";
     EXPECT_REFUSED(objects, "INVALID_JSON", "");
     EXPECT_NE(test::refusal(objects).message.find("deeper than 64"), std::string::npos);
-    std::string deep = "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + std::string(63, '[') +
-                       std::string(63, ']') + "}";
-    EXPECT_TRUE(test::loadText(deep)) << "64 levels are allowed";
-    EXPECT_TRUE(test::loadText("{\"asset\":{\"version\":\"2.0\"},\"extras\":\"" +
-                               std::string(100, '[') + "\"}"))
+    const auto withExtras = [](const std::string& extras) {
+        return R"({"asset":{"version":"2.0"},"extras":)" + extras + '}';
+    };
+    const std::string deep = std::string(63, '[') + std::string(63, ']');
+    EXPECT_TRUE(test::loadText(withExtras(deep))) << "64 levels are allowed";
+    EXPECT_TRUE(test::loadText(withExtras('"' + std::string(100, '[') + '"')))
         << "brackets inside strings do not nest";
 }
 

@@ -7,9 +7,8 @@
 #include <limits>
 #include <random>
 
-#include <embree3/rtcore.h>
-
 #include "core/trace/bvh.h"
+#include "core/trace/embree.h"
 #include "tests/support/meshes.h"
 
 namespace {
@@ -182,9 +181,7 @@ public:
                  0,
                  0};
         h.hit.geomID = h.hit.primID = h.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        rtcIntersect1(scene_, &context, &h);
+        core::EmbreeQuery().closest(scene_, h);
         return h;
     }
 

@@ -1,0 +1,163 @@
+// See input.h.
+#include "app/view/imgui/input.h"
+
+#include <map>
+
+#include "core/base/check.h"
+
+#if IMGUI_VERSION_NUM < 18700
+#include <GLFW/glfw3.h>
+#endif
+
+namespace app {
+
+namespace {
+
+// One table for both: KEY(ImGui's name, GLFW's name).
+#if IMGUI_VERSION_NUM >= 18700
+#define KEY(imgui, glfw) ImGuiKey_##imgui
+constexpr UiKey kFirstLetter = ImGuiKey_A, kFirstDigit = ImGuiKey_0;
+#else
+#define KEY(imgui, glfw) GLFW_KEY_##glfw
+constexpr UiKey kFirstLetter = GLFW_KEY_A, kFirstDigit = GLFW_KEY_0;
+#endif
+
+const std::map<std::string, UiKey>& namedKeys()
+{
+    static const std::map<std::string, UiKey> keys = [] {
+        std::map<std::string, UiKey> k{
+            {"Space", KEY(Space, SPACE)},
+            {"Enter", KEY(Enter, ENTER)},
+            {"Tab", KEY(Tab, TAB)},
+            {"Esc", KEY(Escape, ESCAPE)},
+            {"Escape", KEY(Escape, ESCAPE)},
+            {"Backspace", KEY(Backspace, BACKSPACE)},
+            {"Delete", KEY(Delete, DELETE)},
+            {"Insert", KEY(Insert, INSERT)},
+            {"Home", KEY(Home, HOME)},
+            {"End", KEY(End, END)},
+            {"PageUp", KEY(PageUp, PAGE_UP)},
+            {"PageDown", KEY(PageDown, PAGE_DOWN)},
+            {"Left", KEY(LeftArrow, LEFT)},
+            {"Right", KEY(RightArrow, RIGHT)},
+            {"Up", KEY(UpArrow, UP)},
+            {"Down", KEY(DownArrow, DOWN)},
+            {"Shift", KEY(LeftShift, LEFT_SHIFT)},
+            {"Ctrl", KEY(LeftCtrl, LEFT_CONTROL)},
+            {"Alt", KEY(LeftAlt, LEFT_ALT)},
+            {"Super", KEY(LeftSuper, LEFT_SUPER)},
+            {"-", KEY(Minus, MINUS)},
+            {"=", KEY(Equal, EQUAL)},
+            {"[", KEY(LeftBracket, LEFT_BRACKET)},
+            {"]", KEY(RightBracket, RIGHT_BRACKET)},
+            {"\\", KEY(Backslash, BACKSLASH)},
+            {";", KEY(Semicolon, SEMICOLON)},
+            {"'", KEY(Apostrophe, APOSTROPHE)},
+            {",", KEY(Comma, COMMA)},
+            {".", KEY(Period, PERIOD)},
+            {"/", KEY(Slash, SLASH)},
+            {"`", KEY(GraveAccent, GRAVE_ACCENT)},
+        };
+        for (int i = 0; i < 12; ++i)
+            k[std::string("F").append(std::to_string(i + 1))] = static_cast<UiKey>(KEY(F1, F1) + i);
+        for (int i = 0; i < 26; ++i)
+            k[std::string(1, static_cast<char>('A' + i))] = static_cast<UiKey>(kFirstLetter + i);
+        for (int i = 0; i < 10; ++i) k[std::to_string(i)] = static_cast<UiKey>(kFirstDigit + i);
+        return k;
+    }();
+    return keys;
+}
+
+}  // namespace
+
+std::optional<UiKey> findKey(const std::string& name)
+{
+    const auto found = namedKeys().find(name);
+    if (found == namedKeys().end()) return std::nullopt;
+    return found->second;
+}
+
+bool escapePressed(bool repeat)
+{
+    return ImGui::IsKeyPressed(KEY(Escape, ESCAPE), repeat);
+}
+
+void sendCharacter(unsigned character)
+{
+    ImGui::GetIO().AddInputCharacter(character);
+}
+
+#if IMGUI_VERSION_NUM >= 18700
+
+void sendKey(UiKey key, bool down)
+{
+    // The GLFW back end asks the display about modifiers, which knows nothing of what is sent.
+    ImGuiIO& io = ImGui::GetIO();
+    if (key == ImGuiKey_LeftCtrl) io.AddKeyEvent(ImGuiMod_Ctrl, down);
+    if (key == ImGuiKey_LeftShift) io.AddKeyEvent(ImGuiMod_Shift, down);
+    if (key == ImGuiKey_LeftAlt) io.AddKeyEvent(ImGuiMod_Alt, down);
+    if (key == ImGuiKey_LeftSuper) io.AddKeyEvent(ImGuiMod_Super, down);
+    io.AddKeyEvent(key, down);
+}
+
+void sendWheel(double steps)
+{
+    ImGui::GetIO().AddMouseWheelEvent(0, static_cast<float>(steps));
+}
+
+void SentPointer::apply()
+{
+    if (!cursor_) return;
+    ImGui::GetIO().AddMousePosEvent(static_cast<float>(cursor_->x), static_cast<float>(cursor_->y));
+}
+
+#else
+
+void sendKey(UiKey key, bool down)
+{
+    ImGuiIO& io = ImGui::GetIO();
+    io.KeysDown[key] = down;
+    if (key == GLFW_KEY_LEFT_CONTROL) io.KeyCtrl = down;
+    if (key == GLFW_KEY_LEFT_SHIFT) io.KeyShift = down;
+    if (key == GLFW_KEY_LEFT_ALT) io.KeyAlt = down;
+    if (key == GLFW_KEY_LEFT_SUPER) io.KeySuper = down;
+}
+
+void sendWheel(double steps)
+{
+    ImGui::GetIO().MouseWheel += static_cast<float>(steps);
+}
+
+void SentPointer::apply()
+{
+    ImGuiIO& io = ImGui::GetIO();
+    if (cursor_) io.MousePos = {static_cast<float>(cursor_->x), static_cast<float>(cursor_->y)};
+    for (size_t i = 0; i < down_.size(); ++i)
+        io.MouseDown[i] = io.MouseDown[i] || down_[i] || clicked_[i];
+    clicked_.fill(false);
+}
+
+#endif
+
+void SentPointer::moveTo(glm::dvec2 pixels)
+{
+    cursor_ = pixels;
+#if IMGUI_VERSION_NUM >= 18700
+    apply();  // now, so that it comes before a button that is pressed next
+#endif
+}
+
+void SentPointer::press(int button, bool down)
+{
+    if (button < 0 || static_cast<size_t>(button) >= down_.size()) {
+        throw core::Error("there is no mouse button " + std::to_string(button) +
+                          " — 0 left, 1 right, 2 middle");
+    }
+#if IMGUI_VERSION_NUM >= 18700
+    ImGui::GetIO().AddMouseButtonEvent(button, down);
+#endif
+    down_[static_cast<size_t>(button)] = down;
+    if (down) clicked_[static_cast<size_t>(button)] = true;
+}
+
+}  // namespace app
