@@ -45,11 +45,12 @@ TEST(GltfDocument, DeepNestingIsRefusedBeforeParsing)
     EXPECT_REFUSED(objects, "INVALID_JSON", "");
     EXPECT_NE(test::refusal(objects).message.find("deeper than 64"), std::string::npos);
     const auto withExtras = [](const std::string& extras) {
-        return R"({"asset":{"version":"2.0"},"extras":)" + extras + '}';
+        std::string text = R"({"asset":{"version":"2.0"},"extras":)";
+        return text.append(extras).append("}");
     };
-    const std::string deep = std::string(63, '[') + std::string(63, ']');
+    const std::string deep = std::string(63, '[').append(63, ']');
     EXPECT_TRUE(test::loadText(withExtras(deep))) << "64 levels are allowed";
-    EXPECT_TRUE(test::loadText(withExtras('"' + std::string(100, '[') + '"')))
+    EXPECT_TRUE(test::loadText(withExtras(std::string("\"").append(100, '[').append("\""))))
         << "brackets inside strings do not nest";
 }
 
