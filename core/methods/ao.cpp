@@ -1,12 +1,9 @@
-// Ambient occlusion on all cores. The estimator is that of shaders/shared/ao.h; the film, steps and
-// pauses are TiledFilm's.
+// Ambient occlusion on all cores. The estimator is that of shaders/shared/ao.h; everything but the
+// samples is TiledRenderer's.
 #include <array>
 
-#include "core/base/check.h"
 #include "core/methods/method.h"
-#include "core/methods/path_aovs.h"
-#include "core/methods/tiled_film.h"
-#include "core/trace/accel.h"
+#include "core/methods/tiled_renderer.h"
 #include "core/trace/scene_view.h"
 #include "shared/ao.h"
 
@@ -14,30 +11,12 @@ namespace core {
 
 namespace {
 
-class AmbientOcclusion : public Renderer {
+class AmbientOcclusion : public TiledRenderer {
 public:
-    void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
-    {
-        film_.reset(film_.size());
-        takeWorld(accel_, std::move(world), progress);
-    }
-
-    void setView(const View& view, Start) override
-    {
-        CHECK(view.size.x > 0 && view.size.y > 0);
-        camera_ = view.camera;
-        params_ = view.params.as<AoParams>();
-        film_.reset(view.size);
-    }
-
-    void setPace(const Pace&) override {}
-
     void advance(const Budget& budget, std::stop_token stop) override
     {
-        CHECK(accel_ != nullptr);
-        settings_ = worldSettings(accel_->world());
-        settings_.imageWidth = film_.size().x;
-        settings_.imageHeight = film_.size().y;
+        settings_ = frameSettings();
+        eye_ = frameCamera();
         film_.advance(budget, stop,
                       [this](const Tile& tile, uint32_t first, uint32_t count, Film& film) {
                           TileTally tally;
@@ -45,26 +24,6 @@ public:
                               renderSample(tile, first + i, film, tally);
                           return tally;
                       });
-    }
-
-    RenderProgress progress() const override { return film_.progress(); }
-    Estimate read(Reading what) override { return film_.estimate(what); }
-
-    Aovs aovs() override
-    {
-        CHECK(accel_ != nullptr);
-        const glm::uvec2 size = film_.size();
-        return traceAovs(*accel_, cameraData(camera_, size.x, size.y), size.x, size.y);
-    }
-
-    RenderStats stats() const override
-    {
-        RenderStats s;
-        s.device = "cpu";
-        s.driver = "Embree";
-        s.buildSeconds = accel_ ? accel_->stats().buildSeconds : 0;
-        film_.addTo(s);
-        return s;
     }
 
 private:
@@ -79,7 +38,6 @@ private:
         std::array<float, kWave> open;
         std::array<uint16_t, kWave> owner;
         std::array<uint8_t, kWave> blocked;
-        const shared::CameraData camera = cameraData(camera_, film.width, film.height);
         size_t count = 0;
         for (uint32_t y = tile.y0; y < tile.y1; ++y)
             for (uint32_t x = tile.x0; x < tile.x1; ++x, ++count) {
@@ -87,7 +45,7 @@ private:
                     shared::makeStream(static_cast<uint32_t>(params_.sampler), params_.seed, {x, y},
                                        sample, shared::kPurposeOcclusion);
                 const shared::PathState path =
-                    shared::beginPath(camera, settings_, {x, y}, streams[count]);
+                    shared::beginPath(eye_, settings_, {x, y}, streams[count]);
                 rays[count] = {path.origin, shared::kInfinity, path.direction,
                                shared::alphaSeed(streams[count], 0, 0)};
             }
@@ -117,11 +75,12 @@ private:
         tally.rays += count + asked;
     }
 
-    std::unique_ptr<Accel> accel_;
-    Camera camera_;
+    void setParams(const AnyParams& params) override { params_ = params.as<AoParams>(); }
+
     AoParams params_;
+    // Of the present advance.
     shared::PathSettings settings_{};
-    TiledFilm film_;
+    shared::CameraData eye_{};
 };
 
 }  // namespace

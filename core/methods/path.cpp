@@ -2,11 +2,9 @@
 // estimator is that of shaders/shared/path.h; a sample depends on seed, pixel and index alone.
 #include <array>
 
-#include "core/base/check.h"
 #include "core/methods/method.h"
-#include "core/methods/path_aovs.h"
 #include "core/methods/path_kernel.h"
-#include "core/methods/tiled_film.h"
+#include "core/methods/tiled_renderer.h"
 #include "core/trace/scene_view.h"
 
 namespace core {
@@ -23,50 +21,15 @@ std::span<const PathVariant> pathVariants()
 
 namespace {
 
-shared::PathSettings settingsFor(const World& world, const PathParams& params, uint32_t width,
-                                 uint32_t height)
-{
-    shared::PathSettings s = worldSettings(world);
-    s.seed = params.seed;
-    s.samplerKind = static_cast<uint32_t>(params.sampler);
-    s.strategy = static_cast<uint32_t>(params.strategy);
-    s.maxDepth = params.maxDepth;
-    s.rouletteDepth = params.rouletteDepth;
-    s.clampIndirect = params.clampIndirect;
-    s.imageWidth = width;
-    s.imageHeight = height;
-    return s;
-}
-
-class PathTracer : public Renderer {
+class PathTracer : public TiledRenderer {
 public:
-    void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
-    {
-        film_.reset(film_.size());
-        takeWorld(accel_, std::move(world), progress);
-    }
-
-    /// Keeps nothing, however the view has changed.
-    void setView(const View& view, Start) override
-    {
-        CHECK(view.size.x > 0 && view.size.y > 0);
-        camera_ = view.camera;
-        params_ = view.params.as<PathParams>();
-        film_.reset(view.size);
-    }
-
-    /// Pieces are tiles, far below any wish.
-    void setPace(const Pace&) override {}
-
     void advance(const Budget& budget, std::stop_token stop) override
     {
-        CHECK(accel_ != nullptr);
-        const glm::uvec2 size = film_.size();
         PathJob job;
+        job.settings = pathSettings();
         job.accel = accel_.get();
         job.scene = sceneView(accel_->world());
-        job.settings = settingsFor(accel_->world(), params_, size.x, size.y);
-        job.camera = cameraData(camera_, size.x, size.y);
+        job.camera = frameCamera();
         film_.advance(budget, stop,
                       [&, kernel = variant().kernel](const Tile& tile, uint32_t first,
                                                      uint32_t count, Film& film) {
@@ -77,25 +40,11 @@ public:
                       });
     }
 
-    RenderProgress progress() const override { return film_.progress(); }
-    Estimate read(Reading what) override { return film_.estimate(what); }
-
-    Aovs aovs() override
-    {
-        CHECK(accel_ != nullptr);
-        const glm::uvec2 size = film_.size();
-        return traceAovs(*accel_, cameraData(camera_, size.x, size.y), size.x, size.y);
-    }
-
     RenderStats stats() const override
     {
-        RenderStats s;
-        s.device = "cpu";
-        s.driver = "Embree";
-        s.buildSeconds = accel_ ? accel_->stats().buildSeconds : 0;
-        s.details = {{"kernel", accel_ ? variant().name : ""}};
-        film_.addTo(s);
-        return s;
+        RenderStats stats = TiledRenderer::stats();
+        stats.details = {{"kernel", accel_ ? variant().name : ""}};
+        return stats;
     }
 
 private:
@@ -110,10 +59,21 @@ private:
         return pathVariants().back();
     }
 
-    std::unique_ptr<Accel> accel_;
-    Camera camera_;
+    void setParams(const AnyParams& params) override { params_ = params.as<PathParams>(); }
+
+    shared::PathSettings pathSettings() const
+    {
+        shared::PathSettings s = frameSettings();
+        s.seed = params_.seed;
+        s.samplerKind = static_cast<uint32_t>(params_.sampler);
+        s.strategy = static_cast<uint32_t>(params_.strategy);
+        s.maxDepth = params_.maxDepth;
+        s.rouletteDepth = params_.rouletteDepth;
+        s.clampIndirect = params_.clampIndirect;
+        return s;
+    }
+
     PathParams params_;
-    TiledFilm film_;
 };
 
 }  // namespace

@@ -51,12 +51,14 @@ void PrintTo(const Where& where, std::ostream* out)
     *out << where.method << " on " << core::enumName(where.device);
 }
 
-std::vector<Where> everywhere()
+/// Methods with a trait on every device that has them; without one, all methods.
+std::vector<Where> everywhere(bool core::Traits::*trait = nullptr)
 {
     std::vector<Where> all;
     for (const core::MethodInfo& method : core::methods())
         for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan})
-            if (app::whyNot(method.id(), device).empty())
+            if ((trait == nullptr || method.traits.*trait) &&
+                app::whyNot(method.id(), device).empty())
                 all.push_back({std::string(method.id()), device});
     return all;
 }
@@ -82,9 +84,11 @@ protected:
     const core::MethodInfo& info() const { return core::methodNamed(GetParam().method); }
 };
 
-TEST_P(EveryMethod, SameBitsForAnyStepsAndPauses)
+class DeterministicMethod : public EveryMethod {};
+class RadianceMethod : public EveryMethod {};
+
+TEST_P(DeterministicMethod, SameBitsForAnyStepsAndPauses)
 {
-    if (!info().traits.deterministic) GTEST_SKIP();
     const auto world = asset("cornell-glossy");
     renderer().setWorld(world, {});
     const core::View view{world->cameras.at(0), {100, 75}, info().defaults};
@@ -138,9 +142,8 @@ TEST_P(EveryMethod, SeedsMatter)
 }
 
 /// A closed box of albedo 0.5 that emits 1 shows 2 everywhere; an albedo of 0.8 makes 5 of it.
-TEST_P(EveryMethod, FurnacesAreUniform)
+TEST_P(RadianceMethod, FurnacesAreUniform)
 {
-    if (!info().traits.radiance) GTEST_SKIP() << "its pictures are not of radiance";
     for (const auto& [name, radiance] :
          {std::pair("furnace-50", 2.0), std::pair("furnace-80", 5.0)}) {
         const auto world = asset(name);
@@ -186,11 +189,16 @@ TEST_P(EveryMethod, MetadataLeadBackToTheParameters)
     EXPECT_EQ(app::replayOf(app::imageMetadata(facts), "x.exr").params, params);
 }
 
-INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(everywhere()),
-                         [](const testing::TestParamInfo<Where>& where) {
-                             return where.param.method + "_" +
-                                    std::string(core::enumName(where.param.device));
-                         });
+std::string nameOf(const testing::TestParamInfo<Where>& where)
+{
+    return where.param.method + "_" + std::string(core::enumName(where.param.device));
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(everywhere()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Table, DeterministicMethod,
+                         testing::ValuesIn(everywhere(&core::Traits::deterministic)), nameOf);
+INSTANTIATE_TEST_SUITE_P(Table, RadianceMethod,
+                         testing::ValuesIn(everywhere(&core::Traits::radiance)), nameOf);
 
 TEST(Methods, DevicesAgree)
 {

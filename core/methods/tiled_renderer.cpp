@@ -1,0 +1,52 @@
+#include "core/methods/tiled_renderer.h"
+
+#include "core/base/check.h"
+#include "core/methods/path_aovs.h"
+
+namespace core {
+
+void TiledRenderer::setWorld(std::shared_ptr<const World> world, const Progress& progress)
+{
+    film_.reset(film_.size());
+    takeWorld(accel_, std::move(world), progress);
+}
+
+void TiledRenderer::setView(const View& view, Start)
+{
+    CHECK(view.size.x > 0 && view.size.y > 0);
+    camera_ = view.camera;
+    setParams(view.params);
+    film_.reset(view.size);
+}
+
+shared::PathSettings TiledRenderer::frameSettings() const
+{
+    CHECK(accel_ != nullptr);
+    shared::PathSettings settings = worldSettings(accel_->world());
+    settings.imageWidth = film_.size().x;
+    settings.imageHeight = film_.size().y;
+    return settings;
+}
+
+shared::CameraData TiledRenderer::frameCamera() const
+{
+    return cameraData(camera_, film_.size().x, film_.size().y);
+}
+
+Aovs TiledRenderer::aovs()
+{
+    CHECK(accel_ != nullptr);
+    return traceAovs(*accel_, frameCamera(), film_.size().x, film_.size().y);
+}
+
+RenderStats TiledRenderer::stats() const
+{
+    RenderStats stats;
+    stats.device = "cpu";
+    stats.driver = "Embree";
+    stats.buildSeconds = accel_ ? accel_->stats().buildSeconds : 0;
+    film_.addTo(stats);
+    return stats;
+}
+
+}  // namespace core
