@@ -5,18 +5,20 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/pattern.h"
+
 namespace {
 
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 using Names = std::set<std::string>;
+using tests::Pattern;
 
 const fs::path kSource = REKINDLE_SOURCE_DIR;
 
@@ -88,18 +90,17 @@ const std::vector<Text>& documents()
     return all;
 }
 
-Strings matches(const std::string& text, const std::regex& pattern, size_t group = 0)
+Strings matches(const std::string& text, const Pattern& pattern, size_t group = 0)
 {
     Strings found;
-    for (std::sregex_iterator i(text.begin(), text.end(), pattern), end; i != end; ++i)
-        found.push_back((*i)[group]);
+    for (const Pattern::Groups& groups : pattern.findAll(text)) found.push_back(groups[group]);
     return found;
 }
 
 std::string withoutStrings(const std::string& line)
 {
-    static const std::regex pattern(R"rx("(\\.|[^"\\])*")rx");
-    return std::regex_replace(line, pattern, "\"\"");
+    static const Pattern pattern(R"rx("(\\.|[^"\\])*")rx");
+    return pattern.replace(line, "\"\"");
 }
 
 /// What a person reads in a line: the comment of a source, all of a document.
@@ -116,13 +117,13 @@ std::string prose(const Text& text, const std::string& line)
 /// The ids that a line names, those of ranges ("B1-B12") one by one; T/(T-1) is a formula.
 Names idsIn(const std::string& text)
 {
-    static const std::regex denominator(R"(/\([^()]*\))");
-    const std::string line = std::regex_replace(text, denominator, "");
-    static const std::regex pattern(R"(\b(T-|[TNVB])([0-9]{1,2})(?:-\1([0-9]{1,2}))?\b)");
+    static const Pattern denominator(R"(/\([^()]*\))");
+    const std::string line = denominator.replace(text, "");
+    static const Pattern pattern(R"(\b(T-|[TNVB])([0-9]{1,2})(?:-\1([0-9]{1,2}))?\b)");
     Names ids;
-    for (std::sregex_iterator i(line.begin(), line.end(), pattern), end; i != end; ++i) {
-        const int first = std::stoi((*i)[2]), last = (*i)[3].matched ? std::stoi((*i)[3]) : first;
-        for (int n = first; n <= last; ++n) ids.insert((*i)[1].str() + std::to_string(n));
+    for (const Pattern::Groups& id : pattern.findAll(line)) {
+        const int first = std::stoi(id[2]), last = id[3].empty() ? first : std::stoi(id[3]);
+        for (int n = first; n <= last; ++n) ids.insert(id[1] + std::to_string(n));
     }
     return ids;
 }
@@ -142,15 +143,15 @@ using Claims = std::map<std::string, Names>;
 
 Claims claimsIn(const Text& text)
 {
-    static const std::regex row(R"(^\| (T-?\d+|[NVB]\d+) \| (.{10,}) \| (.*) \|$)"),
+    static const Pattern row(R"(^\| (T-?\d+|[NVB]\d+) \| (.{10,}) \| (.*) \|$)"),
         test(R"(`(\w+)`)");
     Claims claims;
     for (const std::string& line : text.lines) {
-        std::smatch cells;
-        if (!std::regex_match(line, cells, row)) continue;
-        const Strings named = matches(cells[3], test, 1);
-        EXPECT_TRUE(claims.emplace(cells[1], Names(named.begin(), named.end())).second)
-            << cells[1] << " stands twice";
+        const auto cells = row.match(line);
+        if (!cells) continue;
+        const Strings named = matches((*cells)[3], test, 1);
+        EXPECT_TRUE(claims.emplace((*cells)[1], Names(named.begin(), named.end())).second)
+            << (*cells)[1] << " stands twice";
     }
     return claims;
 }
@@ -189,7 +190,7 @@ class KnownFiles {
 public:
     KnownFiles()
     {
-        static const std::regex include(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+        static const Pattern include(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
         for (const Text& text : sources())
             for (const std::string& line : text.lines)
                 for (const std::string& name : matches(line, include, 1)) included_.insert(name);
@@ -212,7 +213,7 @@ private:
 Strings fileFaults(const std::vector<Text>& texts)
 {
     static const KnownFiles known;
-    static const std::regex source(R"(\b[\w./-]+\.(?:h|cpp|comp|glsl|cmake|md|sh)\b)"),
+    static const Pattern source(R"(\b[\w./-]+\.(?:h|cpp|comp|glsl|cmake|md|sh)\b)"),
         path(R"(\b(?:app|core|docs|shaders|assets|tests|bench)/[\w./-]+\.\w+\b)"),
         link(R"(\]\(([^)#:]+)\))");
     Strings faults;
@@ -220,7 +221,7 @@ Strings fileFaults(const std::vector<Text>& texts)
         for (const std::string& line : text.lines) {
             const std::string words = prose(text, line);
             Names named;
-            for (const std::regex* pattern : {&source, &path})
+            for (const Pattern* pattern : {&source, &path})
                 for (const std::string& name : matches(words, *pattern)) named.insert(name);
             if (hasKind(text.file, {".md"}))
                 for (const std::string& name : matches(words, link, 1)) named.insert(name);
@@ -235,22 +236,21 @@ Strings fileFaults(const std::vector<Text>& texts)
 /// `Suite.Name`.
 Strings testFaults(const std::vector<Text>& texts)
 {
-    static const std::regex file(R"(`([\w*]+_test)`)"), single(R"(`([A-Z]\w+\.[A-Z]\w+)`)"),
+    static const Pattern file(R"(`([\w*]+_test)`)"), single(R"(`([A-Z]\w+\.[A-Z]\w+)`)"),
         definition(R"(^TEST(?:_F|_P)?\((\w+),\s*(\w+)\))");
     Names files, singles;
     for (const Text& text : sources()) {
         if (!isTest(text.file)) continue;
         files.insert(stem(text.file));
         for (const std::string& line : text.lines) {
-            std::smatch name;
-            if (std::regex_search(line, name, definition))
-                singles.insert(name[1].str() + '.' + name[2].str());
+            if (const auto name = definition.find(line))
+                singles.insert((*name)[1] + '.' + (*name)[2]);
         }
     }
     const auto exists = [&](const std::string& name) {
-        const std::regex pattern(std::regex_replace(name, std::regex(R"(\*)"), R"(\w+)"));
+        const Pattern pattern(Pattern(R"(\*)").replace(name, R"(\w+)"));
         return std::any_of(files.begin(), files.end(),
-                           [&](const std::string& f) { return std::regex_match(f, pattern); });
+                           [&](const std::string& f) { return pattern.match(f).has_value(); });
     };
     Strings faults;
     for (const Text& text : texts)
@@ -341,7 +341,7 @@ TEST(Docs, NamedTestsExist)
 
 TEST(Docs, ArchitectureNamesEveryRoom)
 {
-    const std::regex room(R"(^\s*room\(([\w/]+)[\s)])");
+    const Pattern room(R"(^\s*room\(([\w/]+)[\s)])");
     const Text plan = readText("docs/architecture.md");
     size_t rooms = 0;
     for (const std::string& line : readText("cmake/rooms.cmake").lines)

@@ -1,11 +1,11 @@
 // The README lists every key of the viewer, and names only files that exist.
 #include <fstream>
 #include <iterator>
-#include <regex>
 
 #include <gtest/gtest.h>
 
 #include "app/session/actions.h"
+#include "tests/support/pattern.h"
 
 namespace {
 
@@ -34,12 +34,12 @@ TEST(Readme, ListsEveryKeyWithWhatItDoes)
 TEST(Readme, NamesOnlyFilesThatExist)
 {
     const std::string text = readme();
-    const std::regex path(
+    const tests::Pattern path(
         R"(\b(?:app|core|shaders|assets|tests)/[A-Za-z0-9_/.-]+\.(?:h|cpp|comp|json|jpg|png|sh|gltf)\b)");
-    int found = 0;
-    for (std::sregex_iterator i(text.begin(), text.end(), path), end; i != end; ++i, ++found)
-        EXPECT_TRUE(fs::exists(fs::path(REKINDLE_SOURCE_DIR) / i->str())) << i->str();
-    EXPECT_GT(found, 20);
+    const auto found = path.findAll(text);
+    for (const auto& name : found)
+        EXPECT_TRUE(fs::exists(fs::path(REKINDLE_SOURCE_DIR) / name[0])) << name[0];
+    EXPECT_GT(found.size(), 20u);
 }
 
 }  // namespace

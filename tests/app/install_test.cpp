@@ -1,8 +1,8 @@
 // What `cmake --install` makes: a program that runs from its prefix, finds its scenes there and not
 // in the sources, and a manual page that names every option.
 #include <cstdlib>
-#include <regex>
 
+#include "tests/support/pattern.h"
 #include "tests/support/program.h"
 
 namespace {
@@ -83,10 +83,9 @@ TEST_F(Cli, WhatIsMissingIsNamedWhereThereIsNoAptGet)
 /// Option names in a text, as "--spp".
 std::set<std::string> optionsIn(const std::string& text)
 {
-    const std::regex option("(^|[ ,])(--[a-z][a-z-]+)");
+    static const Pattern option("(^|[ ,])(--[a-z][a-z-]+)");
     std::set<std::string> names;
-    for (std::sregex_iterator i(text.begin(), text.end(), option), end; i != end; ++i)
-        names.insert((*i)[2]);
+    for (const Pattern::Groups& found : option.findAll(text)) names.insert(found[2]);
     return names;
 }
 
@@ -94,8 +93,8 @@ TEST_F(Install, ManualNamesEveryCommandAndOption)
 {
     std::string manual = readAll(prefix_ / "share/man/man1/rekindle.1");
     EXPECT_TRUE(manual.starts_with(".TH REKINDLE 1"));
-    manual = std::regex_replace(manual, std::regex("\\\\f[BIR]"), "");
-    manual = std::regex_replace(manual, std::regex("\\\\-"), "-");
+    manual = Pattern("\\\\f[BIR]").replace(manual, "");
+    manual = Pattern("\\\\-").replace(manual, "-");
     for (const Strings& command : {Strings{"view"},
                                    {"render"},
                                    {"compare"},

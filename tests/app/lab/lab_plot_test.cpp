@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "app/report/svg.h"
 #include "app/report/text.h"
 #include "tests/support/markup.h"
+#include "tests/support/pattern.h"
 
 namespace {
 
@@ -144,13 +144,10 @@ TEST(LabPlot, PointsThatAreNoneLeaveNothing)
     EXPECT_FALSE(contains(svg, "nan"));
     EXPECT_FALSE(contains(svg, "inf"));
     // Three points are left, in two pieces; each has a marker, and the legend has one.
-    const std::regex marker("class=\"dot c-blue\"");
-    EXPECT_EQ(
-        std::distance(std::sregex_iterator(svg.begin(), svg.end(), marker), std::sregex_iterator()),
-        4);
-    std::smatch curve;
-    ASSERT_TRUE(std::regex_search(svg, curve, std::regex("d=\"([^\"]*)\" class=\"curve c-blue\"")));
-    const std::string path = curve[1];
+    EXPECT_EQ(tests::Pattern("class=\"dot c-blue\"").findAll(svg).size(), 4u);
+    const auto curve = tests::Pattern("d=\"([^\"]*)\" class=\"curve c-blue\"").find(svg);
+    ASSERT_TRUE(curve);
+    const std::string& path = curve->at(1);
     EXPECT_EQ(std::count(path.begin(), path.end(), 'M'), 2);
     EXPECT_EQ(std::count(path.begin(), path.end(), 'L'), 1);
 }
