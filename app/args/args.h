@@ -138,9 +138,6 @@ Command parseArguments(int argc, const char* const* argv);
 /// Whether the name ends in `extension` (lower case, with its dot), in any case.
 bool hasExtension(const std::filesystem::path& file, std::string_view extension);
 
-/// Versions of the program and of what it stands on, several lines.
-std::string versionText();
-
 }  // namespace app
 
 namespace core {

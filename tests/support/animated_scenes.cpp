@@ -87,6 +87,14 @@ void expectSameBytes(const core::SharedArray<T>& a, const core::SharedArray<T>& 
 
 }  // namespace
 
+core::Estimate filmOf(core::Renderer& renderer, const std::shared_ptr<const core::World>& world)
+{
+    renderer.setWorld(world, {});
+    renderer.setView({world->cameras.front(), {48, 32}, {}}, core::Start::anew);
+    renderer.advance({.samples = 4}, {});
+    return renderer.read(core::Reading::everything);
+}
+
 void expectSameWorld(const core::World& a, const core::World& b)
 {
     EXPECT_EQ(a.placement.centre, b.placement.centre);

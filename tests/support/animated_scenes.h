@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/methods/renderer.h"
 #include "core/scene/scene.h"
 #include "tests/support/test_scenes.h"
 
@@ -22,6 +23,9 @@ void animate(core::Scene& scene, std::vector<core::AnimationChannel> channels);
 /// triangles and a point light move, a pane with blended alpha slides, and the camera follows.
 /// Of the meshes, one rests between two that move.
 SceneBuilder movingRoom();
+
+/// Four samples of every pixel of 48 x 32, from the world's first camera.
+core::Estimate filmOf(core::Renderer& renderer, const std::shared_ptr<const core::World>& world);
 
 /// Equal in everything that renderers, reports and cameras read.
 void expectSameWorld(const core::World& a, const core::World& b);

@@ -53,14 +53,6 @@ TEST_F(GpuPose, UploadsWhatMoves)
     EXPECT_EQ(device.writtenBytes - loaded, written) << "the same pose again costs nothing";
 }
 
-core::Estimate filmOf(core::Renderer& renderer, const std::shared_ptr<const core::World>& world)
-{
-    renderer.setWorld(world, {});
-    renderer.setView({world->cameras.front(), {48, 32}, {}}, core::Start::anew);
-    renderer.advance({.samples = 4}, {});
-    return renderer.read(core::Reading::everything);
-}
-
 /// Also across a pose with other triangles. The trees differ (one is refitted, and grids are laid
 /// over the pose that came first), the triangles that rays meet do not.
 TEST_F(GpuPose, PicturesAfterPosesAreThoseOfFreshWorlds)

@@ -93,14 +93,6 @@ TEST(AccelPose, OutlivesTheWorldsItHasLeft)
     expectSameHits(accel, fresh);
 }
 
-core::Estimate filmOf(core::Renderer& renderer, const std::shared_ptr<const core::World>& world)
-{
-    renderer.setWorld(world, {});
-    renderer.setView({world->cameras.front(), {48, 32}, {}}, core::Start::anew);
-    renderer.advance({.samples = 4}, {});
-    return renderer.read(core::Reading::everything);
-}
-
 /// To the bit, also across a pose with other triangles.
 TEST(PathPose, PicturesAfterPosesAreThoseOfFreshWorlds)
 {
