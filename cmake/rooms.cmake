@@ -14,7 +14,7 @@ endforeach()
 
 set(base core/base shaders/shared)
 room(core/base FOREIGN pmmintrin.h tbb/ xmmintrin.h)
-room(core/image SEES ${base} FOREIGN OpenImageIO/)
+room(core/image SEES ${base} FOREIGN OpenImageIO/ jpeglib.h png.h)
 room(core/scene SEES ${base} core/image)
 room(core/gltf SEES ${base} core/image core/scene FOREIGN nlohmann/ OpenImageIO/)
 room(core/trace SEES ${base} core/scene FOREIGN embree3/ embree4/ tbb/)

@@ -1,6 +1,7 @@
 // Environment map and sun, as scenes[].extras.environment and .sun hold them (not part of glTF).
 #include <cmath>
 
+#include "core/base/text.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
 #include "core/gltf/texture_image.h"
@@ -31,11 +32,14 @@ void readMap(Load& load, const Object& object)
     if (!decoded.problem.empty())
         load.refuse("IMAGE_UNUSABLE", object.at("uri"), "environment: " + decoded.problem);
     Environment environment;
-    environment.file = uri;
+    environment.file = printable(uri);
     environment.width = decoded.image.width;
     environment.height = decoded.image.height;
     uint64_t repaired = 0;
     environment.texels = makeRadiance(decoded.image, repaired);
+    if (!decoded.damage.empty())
+        load.warn("IMAGE_DAMAGED", object.at("uri"),
+                  decoded.damage + " — shown as far as it could be read");
     if (repaired > 0)
         load.warn("IMAGE_INVALID_VALUES", object.at("uri"),
                   std::to_string(repaired) +

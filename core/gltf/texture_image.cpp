@@ -10,21 +10,21 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include "core/image/jpeg_file.h"
+#include "core/image/png_file.h"
 #include "shared/tonemap.h"
 
 namespace core {
 
 namespace {
 
-/// Name of the reader for these first bytes; empty for what we do not read.
-std::string readerFor(std::span<const std::byte> bytes)
+/// Name of OpenImageIO's reader for these first bytes; empty for what it is not asked for.
+std::string readerFor(EncodedImage bytes)
 {
     const auto startsWith = [&](std::string_view magic) {
         return bytes.size() >= magic.size() &&
                std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
     };
-    if (startsWith("\x89PNG\r\n\x1a\n")) return "png";
-    if (startsWith("\xff\xd8\xff")) return "jpeg";
     if (startsWith("\x76\x2f\x31\x01")) return "openexr";
     if (startsWith("#?RADIANCE") || startsWith("#?RGBE")) return "hdr";
     return {};
@@ -44,48 +44,15 @@ glm::dvec2 exrSize(std::span<const std::byte> bytes)
     return {double(box[2]) - box[0] + 1, double(box[3]) - box[1] + 1};
 }
 
-/// Follows the chunks of a PNG to its end and says what is wrong. Libpng would notice too, but
-/// OpenImageIO leaks its message then, and libpng writes its own to stderr.
-std::string checkPng(std::span<const std::byte> bytes, glm::dvec2& size)
-{
-    const auto word = [&](size_t at) {
-        uint32_t value = 0;
-        for (size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<uint32_t>(bytes[at + k]);
-        return value;
-    };
-    constexpr size_t kSignature = 8, kFrame = 12;  // length, type and checksum of a chunk
-    constexpr uint32_t kHeader = 0x49484452, kEnd = 0x49454e44;
-    for (size_t at = kSignature; at + kFrame <= bytes.size();) {
-        const uint64_t length = word(at);
-        const uint32_t type = word(at + 4);
-        if (length > bytes.size() - at - kFrame) break;
-        if (at == kSignature && (type != kHeader || length != 13)) return "is damaged: no header";
-        if (at == kSignature) size = {word(at + 8), word(at + 12)};
-        if (type == kEnd) return {};
-        at += kFrame + length;
-    }
-    return "is damaged: cut off after " + std::to_string(bytes.size()) + " bytes";
-}
-
-std::string sizeText(double width, double height)
-{
-    return std::to_string(static_cast<int64_t>(width)) + " x " +
-           std::to_string(static_cast<int64_t>(height));
-}
-
-std::string checkSize(double width, double height, const ImageGuards& guards)
-{
-    if (!(width >= 1) || !(height >= 1)) return "has no pixels (" + sizeText(width, height) + ")";
-    if (width > guards.maxSize || height > guards.maxSize)
-        return "has " + sizeText(width, height) + " pixels, allowed are " +
-               std::to_string(guards.maxSize) + " each way";
-    return {};
-}
-
 /// First line of a message of the library.
 std::string firstLine(const std::string& text)
 {
     return text.substr(0, std::min<size_t>(text.find('\n'), 200));
+}
+
+DecodedImage refused(std::string problem)
+{
+    return {{}, std::move(problem), {}};
 }
 
 float fromSrgb(float value)
@@ -154,65 +121,48 @@ template <class S> void fillFromTable(const RawImage& image, std::vector<glm::ve
 
 }  // namespace
 
-DecodedImage decodeImage(std::span<const std::byte> bytes, const ImageGuards& guards,
-                         std::stop_token stop)
+DecodedImage decodeImage(EncodedImage bytes, const ImageGuards& guards, std::stop_token stop)
 {
+    if (isPng(bytes)) return decodePng(bytes, guards, std::move(stop));
+    if (isJpeg(bytes)) return decodeJpeg(bytes, guards, std::move(stop));
     const std::string name = readerFor(bytes);
-    if (name.empty()) return {{}, "is no PNG, JPEG, OpenEXR or Radiance image by its content"};
-    if (name == "openexr" || name == "png") {
-        glm::dvec2 size = name == "png" ? glm::dvec2(1) : exrSize(bytes);
-        const std::string damage = name == "png" ? checkPng(bytes, size) : "";
-        if (std::string problem = checkSize(size.x, size.y, guards); !problem.empty())
-            return {{}, problem};
-        if (!damage.empty()) return {{}, damage};
+    if (name.empty()) return refused("is no PNG, JPEG, OpenEXR or Radiance image by its content");
+    if (name == "openexr") {
+        const glm::dvec2 size = exrSize(bytes);
+        if (std::string problem = sizeProblem(size.x, size.y, guards); !problem.empty())
+            return refused(problem);
     }
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
-    if (!input) return {{}, "cannot be read: this OpenImageIO has no reader for " + name};
+    if (!input) return refused("cannot be read: this OpenImageIO has no reader for " + name);
     OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(bytes.data()), bytes.size());
     OIIO::Filesystem::IOProxy* proxy = &memory;
     OIIO::ImageSpec config, spec;
     config.attribute("oiio:UnassociatedAlpha", 1);
     config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     if (!input->open("image." + name, spec, config))
-        return {{}, "cannot be read: " + firstLine(input->geterror())};
+        return refused("cannot be read: " + firstLine(input->geterror()));
 
-    if (std::string problem = checkSize(spec.width, spec.height, guards); !problem.empty())
-        return {{}, problem};
-    if (spec.deep || spec.depth > 1) return {{}, "is a deep or volume image"};
+    if (std::string problem = sizeProblem(spec.width, spec.height, guards); !problem.empty())
+        return refused(problem);
+    if (spec.deep || spec.depth > 1) return refused("is a deep or volume image");
     if (spec.nchannels < 1 || spec.nchannels > 4)
-        return {{}, "has " + std::to_string(spec.nchannels) + " channels, allowed are 1 to 4"};
-    RawImage image;
-    image.width = static_cast<uint32_t>(spec.width);
-    image.height = static_cast<uint32_t>(spec.height);
-    image.channels = static_cast<uint32_t>(spec.nchannels);
-    OIIO::TypeDesc type = OIIO::TypeDesc::FLOAT;
-    image.type = RawImage::Type::float32;
-    if (spec.format == OIIO::TypeDesc::UINT8) {
-        type = OIIO::TypeDesc::UINT8;
-        image.type = RawImage::Type::unsigned8;
-    } else if (spec.format == OIIO::TypeDesc::UINT16) {
-        type = OIIO::TypeDesc::UINT16;
-        image.type = RawImage::Type::unsigned16;
-    }
-    const uint64_t pixelCount = uint64_t{image.width} * image.height;
-    const uint64_t rawBytes = pixelCount * image.channels * type.size();
-    if (rawBytes > guards.maxBytes || rawBytes > guards.maxRatio * bytes.size() + (16u << 20))
-        return {{},
-                "would need " + std::to_string(rawBytes >> 20) + " MiB for " +
-                    sizeText(spec.width, spec.height) +
-                    " pixels, which is too much for a file of " + std::to_string(bytes.size()) +
-                    " bytes"};
-    if (guards.beforeAllocation) guards.beforeAllocation(pixelCount, rawBytes);
-    image.pixels.resize(rawBytes);
+        return refused("has " + std::to_string(spec.nchannels) + " channels, allowed are 1 to 4");
+    RawImage image{static_cast<uint32_t>(spec.width),
+                   static_cast<uint32_t>(spec.height),
+                   static_cast<uint32_t>(spec.nchannels),
+                   RawImage::Type::float32,
+                   {}};
+    if (std::string problem = allocatePixels(image, bytes.size(), 0, guards); !problem.empty())
+        return refused(problem);
     const auto stopped = [](void* token, float) {
         return static_cast<std::stop_token*>(token)->stop_requested();
     };
-    if (!input->read_image(0, 0, 0, spec.nchannels, type, image.pixels.data(), OIIO::AutoStride,
-                           OIIO::AutoStride, OIIO::AutoStride, stopped, &stop)) {
-        if (stop.stop_requested()) return {{}, "was not read: loading was stopped"};
-        return {{}, "is damaged: " + firstLine(input->geterror())};
+    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels.data(),
+                           OIIO::AutoStride, OIIO::AutoStride, OIIO::AutoStride, stopped, &stop)) {
+        if (stop.stop_requested()) return refused("was not read: loading was stopped");
+        return refused("is damaged: " + firstLine(input->geterror()));
     }
-    return {std::move(image), {}};
+    return {std::move(image), {}, {}};
 }
 
 Texture makeTexture(const RawImage& image, bool color, uint64_t& repaired)

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "core/base/parallel.h"
+#include "core/base/text.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
 #include "core/gltf/texture_image.h"
@@ -19,7 +20,7 @@ struct Job {
     size_t image = 0;
     std::vector<size_t> textures;
     // Results:
-    std::string name, problem;
+    std::string name, problem, damage;
     Bytes file;  // emptied after decoding
     ContentHash hash;
     uint64_t fileBytes = 0, repaired = 0;
@@ -48,7 +49,7 @@ std::span<const std::byte> fetch(Load& load, Job& job)
         return {};
     }
     if (const auto name = image.find("name"); name != image.end() && name->is_string())
-        job.name = name->get<std::string>();
+        job.name = printable(name->get<std::string>(), kLongestName);
     const auto uri = image.find("uri"), view = image.find("bufferView");
     if ((uri != image.end()) == (view != image.end())) {
         job.problem = uri == image.end() ? "has neither 'uri' nor 'bufferView'"
@@ -67,7 +68,7 @@ std::span<const std::byte> fetch(Load& load, Job& job)
         return {};
     }
     const auto& text = uri->get_ref<const std::string&>();
-    if (job.name.empty() && !text.starts_with("data:")) job.name = text;
+    if (job.name.empty() && !isDataUri(text)) job.name = printable(text, kLongestName);
     Content content = readUri(load, text);
     job.problem = std::move(content.problem);
     job.file = std::move(content.bytes);
@@ -90,6 +91,7 @@ void run(Load& load, Job& job, std::mutex& mutex)
     DecodedImage decoded = decodeImage(bytes, guards, load.stop);
     job.file = {};
     job.problem = std::move(decoded.problem);
+    job.damage = std::move(decoded.damage);
     if (!job.problem.empty()) return;
     for (const size_t texture : job.textures) {
         load.scene.textures[texture] =
@@ -140,6 +142,8 @@ void readTextures(Load& load)
                           " — a checker stands for it as base colour, other uses are left out");
             for (const size_t texture : job.textures) replace(load, texture);
         }
+        if (!job.damage.empty())
+            load.warn("IMAGE_DAMAGED", pointer, job.damage + " — shown as far as it could be read");
         if (job.repaired > 0)
             load.warn("IMAGE_INVALID_VALUES", pointer,
                       std::to_string(job.repaired) +

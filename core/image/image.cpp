@@ -1,14 +1,10 @@
 // Image files through OpenImageIO, which is used here and in texture loading only. The library does
 // not limit what an EXR may make it allocate (2.4.7), so the header is checked first; and it writes
-// in place, so files are written under a temporary name in the same folder and renamed when
-// complete.
+// in place, so it encodes in memory.
 #include "core/image/image.h"
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -19,8 +15,10 @@
 #include <OpenImageIO/imageio.h>
 
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 #include "core/image/exr_header.h"
 #include "core/image/image_metadata.h"
+#include "core/image/png_file.h"
 #include "shared/tonemap.h"
 
 namespace core {
@@ -31,55 +29,7 @@ namespace {
 // meaning to.
 const std::string kMetadataPrefix = "rekindle:";
 
-/// A file that appears under its name only by commit(); until then, and after a failure, no trace
-/// of it remains.
-class PendingFile {
-public:
-    explicit PendingFile(std::filesystem::path file) : file_(std::move(file))
-    {
-        std::string name(1, '.');
-        name.append(file_.filename().string()).append(1, '.');
-        name.append(std::to_string(getpid())).append(".tmp");
-        temporary_ = file_.parent_path() / name;
-    }
-    PendingFile(const PendingFile&) = delete;
-    PendingFile& operator=(const PendingFile&) = delete;
-    ~PendingFile()
-    {
-        std::error_code ignored;
-        if (!committed_) std::filesystem::remove(temporary_, ignored);
-    }
-
-    /// Writes all bytes and gives the file its name. Throws core::Error.
-    void write(std::span<const unsigned char> bytes)
-    {
-        errno = 0;
-        std::ofstream stream(temporary_, std::ios::binary);
-        stream.write(reinterpret_cast<const char*>(bytes.data()),
-                     static_cast<std::streamsize>(bytes.size()));
-        stream.close();
-        if (!stream) throw Error(file_.string() + ": cannot be written: " + reason());
-        std::error_code error;
-        std::filesystem::rename(temporary_, file_, error);
-        if (error) throw Error(file_.string() + ": cannot be written: " + error.message());
-        committed_ = true;
-    }
-
-    /// Whether a byte can be written where the file would lie.
-    bool probe() const
-    {
-        return bool(std::ofstream(temporary_, std::ios::binary).put('x').flush());
-    }
-
-private:
-    static std::string reason()
-    {
-        return errno != 0 ? std::strerror(errno) : "the folder or the disk refuses it";
-    }
-
-    std::filesystem::path file_, temporary_;
-    bool committed_ = false;
-};
+constexpr uint64_t kMaxPngBytes = uint64_t{1} << 30;
 
 /// The ending of the name with its dot, in lower case.
 std::string lowerExtension(const std::filesystem::path& file)
@@ -171,10 +121,26 @@ Metadata metadataOf(const OIIO::ImageSpec& spec)
     return metadata;
 }
 
+Metadata pngMetadata(const std::filesystem::path& file)
+{
+    std::error_code error;
+    if (std::filesystem::file_size(file, error) > kMaxPngBytes)
+        throw Error(file.string() + ": larger than " + std::to_string(kMaxPngBytes >> 20) + " MiB");
+    std::ifstream stream(file, std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
+    if (!stream) throw Error(file.string() + ": cannot be read");
+    const EncodedImage encoded = std::as_bytes(std::span(bytes));
+    if (!isPng(encoded)) throw Error(file.string() + ": not a PNG file");
+    Metadata metadata;
+    for (const auto& [key, value] : pngText(encoded))
+        if (key.starts_with(kMetadataPrefix)) metadata[key.substr(kMetadataPrefix.size())] = value;
+    return metadata;
+}
+
 /// Encodes in memory and writes the bytes: the library's PNG writer does not notice a full disk
 /// (2.4.7).
-void writeFile(const std::filesystem::path& file, const char* format, const OIIO::ImageSpec& spec,
-               OIIO::TypeDesc type, const void* pixels)
+void encode(const std::filesystem::path& file, const char* format, const OIIO::ImageSpec& spec,
+            OIIO::TypeDesc type, const void* pixels)
 {
     const std::unique_ptr<OIIO::ImageOutput> writer = OIIO::ImageOutput::create(format);
     OIIO::Filesystem::IOVecOutput memory;
@@ -183,7 +149,7 @@ void writeFile(const std::filesystem::path& file, const char* format, const OIIO
     if (!writer->open(file.string(), spec) || !writer->write_image(type, pixels) ||
         !writer->close())
         throw Error(file.string() + ": cannot be encoded: " + firstLine(writer->geterror()));
-    PendingFile(file).write(memory.buffer());
+    writeFile(file, std::as_bytes(std::span(memory.buffer())));
 }
 
 /// Display value of one pixel; what is not finite shows as black.
@@ -218,7 +184,7 @@ void writeExr(const std::filesystem::path& file, const ImageFile& image)
     CHECK(!image.layers.empty());
     const OIIO::ImageSpec spec = exrSpec(image);
     const std::vector<float> pixels = interleave(image.layers, size_t(spec.nchannels));
-    writeFile(file, "openexr", spec, OIIO::TypeDesc::FLOAT, pixels.data());
+    encode(file, "openexr", spec, OIIO::TypeDesc::FLOAT, pixels.data());
 }
 
 ImageFile readExr(const std::filesystem::path& file)
@@ -258,15 +224,12 @@ Metadata readMetadata(const std::filesystem::path& file)
     if (!std::filesystem::exists(file, error)) throw Error(file.string() + ": no such file");
     if (!std::filesystem::is_regular_file(file, error))  // a pipe would block for ever
         throw Error(file.string() + ": not a regular file");
-    if (extension == ".exr")
-        (void)readExrHeader(file);
-    else if (extension != ".png")
-        throw Error(file.string() + ": not an EXR or PNG file");
-    // By name: no other format may be found in a file of that ending.
-    const char* format = extension == ".exr" ? "openexr" : "png";
-    const std::unique_ptr<OIIO::ImageInput> reader = OIIO::ImageInput::create(format);
+    if (extension == ".png") return pngMetadata(file);
+    if (extension != ".exr") throw Error(file.string() + ": not an EXR or PNG file");
+    (void)readExrHeader(file);
+    const std::unique_ptr<OIIO::ImageInput> reader = OIIO::ImageInput::create("openexr");
     if (!reader)
-        throw Error(file.string() + ": this OpenImageIO cannot read " + format, ExitCode::failure);
+        throw Error(file.string() + ": this OpenImageIO cannot read EXR", ExitCode::failure);
     OIIO::ImageSpec spec;
     if (!reader->open(file.string(), spec))
         throw Error(file.string() + ": cannot be read (" + firstLine(reader->geterror()) + ")");
@@ -296,7 +259,7 @@ void writePngBytes(const std::filesystem::path& file, uint32_t width, uint32_t h
     spec.attribute("oiio:ColorSpace", "sRGB");
     spec.attribute("oiio:UnassociatedAlpha", 1);
     for (const auto& [key, value] : metadata) spec.attribute(kMetadataPrefix + key, value);
-    writeFile(file, "png", spec, OIIO::TypeDesc::UINT8, bytes.data());
+    encode(file, "png", spec, OIIO::TypeDesc::UINT8, bytes.data());
 }
 
 void requireWritable(const std::filesystem::path& file)
@@ -306,15 +269,7 @@ void requireWritable(const std::filesystem::path& file)
         throw Error(name + ": unknown kind of image \"" + extension +
                         "\" — end the name in .exr or .png",
                     ExitCode::commandLine);
-    std::error_code error;
-    if (std::filesystem::is_directory(file, error))
-        throw Error(name + ": is a folder — name a file");
-    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
-    if (!std::filesystem::is_directory(folder, error))
-        throw Error(name + ": folder " + folder.string() + " does not exist — create it first");
-    // Trying is the only test that also sees read-only file systems and quotas.
-    if (!PendingFile(file).probe())
-        throw Error(name + ": folder " + folder.string() + " cannot be written to");
+    requireWritableFile(file);
 }
 
 }  // namespace core
