@@ -1,5 +1,6 @@
 // rekindle: a path-tracing viewer for glTF scenes. Chooses the command, and is the only place where
 // failures end.
+#include <csignal>
 #include <cstdio>
 #include <iostream>
 #include <new>
@@ -13,6 +14,7 @@
 #include "app/commands/render_command.h"
 #include "app/view/view_command.h"
 #include "core/base/check.h"
+#include "core/base/text.h"
 
 namespace {
 
@@ -40,7 +42,7 @@ struct Run {
 int fail(const char* message, core::ExitCode code)
 {
     std::cout.flush();
-    std::fprintf(stderr, "rekindle: error: %s\n", message);
+    std::fprintf(stderr, "rekindle: error: %s\n", core::printableLines(message).c_str());
     return static_cast<int>(code);
 }
 
@@ -48,6 +50,8 @@ int fail(const char* message, core::ExitCode code)
 
 int main(int argc, char** argv)
 {
+    std::signal(SIGXFSZ,
+                SIG_IGN);  // a limit on file sizes is an error of the write, with a message
     try {
         const int code = std::visit(Run(), app::parseArguments(argc, argv));
         std::cout.flush();

@@ -8,8 +8,6 @@
 #include <iterator>
 #include <optional>
 
-#include <unistd.h>
-
 #include "core/base/check.h"
 
 namespace app {
@@ -17,14 +15,6 @@ namespace app {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A name in the folder of `file` that no other process uses.
-fs::path temporaryName(const fs::path& file)
-{
-    fs::path name = file;
-    name += ".partial-" + std::to_string(getpid());
-    return name;
-}
 
 std::string systemText()
 {
@@ -57,27 +47,6 @@ std::optional<NumberPlace> numberPlace(const std::string& name)
 
 }  // namespace
 
-void writeText(const fs::path& file, const std::string& text)
-{
-    const fs::path temporary = temporaryName(file);
-    errno = 0;
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    stream.close();
-    std::error_code error;
-    if (stream.fail()) {
-        const std::string reason = systemText();
-        fs::remove(temporary, error);
-        throw core::Error(file.string() + ": cannot be written: " + reason);
-    }
-    fs::rename(temporary, file, error);
-    if (error) {
-        const std::string reason = error.message();
-        fs::remove(temporary, error);
-        throw core::Error(file.string() + ": cannot be written: " + reason);
-    }
-}
-
 std::string readText(const fs::path& file, uint64_t maxBytes)
 {
     std::error_code error;
@@ -92,21 +61,6 @@ std::string readText(const fs::path& file, uint64_t maxBytes)
     std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
     if (!stream) throw core::Error(file.string() + ": cannot be read: " + systemText());
     return text;
-}
-
-void requireWritableText(const fs::path& file)
-{
-    std::error_code error;
-    if (fs::is_directory(file, error))
-        throw core::Error(file.string() + ": is a folder — name a file");
-    const fs::path temporary = temporaryName(file);
-    errno = 0;
-    std::ofstream stream(temporary, std::ios::binary);
-    const bool fine = static_cast<bool>(stream.put(' ').flush());
-    const std::string reason = systemText();
-    stream.close();
-    fs::remove(temporary, error);
-    if (!fine) throw core::Error(file.string() + ": cannot be written: " + reason);
 }
 
 bool isNumbered(const fs::path& file)

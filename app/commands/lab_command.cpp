@@ -9,11 +9,13 @@
 
 #include "app/base/files.h"
 #include "app/base/interrupt.h"
+#include "app/base/json_file.h"
 #include "app/base/log.h"
 #include "app/base/program_version.h"
 #include "app/lab/lab_files.h"
 #include "app/lab/run_lab.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 
 namespace app {
 
@@ -39,7 +41,7 @@ public:
             throw core::Error(folder.string() + ": " + reason(path));
         }
         try {
-            requireWritableText(path / "lab.json");
+            core::requireWritableFile(path / "lab.json");
         } catch (...) {
             removeFolders();
             throw;
@@ -105,7 +107,7 @@ int labCommand(const LabOptions& options, std::ostream& out)
                                       {"cells", results->cells.size()},
                                       {"seconds", results->seconds}};
     // File names may hold any bytes; JSON is UTF-8.
-    out << line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
+    out << jsonText(line) << '\n';
     return static_cast<int>(interrupt.requested() ? core::ExitCode::interrupted
                                                   : core::ExitCode::done);
 }

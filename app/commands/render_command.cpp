@@ -14,6 +14,7 @@
 #include "app/files/stats.h"
 #include "app/gpu/base/device.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 #include "core/base/time.h"
 #include "core/image/metrics.h"
 #include "core/scene/features.h"
@@ -42,7 +43,11 @@ void checkFiles(const RenderOptions& o)
                               ": frames need a place for their number, as in frame-%04d.png",
                           core::ExitCode::commandLine);
     core::requireWritable(o.frames ? numbered(o.output, o.frames->first) : o.output);
-    if (!o.stats.empty()) requireWritableText(o.stats);
+    if (o.stats.empty()) return;
+    core::requireWritableFile(o.stats);
+    if (core::sameFile(o.output, o.stats))
+        throw core::Error("--stats " + o.stats.string() + ": is the picture's file, too",
+                          core::ExitCode::commandLine);
 }
 
 uint32_t forcedFeatures(const RenderOptions& o)
@@ -278,7 +283,7 @@ int Job::run()
     report_.renderer = renderer_->stats();
     report_.totalSeconds = secondsSince(start_);
     report_.validationMessages = o_.validation ? gpu::validationMessages() : 0;
-    if (!o_.stats.empty()) writeText(o_.stats, statsJson(report_));
+    if (!o_.stats.empty()) core::writeFile(o_.stats, statsJson(report_));
 
     const core::FilmCounters& c = report_.counters;
     if (!c.clean())

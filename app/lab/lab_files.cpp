@@ -8,8 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/base/files.h"
+#include "app/base/json_file.h"
 #include "app/lab/methods.h"
 #include "app/lab/report.h"
+#include "core/base/output_file.h"
 
 namespace app::lab {
 
@@ -205,8 +207,7 @@ std::string listText(const char* name, const std::vector<Json>& objects)
 {
     std::string text = std::string(",\n \"") + name + "\": [";
     for (size_t i = 0; i < objects.size(); ++i)
-        text += (i ? ",\n  " : "\n  ") +
-                objects[i].dump(-1, ' ', false, Json::error_handler_t::replace);
+        text += (i ? ",\n  " : "\n  ") + jsonText(objects[i]);
     return text + "]";
 }
 
@@ -240,8 +241,7 @@ std::string labJson(const LabResults& r)
                     {"quick", r.quick},     {"seconds", number(r.seconds)}};
     std::string text = "{";
     for (const auto& [name, value] : head.items())
-        text += (text.size() > 1 ? ",\n " : "\n ") + Json(name).dump() + ": " +
-                value.dump(-1, ' ', false, Json::error_handler_t::replace);
+        text += (text.size() > 1 ? ",\n " : "\n ") + Json(name).dump() + ": " + jsonText(value);
     text += listText("methods", each(methods(), methodJson));
     text += listText("cells", each(r.cells, cellJson));
     text += listText("sweep_c", each(r.overC, sweepJson));
@@ -283,7 +283,7 @@ void writeLabFiles(const std::filesystem::path& folder, const LabResults& result
     auto files = labTables(results);
     files.emplace_back("lab.json", labJson(results));
     files.emplace_back("index.html", reportHtml(results));
-    for (const auto& [name, text] : files) writeText(folder / name, text);
+    for (const auto& [name, text] : files) core::writeFile(folder / name, text);
 }
 
 }  // namespace app::lab

@@ -7,6 +7,7 @@
 #include "app/base/files.h"
 #include "app/base/json_file.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 
 namespace app {
 
@@ -135,7 +136,7 @@ nlohmann::ordered_json CameraTrack::json(const core::Placement& placement) const
 void CameraTrack::save(const std::filesystem::path& file, const core::Placement& placement) const
 {
     if (empty()) throw core::Error(file.string() + ": there are no keys to save");
-    writeText(file, json(placement).dump(1) + '\n');
+    core::writeFile(file, jsonText(json(placement), 1) + '\n');
 }
 
 void CameraTrack::load(const std::filesystem::path& file, const core::Camera& defaults,

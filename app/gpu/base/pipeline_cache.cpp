@@ -2,14 +2,14 @@
 // what they are given.
 #include "app/gpu/base/pipeline_cache.h"
 
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <system_error>
 
-#include <unistd.h>
+#include "core/base/check.h"
+#include "core/base/output_file.h"
 
 namespace gpu {
 
@@ -78,29 +78,20 @@ void writeCache(const std::filesystem::path& folder, const CacheKey& key,
                 std::span<const std::byte> data)
 {
     if (folder.empty() || data.empty() || data.size() > kMaxBytes) return;
-    static std::atomic<uint32_t> counter{0};
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    const std::filesystem::path file = fileOf(folder, key);
-    std::filesystem::path unfinished = file;
-    char ending[48];
-    std::snprintf(ending, sizeof(ending), ".%ld.%u.tmp", static_cast<long>(getpid()), counter++);
-    unfinished += ending;
-    bool complete = false;
-    {
-        Header header;
-        header.key = key;
-        header.bytes = data.size();
-        header.checksum = hashBytes(data);
-        std::ofstream out(unfinished, std::ios::binary);
-        out.write(reinterpret_cast<const char*>(&header), sizeof(header));
-        out.write(reinterpret_cast<const char*>(data.data()),
-                  static_cast<std::streamsize>(data.size()));
-        out.close();
-        complete = out.good();
+    Header header;
+    header.key = key;
+    header.bytes = data.size();
+    header.checksum = hashBytes(data);
+    std::vector<std::byte> all(sizeof(header) + data.size());
+    std::memcpy(all.data(), &header, sizeof(header));
+    std::memcpy(all.data() + sizeof(header), data.data(), data.size());
+    std::error_code ignored;
+    std::filesystem::create_directories(folder, ignored);
+    try {
+        core::writeFile(fileOf(folder, key), all);
+    } catch (const core::Error&) {
+        // Without a cache the next start compiles again.
     }
-    if (complete) std::filesystem::rename(unfinished, file, error);
-    if (!complete || error) std::filesystem::remove(unfinished, error);
 }
 
 }  // namespace gpu

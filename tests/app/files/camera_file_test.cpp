@@ -13,6 +13,7 @@
 
 #include "app/base/files.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 
 namespace {
 
@@ -64,7 +65,7 @@ protected:
     app::CameraPath read(const std::string& text)
     {
         const std::filesystem::path file = folder_ / "path.json";
-        app::writeText(file, text);
+        core::writeFile(file, text);
         return app::readCameraPath(file, core::Camera{}, core::Placement{});
     }
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "app/base/files.h"
+#include "core/base/output_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -27,7 +28,7 @@ protected:
         fs::create_directories(folder_ / ".hidden");
         for (const char* name :
              {"room.glb", "rock.gltf", "ROOM2.GLB", "notes.txt", ".secret.glb", "rooms/hall.glb"})
-            app::writeText(folder_ / name, "x");
+            core::writeFile(folder_ / name, "x");
         fs::create_symlink(folder_ / "nowhere", folder_ / "rolink.glb");
         fs::create_symlink(folder_ / "rooms", folder_ / "rolinked");
     }
@@ -99,7 +100,7 @@ TEST_F(PathCompletion, HomeAndTheCurrentFolder)
 TEST_F(PathCompletion, AtMostFiftyAndNothingFromErrors)
 {
     for (int i = 0; i < 80; ++i)
-        app::writeText(folder_ / ("many" + std::to_string(100 + i) + ".glb"), "x");
+        core::writeFile(folder_ / ("many" + std::to_string(100 + i) + ".glb"), "x");
     const Strings many = complete("many");
     ASSERT_EQ(many.size(), 50u);
     EXPECT_EQ(many.front(), "many100.glb");

@@ -14,6 +14,7 @@
 #include "app/base/files.h"
 #include "app/session/navigation.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -215,7 +216,7 @@ TEST(CameraTrack, FilesOfTheCommandLineAreReadAndBadOnesChangeNothing)
 {
     const tests::TemporaryFolder folder;
     const std::filesystem::path file = folder / "path.json";
-    app::writeText(file, R"({"keys": [{"position": [0, 0, 5]}, {"frame": 9, "yfov": 30}]})");
+    core::writeFile(file, R"({"keys": [{"position": [0, 0, 5]}, {"frame": 9, "yfov": 30}]})");
     CameraTrack t = track({1, 2, 3});
     t.framesPerSecond = 12;
     t.play();
@@ -228,7 +229,7 @@ TEST(CameraTrack, FilesOfTheCommandLineAreReadAndBadOnesChangeNothing)
                             R"({"keys": [{"yfov": 1e999}]})", R"({"keys": [{}], "loop": 1})",
                             R"({"keys": [{}], "frames_per_second": 0})",
                             R"({"keys": [{}], "frames_per_second": "24"})"}) {
-        app::writeText(file, bad);
+        core::writeFile(file, bad);
         EXPECT_THROW(t.load(file, at(0), {}), core::Error) << bad;
         EXPECT_EQ(frames(t), (Frames{0, 9})) << bad;
         EXPECT_EQ(t.framesPerSecond, 12);

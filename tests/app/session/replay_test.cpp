@@ -17,6 +17,7 @@
 #include "app/files/params_json.h"
 #include "app/session/save_picture.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 #include "core/image/film.h"
 #include "core/image/image_metadata.h"
 #include "core/methods/method.h"
@@ -130,7 +131,7 @@ TEST(Replay, PicturesOfTheWindowSayTheSameAndComeOutAgain)
     app::savePicture(folder / "w.exr", shown.picture, *shown.world, kScene, 0, {});
     const app::Replay replay = app::readReplay(folder / "w.exr");
     expectSome(replay);
-    app::writeText(folder / "camera.json", replay.cameraJson);
+    core::writeFile(folder / "camera.json", replay.cameraJson);
     ASSERT_TRUE(rekindle(folder.path(), "render " + quoted(replay.scene) +
                                             " -o r.exr --camera camera.json" + kOptions))
         << app::readText(folder / "errors.txt");
@@ -271,10 +272,10 @@ TEST(Replay, TheSceneIsSoughtWhereItWasNamedAndBesideThePicture)
     EXPECT_EQ(found(kScene), kScene);
     const std::string text = refusal([&] { found("rooms/hall.glb"); });
     EXPECT_NE(text.find("rooms/hall.glb is neither there nor beside"), std::string::npos) << text;
-    app::writeText(folder / "hall.glb", "scene");
+    core::writeFile(folder / "hall.glb", "scene");
     EXPECT_EQ(found("rooms/hall.glb"), folder / "hall.glb");
     EXPECT_EQ(found("/elsewhere/hall.glb"), folder / "hall.glb");
-    app::writeText(folder / "rooms" / "hall.glb", "scene");
+    core::writeFile(folder / "rooms" / "hall.glb", "scene");
     EXPECT_EQ(found("rooms/hall.glb"), folder / "rooms/hall.glb");
     EXPECT_EQ(found("/moved/rooms/hall.glb"), folder / "rooms/hall.glb");
     EXPECT_NE(refusal([&] { found(folder.path()); }), "");  // a folder is no scene
@@ -291,7 +292,7 @@ TEST(Replay, FilesThatAreNoPicturesOfOurs)
     EXPECT_NE(refusal([&] { app::readReplay(folder / "d.png"); }).find("not a regular file"),
               std::string::npos);
     for (const char* name : {"a.exr", "a.png"}) {
-        app::writeText(folder / name, "something else entirely");
+        core::writeFile(folder / name, "something else entirely");
         EXPECT_NE(refusal([&] { app::readReplay(folder / name); }).find(name), std::string::npos);
     }
     core::writePng(folder / "other.png", core::Image(2, 2, 3), 0, 0, {});

@@ -16,6 +16,7 @@
 #include "app/base/files.h"
 #include "app/files/params_json.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -136,7 +137,7 @@ TEST(Settings, DamagedFilesAreKeptAside)
           "{\"version\": 1.5}", "\xff\xfe", "{\"version\": 1, \"view\": {\"exposure\": 1e999}}"}) {
         const TemporaryFolder folder;
         const fs::path file = folder / "settings.json";
-        app::writeText(file, text);
+        core::writeFile(file, text);
         std::string problem;
         EXPECT_EQ(app::readSettings(file, problem), Settings()) << text;
         EXPECT_NE(problem.find(file.string() + ": "), std::string::npos) << problem;
@@ -146,7 +147,7 @@ TEST(Settings, DamagedFilesAreKeptAside)
         EXPECT_EQ(read(file), Settings());  // and the next time there is nothing to report
     }
     const TemporaryFolder folder;
-    app::writeText(folder / "settings.json", std::string(200000, '['));
+    core::writeFile(folder / "settings.json", std::string(200000, '['));
     EXPECT_EQ(read(folder / "settings.json", true), Settings());
 }
 
@@ -154,8 +155,8 @@ TEST(Settings, WhatIsAbsentOrWrongFallsBackAlone)
 {
     const TemporaryFolder folder;
     const fs::path file = folder / "settings.json";
-    app::writeText(file,
-                   R"({"version": 1, "colour": "unknown", "view": {"exposure": 3, "tone": "sepia",
+    core::writeFile(file,
+                    R"({"version": 1, "colour": "unknown", "view": {"exposure": 3, "tone": "sepia",
         "error-range": -1, "compare-at": "0.7", "moving-depth": 2.5, "frame-limit": 30, "show": 3},
         "panels": {"help": 1, "log": true, "opacity": 0, "ui-scale": 2},
         "path": [1, 2], "window": [10, 700],
@@ -172,9 +173,9 @@ TEST(Settings, WhatIsAbsentOrWrongFallsBackAlone)
     expected.presets = {{"a", core::PathParams{.seed = 4}}};
     expected.cameras = {{"j", R"([{"yfov":40}])"}};
     EXPECT_EQ(s, expected);
-    app::writeText(file, R"({"version": 1})");
+    core::writeFile(file, R"({"version": 1})");
     EXPECT_EQ(read(file), Settings());
-    app::writeText(
+    core::writeFile(
         file,
         R"({"version": 1, "view": 3, "recent": {}, "presets": null, "cameras": [1], "window": [1280]})");
     EXPECT_EQ(read(file), Settings());
@@ -186,7 +187,7 @@ TEST(Settings, NewerVersionsAreReadAsFarAsKnownAndKept)
     const fs::path file = folder / "settings.json";
     const std::string text =
         R"({"version": 2, "view": {"exposure": 2, "hologram": true}, "future": []})";
-    app::writeText(file, text);
+    core::writeFile(file, text);
     std::string problem;
     const Settings s = app::readSettings(file, problem);
     EXPECT_EQ(s.view.exposure, 2);
@@ -198,7 +199,7 @@ TEST(Settings, NewerVersionsAreReadAsFarAsKnownAndKept)
 TEST(Settings, FoldersThatRefuse)
 {
     const TemporaryFolder folder;
-    app::writeText(folder / "plain", "a file where a folder should be");
+    core::writeFile(folder / "plain", "a file where a folder should be");
     EXPECT_THROW(app::writeSettings(folder / "plain" / "settings.json", {}), core::Error);
     EXPECT_THROW(app::writeSettings(folder.path(), {}), core::Error);  // a folder, not a file
     EXPECT_THROW(app::writeSettings("", {}), core::Error);
@@ -208,7 +209,7 @@ TEST(Settings, FoldersThatRefuse)
     if (geteuid() == 0) return;  // may write everywhere
     const fs::path sealed = folder / "sealed";
     fs::create_directory(sealed);
-    app::writeText(sealed / "settings.json", "{");
+    core::writeFile(sealed / "settings.json", "{");
     fs::permissions(sealed, fs::perms::owner_read | fs::perms::owner_exec);
     EXPECT_THROW(app::writeSettings(sealed / "settings.json", {}), core::Error);
     std::string problem;
@@ -299,7 +300,7 @@ TEST(Settings, ParametersOfTheOnlyMethodThereWasAreRead)
 {
     const TemporaryFolder folder;
     const fs::path file = folder / "settings.json";
-    app::writeText(file, R"({"version": 1, "path": {"max-depth": 5},
+    core::writeFile(file, R"({"version": 1, "path": {"max-depth": 5},
                              "presets": [{"name": "mine", "path": {"max-depth": 7}},
                                          {"name": "of a later version", "method": "magic"}]})");
     const Settings s = read(file);
