@@ -3,6 +3,7 @@
 
 #include "app/base/files.h"
 #include "core/base/check.h"
+#include "core/base/json_scan.h"
 
 namespace app {
 
@@ -10,6 +11,12 @@ using Json = nlohmann::ordered_json;
 
 Json parseJson(const std::string& text, const std::string& place)
 {
+    constexpr uint64_t kMaxTree = uint64_t{1} << 30;
+    const core::JsonScan scan = core::scanJson(text);
+    if (!scan.problem.empty()) throw core::Error(place + ": not JSON: " + scan.problem);
+    if (scan.treeBytes > kMaxTree)
+        throw core::Error(place + ": would take " + std::to_string(scan.treeBytes >> 20) +
+                          " MiB of memory, allowed are " + std::to_string(kMaxTree >> 20));
     try {
         return Json::parse(text);
     } catch (const Json::parse_error& error) {
@@ -18,6 +25,11 @@ Json parseJson(const std::string& text, const std::string& place)
         // The only valid JSON that cannot be represented: a number beyond the range of double.
         throw core::Error(place + ": holds a number that is too large");
     }
+}
+
+std::string jsonText(const Json& json, int indent)
+{
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
 Json readJson(const std::filesystem::path& file)

@@ -8,6 +8,8 @@
 
 #include <unistd.h>
 
+#include "core/base/text.h"
+
 namespace app {
 
 namespace {
@@ -59,7 +61,7 @@ void Log::clearBar()
 void Log::print(const std::string& text)
 {
     clearBar();
-    write(text + '\n');
+    write(core::printableLines(text) + '\n');
 }
 
 /// On a terminal this replaces the text shown before, without a new line.

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/base/json_file.h"
 #include "core/base/check.h"
 #include "core/image/flip.h"
 #include "core/image/image.h"
@@ -156,7 +157,7 @@ int compareCommand(const std::filesystem::path& image, const std::filesystem::pa
     if (hasVariance(imageFile) && hasVariance(referenceFile))
         addWelch(json, a, b, imageFile, referenceFile);
     // File names may hold any bytes; JSON is UTF-8.
-    out << json.dump(1, ' ', false, Json::error_handler_t::replace) << '\n';
+    out << jsonText(json, 1) << '\n';
     return int(core::ExitCode::done);
 }
 

@@ -13,6 +13,7 @@
 #include "app/files/camera_file.h"
 #include "app/files/load.h"
 #include "app/files/stats.h"
+#include "core/base/text.h"
 #include "core/scene/animation.h"
 #include "core/scene/features.h"
 
@@ -178,7 +179,8 @@ std::string lightsText(const Json& lights)
 void printText(const Json& info, const core::Warnings& warnings, std::ostream& out)
 {
     const auto row = [&out](const std::string& name, const std::string& text) {
-        out << name << std::string(name.size() < 12 ? 12 - name.size() : 1, ' ') << text << '\n';
+        out << name << std::string(name.size() < 12 ? 12 - name.size() : 1, ' ')
+            << core::printable(text) << '\n';
     };
     const Json& counts = info["counts"];
     row("scene", info["scene"].get<std::string>() + ", " + brief(counts["file_mb"]) +

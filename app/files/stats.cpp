@@ -5,6 +5,7 @@
 
 #include <sys/resource.h>
 
+#include "app/base/json_file.h"
 #include "app/base/program_version.h"
 #include "app/files/camera_file.h"
 #include "app/files/params_json.h"
@@ -46,7 +47,7 @@ std::string jsonLines(const Json& json)
 {
     std::string text = "{";
     for (const auto& [name, value] : json.items())
-        text += (text.size() > 1 ? ",\n " : "\n ") + Json(name).dump() + ": " + value.dump();
+        text += (text.size() > 1 ? ",\n " : "\n ") + jsonText(name) + ": " + jsonText(value);
     return text + "\n}\n";
 }
 
@@ -153,13 +154,13 @@ core::Metadata imageMetadata(const PictureFacts& f)
                      {"commit", kCommit},
                      {"scene", f.scene.string()},
                      {"scene_hash", f.world->scene->hash},
-                     {"camera", cameraJson(f.camera, f.world->placement).dump()},
+                     {"camera", jsonText(cameraJson(f.camera, f.world->placement))},
                      {"width", std::to_string(f.size.x)},
                      {"height", std::to_string(f.size.y)},
                      {"spp", std::to_string(f.samples)},
                      {"seed", std::to_string(paramOr(f.params, "seed", 0))},
                      {"method", std::string(f.params.id())},
-                     {"params", paramsJson(f.params).dump()},
+                     {"params", jsonText(paramsJson(f.params))},
                      {"device", f.device},
                      {"driver", f.driver},
                      {"seconds", seconds},

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstdio>
 
+#include "core/base/text.h"
+
 namespace app {
 
 static constexpr size_t kKept = 500;
@@ -20,8 +22,9 @@ static void print(Severity severity, const std::string& text)
     std::fputs(whole.c_str(), stderr);
 }
 
-void Notices::tell(Severity severity, const std::string& text)
+void Notices::tell(Severity severity, const std::string& message)
 {
+    const std::string text = core::printableLines(message);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - kProgramStart).count();
     {

@@ -2,6 +2,7 @@
 // session.h.
 #include "app/files/camera_file.h"
 
+#include "app/base/json_file.h"
 #include "app/session/session.h"
 #include "core/base/check.h"
 #include "core/trace/pick.h"
@@ -59,7 +60,7 @@ void Session::removeSavedCamera(size_t index)
 
 std::string Session::cameraText() const
 {
-    return document_ ? cameraJson(navigation.camera(), document_->world->placement).dump()
+    return document_ ? jsonText(cameraJson(navigation.camera(), document_->world->placement))
                      : std::string();
 }
 
@@ -106,7 +107,7 @@ void Session::keepCameras()
     Json list = Json::array();
     for (const SavedCamera& saved : savedCameras_)
         list.push_back(cameraJson(saved.camera, document_->world->placement));
-    settings.cameras[hash] = list.dump();
+    settings.cameras[hash] = jsonText(list);
 }
 
 /// ... and come back with it.

@@ -10,6 +10,7 @@
 #include "app/base/json_file.h"
 #include "app/files/params_json.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 
 namespace app {
 
@@ -112,7 +113,7 @@ Settings settingsOf(const Json& json)
     const Json cameras = member(json, "cameras");
     if (cameras.is_object())
         for (const auto& [hash, list] : cameras.items())
-            if (list.is_array() && !list.empty()) s.cameras[hash] = list.dump();
+            if (list.is_array() && !list.empty()) s.cameras[hash] = jsonText(list);
     return s;
 }
 
@@ -246,7 +247,7 @@ void writeSettings(const fs::path& file, const Settings& settings)
     if (!folder.empty()) fs::create_directories(folder, error);
     if (error)
         throw core::Error(target.string() + ": its folder cannot be made: " + error.message());
-    writeText(target, settingsJson(settings).dump(2) + '\n');
+    core::writeFile(target, jsonText(settingsJson(settings), 2) + '\n');
 }
 
 }  // namespace app

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/base/json_file.h"
 #include "app/session/set_param.h"
 #include "core/base/check.h"
 
@@ -140,7 +141,7 @@ void RandomWalk::step(Session& session, AppRequests& app)
            std::string_view(action->name) == "screenshot-picture")
         action = &all[below(all.size())];
     const Json given = arguments(action->name);
-    last_ = std::string(action->name) + ' ' + given.dump();
+    last_ = std::string(action->name) + ' ' + jsonText(given);
     try {
         runAction(action->name, session, app, given);
     } catch (const core::Error& error) {

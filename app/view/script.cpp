@@ -36,59 +36,100 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 constexpr double kDefaultTimeout = 60;
-const std::vector<std::string> kKinds{"do",    "wait", "key",    "drag",   "click", "cursor",
-                                      "wheel", "drop", "expect", "random", "repeat"};
+
+bool isPoint(const Json& p)
+{
+    return p.is_array() && p.size() == 2 && p[0].is_number() && p[1].is_number();
+}
+
+/// What a member of a step has to be.
+struct Kind {
+    const char* expected;
+    bool (*holds)(const Json&);
+};
+
+constexpr Kind kNumber{"a number", [](const Json& j) { return j.is_number(); }};
+constexpr Kind kText{"a text", [](const Json& j) { return j.is_string(); }};
+constexpr Kind kPoint{"[x, y]", isPoint};
+constexpr Kind kPoints{"[[x, y], [x, y]]", [](const Json& j) {
+                           return j.is_array() && j.size() == 2 && isPoint(j[0]) && isPoint(j[1]);
+                       }};
+constexpr Kind kCount{"a whole number from 0 to 1000000", [](const Json& j) {
+                          return j.is_number_unsigned() && j.get<uint64_t>() <= 1'000'000;
+                      }};
+constexpr Kind kSeed{"a whole number, not negative",
+                     [](const Json& j) { return j.is_number_unsigned(); }};
+constexpr Kind kTexts{
+    "a list of texts", [](const Json& j) {
+        return j.is_array() && std::ranges::all_of(j, [](const Json& e) { return e.is_string(); });
+    }};
+constexpr Kind kSteps{"a list of steps", [](const Json& j) { return j.is_array(); }};
+
+const std::vector<std::pair<std::string, Kind>> kKinds{
+    {"do", kText},     {"wait", kText},    {"key", kText},     {"drag", kPoints},
+    {"click", kPoint}, {"cursor", kPoint}, {"wheel", kNumber}, {"drop", kText},
+    {"expect", kText}, {"random", kCount}, {"repeat", kCount}};
+
+// The members beside those; actions check their own.
+const std::vector<std::pair<std::string, Kind>> kMembers{
+    {"value", kNumber}, {"timeout", kNumber}, {"seconds", kNumber}, {"text", kText},
+    {"name", kText},    {"times", kCount},    {"frames", kCount},   {"button", kCount},
+    {"seed", kSeed},    {"files", kTexts},    {"folder", kText},    {"steps", kSteps}};
 
 /// The member that says what a step is.
 std::string kindOf(const Json& step, const std::string& place)
 {
     if (!step.is_object() || step.empty())
         throw core::Error(place + ": expected a step: an object");
-    for (const std::string& kind : kKinds) {
+    std::vector<std::string> names;
+    for (const auto& [kind, what] : kKinds) {
         if (step.contains(kind)) return kind;
+        names.push_back(kind);
     }
     const std::string first = step.begin().key();
-    throw core::Error(place + ": \"" + first + "\" is no step" + suggestion(first, kKinds));
+    throw core::Error(place + ": \"" + first + "\" is no step" + suggestion(first, names));
 }
 
 void checkStep(const Json& step, const std::string& kind, const std::string& place)
 {
-    const Json& what = step[kind];
-    const auto need = [&](bool holds, const char* expected) {
-        if (!holds) throw core::Error(place + "/" + kind + ": expected " + expected);
+    const auto check = [&](const auto& table) {
+        for (const auto& [name, what] : table)
+            if (step.contains(name) && !what.holds(step[name]))
+                throw core::Error(place + '/' + name + ": expected " + what.expected);
     };
-    if (kind == "wheel" || kind == "random" || kind == "repeat") need(what.is_number(), "a number");
-    if (kind == "do" || kind == "wait" || kind == "key" || kind == "drop" || kind == "expect")
-        need(what.is_string(), "a text");
-    const auto isPoint = [](const Json& p) {
-        return p.is_array() && p.size() == 2 && p[0].is_number() && p[1].is_number();
-    };
-    if (kind == "click" || kind == "cursor") need(isPoint(what), "[x, y]");
-    if (kind == "drag")
-        need(what.is_array() && what.size() == 2 && isPoint(what[0]) && isPoint(what[1]),
-             "[[x, y], [x, y]]");
-    if (kind == "do") {
-        const bool known =
-            std::ranges::any_of(actions(), [&](const Action& a) { return what == a.name; });
-        need(known, "the name of an action");
+    if (kind != "do") {
+        check(kKinds);
+        check(kMembers);
+    } else if (!step["do"].is_string() || std::ranges::none_of(actions(), [&](const Action& a) {
+                   return step["do"] == a.name;
+               })) {
+        throw core::Error(place + "/do: expected the name of an action");
     }
 }
 
-/// Checks all steps and writes repetitions out.
-void unroll(const Json& steps, const std::string& place, std::vector<Json>& out)
+/// Checks all steps and puts them into their order, repetitions one after the other. `out` points
+/// into `steps`.
+void unroll(const Json& steps, const std::string& place, std::vector<const Json*>& out)
 {
+    constexpr size_t kMostSteps = 1'000'000;
     if (!steps.is_array()) throw core::Error(place + ": expected a list of steps");
     for (size_t i = 0; i < steps.size(); ++i) {
         const std::string here = place + '/' + std::to_string(i);
-        const std::string kind = kindOf(steps[i], here);
-        checkStep(steps[i], kind, here);
+        const Json& step = steps[i];
+        const std::string kind = kindOf(step, here);
+        checkStep(step, kind, here);
         if (kind != "repeat") {
-            out.push_back(steps[i]);
+            out.push_back(&step);
             continue;
         }
-        for (int n = 0; n < steps[i]["repeat"].get<int>(); ++n)
-            unroll(steps[i].value("steps", Json()), here + "/steps", out);
-        if (out.size() > 1'000'000) throw core::Error(here + ": more than a million steps");
+        if (!step.contains("steps")) throw core::Error(here + "/steps: expected a list of steps");
+        std::vector<const Json*> once;
+        unroll(step["steps"], here + "/steps", once);
+        const size_t times = step["repeat"].get<size_t>();
+        if (times > 0 && once.size() > (kMostSteps - std::min(kMostSteps, out.size())) / times)
+            throw core::Error(here + ": more than a million steps");
+        if (once.empty()) continue;
+        for (size_t n = 0; n < times; ++n) out.insert(out.end(), once.begin(), once.end());
     }
 }
 
@@ -113,7 +154,8 @@ bool contains(const std::vector<Notice>& notices, const std::string& text)
 }  // namespace
 
 struct Script::State {
-    std::vector<Json> steps;
+    Json document;
+    std::vector<const Json*> steps;  // in their order; of the document
     size_t next = 0;
     double began = -1;  // of the present step, seconds; negative: it has not begun
     double firstStep = -1, now = 0;
@@ -130,7 +172,8 @@ struct Script::State {
 
     void fail(const std::string& text)
     {
-        failures.push_back("step " + std::to_string(next) + " " + steps[next].dump() + ": " + text);
+        failures.push_back("step " + std::to_string(next) + " " + jsonText(*steps[next]) + ": " +
+                           text);
         std::cerr << "script: " << failures.back() << '\n';
     }
     bool run(const Json& step, Session& session, AppRequests& app, Window& window);
@@ -146,7 +189,7 @@ struct Script::State {
 
 Script::Script(const fs::path& file) : state_(std::make_shared<State>())
 {
-    const Json json = readJson(file);
+    const Json& json = state_->document = readJson(file);
     if (!json.is_object() || !json.contains("steps"))
         throw core::Error(file.string() + ": expected {\"steps\": [...]}");
     unroll(json["steps"], file.string() + ": /steps", state_->steps);
@@ -173,7 +216,7 @@ bool Script::step(Session& session, AppRequests& app, Window& window, double sec
     s.observe(session);
     bool acted = false;
     while (!finished()) {
-        const Json& step = s.steps[s.next];
+        const Json& step = *s.steps[s.next];
         if (s.began < 0) {
             s.began = seconds;
             s.stepFrames = 0;

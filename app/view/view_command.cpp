@@ -5,6 +5,7 @@
 
 #include "app/commands/fly_through.h"
 #include "app/files/load.h"
+#include "app/session/replay.h"
 #include "app/view/frame_loop.h"
 #include "core/base/check.h"
 
@@ -15,6 +16,8 @@ namespace {
 /// Without a display: what needs one is refused, the rest becomes numbered pictures.
 int withoutWindow(const ViewOptions& o, const std::string& reason)
 {
+    if (!o.script.empty()) (void)Script(o.script);  // what is wrong with a file comes first
+    if (!o.replay.empty()) (void)readReplay(o.replay);
     for (const auto& [given, name] :
          {std::pair(!o.script.empty(), "--script"), std::pair(!o.replay.empty(), "--replay")})
         if (given)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <string_view>
 
 #include "core/gltf/guard.h"
@@ -50,6 +51,9 @@ BufferView resolveView(Load& load, size_t index)
     const Object view = topLevel(load, "bufferViews", index);
     const auto buffer =
         static_cast<size_t>(view.requiredIndex("buffer", load.buffers.size(), "buffer"));
+    if (load.buffers[buffer].empty())
+        load.refuse("UNDEFINED_PROPERTY", child("/buffers", buffer),
+                    "has neither a 'uri' nor the binary chunk of a GLB");
     const uint64_t offset = view.integer("byteOffset", 0),
                    length = view.requiredInteger("byteLength");
     const uint64_t available = load.buffers[buffer].size();
@@ -155,17 +159,21 @@ Accessor readAccessor(Load& load, const Object& object)
     Accessor accessor;
     const uint64_t type = object.requiredInteger("componentType");
     const uint32_t size = componentBytes(type);
-    if (size == 0)
-        load.refuse("VALUE_NOT_IN_LIST", object.at("componentType"),
-                    "is " + std::to_string(type) +
-                        ", must be one of 5120, 5121, 5122, 5123, 5125, 5126");
+    if (size == 0) {
+        accessor.problemAt = object.at("componentType");
+        accessor.problem =
+            "is " + std::to_string(type) + ", must be one of 5120, 5121, 5122, 5123, 5125, 5126";
+        return accessor;
+    }
     accessor.componentType = static_cast<uint32_t>(type);
     const std::string shape = object.requiredString("type");
     accessor.components = componentsOf(shape);
     accessor.matrix = shape.starts_with("MAT");
-    if (accessor.components == 0)
-        load.refuse("VALUE_NOT_IN_LIST", object.at("type"),
-                    "is " + describe(Json(shape)) + ", must be SCALAR, VEC2..4 or MAT2..4");
+    if (accessor.components == 0) {
+        accessor.problemAt = object.at("type");
+        accessor.problem = "is " + describe(Json(shape)) + ", must be SCALAR, VEC2..4 or MAT2..4";
+        return accessor;
+    }
     accessor.normalized = object.boolean("normalized", false);
     accessor.count = object.requiredInteger("count");
     if (accessor.count == 0)
@@ -240,6 +248,9 @@ void convert(const Accessor& accessor, const std::byte* data, size_t stride, uin
     }
 }
 
+/// By URI.
+using Read = std::map<std::string, std::span<const std::byte>>;
+
 }  // namespace
 
 uint32_t Accessor::elementBytes() const
@@ -247,8 +258,25 @@ uint32_t Accessor::elementBytes() const
     return components * componentBytes(componentType);
 }
 
+/// The bytes of a buffer's URI, read once however many buffers name it.
+static std::span<const std::byte> bufferFile(Load& load, const Object& buffer, Read& read)
+{
+    const std::string uri = buffer.requiredString("uri");
+    const auto [known, isNew] = read.try_emplace(uri);
+    if (!isNew) return known->second;
+    Content content = readUri(load, uri);
+    if (!content.problem.empty())
+        load.refuse("IO_ERROR", buffer.at("uri"), "missing buffer file: " + content.problem);
+    load.reserveMemory(content.bytes.size(), buffer.at("uri"));
+    load.hash.add(content.bytes);
+    load.scene.fileBytes += content.bytes.size();
+    load.storage.push_back(std::move(content.bytes));
+    return known->second = load.storage.back();
+}
+
 void readBuffers(Load& load)
 {
+    Read read;
     const size_t count = countOf(load, "buffers");
     for (size_t i = 0; i < count; ++i) {
         load.stage("reading", static_cast<double>(i) / static_cast<double>(count));
@@ -257,20 +285,13 @@ void readBuffers(Load& load)
         if (length == 0)
             load.refuse("VALUE_NOT_IN_RANGE", buffer.at("byteLength"), "is 0, must be at least 1");
         std::span<const std::byte> bytes;
-        if (buffer.has("uri")) {
-            Content content = readUri(load, buffer.requiredString("uri"));
-            if (!content.problem.empty())
-                load.refuse("IO_ERROR", buffer.at("uri"),
-                            "missing buffer file: " + content.problem);
-            load.hash.add(content.bytes);
-            load.scene.fileBytes += content.bytes.size();
-            load.storage.push_back(std::move(content.bytes));
-            bytes = load.storage.back();
-        } else if (i == 0 && !load.binaryChunk.empty()) {
+        if (buffer.has("uri"))
+            bytes = bufferFile(load, buffer, read);
+        else if (i == 0 && !load.binaryChunk.empty())
             bytes = load.binaryChunk;
-        } else {
-            load.refuse("UNDEFINED_PROPERTY", buffer.pointer(),
-                        "has neither a 'uri' nor the binary chunk of a GLB");
+        if (bytes.empty()) {  // allowed as long as no view refers to it
+            load.buffers.emplace_back();
+            continue;
         }
         if (length > bytes.size())
             load.refuse("BUFFER_BYTE_LENGTH_MISMATCH", buffer.at("byteLength"),
@@ -296,6 +317,14 @@ std::vector<Accessor> readAccessors(Load& load)
     return accessors;
 }
 
+const Accessor& usable(const Load& load, const std::vector<Accessor>& accessors, int index)
+{
+    const Accessor& accessor = accessors[static_cast<size_t>(index)];
+    if (!accessor.problem.empty())
+        load.refuse("VALUE_NOT_IN_LIST", accessor.problemAt, accessor.problem);
+    return accessor;
+}
+
 void readFloats(const Accessor& accessor, uint64_t first, uint64_t count, uint32_t components,
                 float* out)
 {
@@ -315,6 +344,13 @@ void readFloats(const Accessor& accessor, uint64_t first, uint64_t count, uint32
         convert(accessor, accessor.sparseValues + i * size, size, 1, components,
                 out + (at - first) * components);
     }
+}
+
+uint32_t restartIndex(const Accessor& accessor)
+{
+    return accessor.componentType == kUnsignedByte    ? 0xffu
+           : accessor.componentType == kUnsignedShort ? 0xffffu
+                                                      : 0xffffffffu;
 }
 
 std::vector<uint32_t> readIndices(const Accessor& accessor)

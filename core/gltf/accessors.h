@@ -20,6 +20,9 @@ enum ComponentType : uint32_t {
 
 /// A typed view of bytes that are known to be there.
 struct Accessor {
+    // A type that this loader does not know is refused where it is used: what is wrong, and with
+    // which member.
+    std::string problem, problemAt;
     uint64_t count = 0;
     uint32_t componentType = kFloat;
     uint32_t components = 1;  // 1..4, 4, 9, 16
@@ -50,10 +53,18 @@ std::span<const std::byte> bufferViewBytes(Load& load, size_t index);
 /// Reads and checks all accessors of the document.
 std::vector<Accessor> readAccessors(Load& load);
 
+/// Accessor `index`, to be read. Refuses one of an unknown type, which may stand in a file as long
+/// as nothing uses it.
+const Accessor& usable(const Load& load, const std::vector<Accessor>& accessors, int index);
+
 /// Elements [first, first + count) as floats, `components` of each (the accessor has at least so
 /// many); normalised integers become [0,1] or [-1,1], others keep their value.
 void readFloats(const Accessor& accessor, uint64_t first, uint64_t count, uint32_t components,
                 float* out);
+
+/// The largest number of the type, which glTF forbids as an index: graphics interfaces take it for
+/// the end of a strip.
+uint32_t restartIndex(const Accessor& accessor);
 
 /// All elements of a scalar accessor of unsigned integers.
 std::vector<uint32_t> readIndices(const Accessor& accessor);

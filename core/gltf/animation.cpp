@@ -76,7 +76,7 @@ public:
     Animation read(const Object& object)
     {
         Animation animation;
-        animation.name = object.softString("name");
+        animation.name = object.name();
         const size_t count = object.array("channels").size();
         for (size_t i = 0; i < count; ++i) {
             std::optional<Channel> channel = readChannel(object, object.element("channels", i));
@@ -130,9 +130,13 @@ private:
             return skip("VALUE_NOT_IN_LIST", source.at("interpolation"),
                         describe(Json(interpolation)) + " is not known");
 
-        Keys keys = readKeys(
-            accessors_[static_cast<size_t>(input)], accessors_[static_cast<size_t>(output)],
-            channel.path == Channel::Path::rotation ? 4 : 3, channel.interpolation);
+        const Accessor& times = usable(load_, accessors_, input);
+        const Accessor& values = usable(load_, accessors_, output);
+        // Channels may share a sampler, but each has keys of its own here.
+        load_.reserveMemory(times.count * sizeof(float) + values.count * sizeof(glm::vec4),
+                            object.pointer());
+        Keys keys = readKeys(times, values, channel.path == Channel::Path::rotation ? 4 : 3,
+                             channel.interpolation);
         if (!keys.fault.empty())
             return skip("ANIMATION_SAMPLER_INVALID", source.pointer(), keys.fault);
         channel.times = std::move(keys.times);

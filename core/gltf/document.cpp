@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/base/json_scan.h"
+#include "core/base/text.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/json.h"
 
@@ -10,7 +12,6 @@ namespace core::gltf {
 namespace {
 
 constexpr uint64_t kMaxTextBytes = 256u << 20;
-constexpr int kMaxDepth = 64;
 
 constexpr std::array<std::string_view, 14> kKnownExtensions{
     "KHR_lights_punctual",
@@ -55,76 +56,13 @@ std::string_view textOf(std::span<const std::byte> bytes)
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// "line 3, column 14" of an offset.
-std::string placeOf(std::string_view text, size_t offset)
-{
-    const std::string_view before = text.substr(0, offset);
-    const auto lines = std::count(before.begin(), before.end(), '\n');
-    const size_t lineStart = before.rfind('\n');
-    const size_t column = lineStart == std::string_view::npos ? offset + 1 : offset - lineStart;
-    return "line " + std::to_string(lines + 1) + ", column " + std::to_string(column);
-}
-
-/// One pass over the text, outside of strings: nesting depth, and how much memory its tree will
-/// take.
-void scanText(Load& load, std::string_view text)
-{
-    // Sizes of nlohmann's nodes on 64 bits: a value in an array, a key-value node, an object's or
-    // array's header.
-    constexpr uint64_t kValueBytes = 32, kKeyBytes = 80, kContainerBytes = 48;
-    int depth = 0;
-    bool inString = false;
-    uint64_t bytes = text.size();
-    for (size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (inString) {
-            if (c == '\\')
-                ++i;
-            else if (c == '"')
-                inString = false;
-            continue;
-        }
-        switch (c) {
-        case '"':
-            inString = true;
-            break;
-        case ',':
-            bytes += kValueBytes;
-            break;
-        case ':':
-            bytes += kKeyBytes;
-            break;
-        case '{':
-        case '[':
-            bytes += kContainerBytes;
-            if (++depth > kMaxDepth)
-                load.refuse("INVALID_JSON", "",
-                            "nested deeper than " + std::to_string(kMaxDepth) + " levels at " +
-                                placeOf(text, i));
-            break;
-        case '}':
-        case ']':
-            --depth;
-            break;
-        case '\0':
-            load.refuse("INVALID_JSON", "", "NUL byte at " + placeOf(text, i));
-        default:
-            break;
-        }
-    }
-    load.reserveMemory(bytes, "");
-}
-
-/// What the JSON parser said, in printable characters and shortened.
-std::string tidy(std::string text)
+/// What the JSON parser said, shortened.
+std::string tidy(std::string_view text)
 {
     constexpr size_t kLongest = 200;
     if (const size_t bracket = text.find("] "); bracket != std::string::npos)
-        text.erase(0, bracket + 2);
-    text = text.substr(0, kLongest);
-    for (char& c : text)
-        if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = '?';
-    return text;
+        text.remove_prefix(bracket + 2);
+    return printable(text, kLongest);
 }
 
 std::vector<std::string> strings(const Load& load, const char* key)
@@ -160,7 +98,7 @@ std::string_view openContainer(Load& load, std::span<const std::byte> bytes)
             load.refuse("INVALID_JSON", "", "file holds only white space");
         if (text[first] != '{')
             load.refuse("INVALID_JSON", "",
-                        "not glTF 2.0: " + placeOf(text, first) +
+                        "not glTF 2.0: " + placeInText(text, first) +
                             ": a JSON object must begin with '{'",
                         "give a .gltf or .glb file");
         return text;
@@ -219,7 +157,9 @@ void parseDocument(Load& load, std::string_view text)
         load.refuse("INVALID_JSON", "",
                     "JSON of " + formatBytes(text.size()) + ", allowed are " +
                         formatBytes(kMaxTextBytes));
-    scanText(load, text);
+    const JsonScan scan = scanJson(text);
+    if (!scan.problem.empty()) load.refuse("INVALID_JSON", "", scan.problem);
+    load.reserveMemory(scan.treeBytes, "");
     try {
         load.document = Json::parse(text.begin(), text.end());
     } catch (const Json::exception& error) {

@@ -6,11 +6,14 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 #include <optional>
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "core/base/text.h"
 
 namespace core::gltf {
 
@@ -58,9 +61,16 @@ std::optional<std::string> percentDecode(std::string_view text)
     return result;
 }
 
-/// RFC 4648 without line breaks; padding may be left out, any other character is an error.
+/// RFC 4648; white space is skipped, padding may be left out, any other character is an error.
 std::optional<Bytes> base64Decode(std::string_view text)
 {
+    constexpr std::string_view kSpace = " \t\r\n";
+    std::string dense;
+    if (text.find_first_of(kSpace) != std::string_view::npos) {
+        std::ranges::copy_if(text, std::back_inserter(dense),
+                             [&](char c) { return kSpace.find(c) == std::string_view::npos; });
+        text = dense;
+    }
     static const std::array<int8_t, 256> table = [] {
         constexpr std::string_view alphabet =
             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -90,13 +100,21 @@ std::optional<Bytes> base64Decode(std::string_view text)
     return result;
 }
 
+std::string lower(std::string_view text)
+{
+    std::string result(text);
+    for (char& c : result)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return result;
+}
+
 Content readDataUri(std::string_view uri)
 {
     const size_t comma = uri.find(',');
     if (comma == std::string_view::npos) return {{}, "data: URI without content"};
     const std::string_view head = uri.substr(0, comma), payload = uri.substr(comma + 1);
     std::optional<Bytes> bytes;
-    if (head.ends_with(";base64")) {
+    if (lower(head).ends_with(";base64")) {
         bytes = base64Decode(payload);
         if (!bytes) return {{}, "data: URI with broken base64"};
     } else {
@@ -120,10 +138,26 @@ std::string_view schemeOf(std::string_view uri)
 std::string quoted(std::string_view text)
 {
     constexpr size_t kLongest = 120;
-    std::string result = "'";
-    for (const char c : text.substr(0, kLongest))
-        result += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-    return result + (text.size() > kLongest ? "...'" : "'");
+    return "'" + printable(text, kLongest) + "'";
+}
+
+/// The names that a reference may stand for, likeliest first: decoded; as it is, from exporters
+/// that do not encode a per cent sign; and both with the slashes of Windows turned.
+std::vector<std::string> namesMeant(std::string_view uri)
+{
+    std::vector<std::string> names;
+    if (std::optional<std::string> decoded = percentDecode(uri)) names.push_back(*decoded);
+    if (names.empty() || names.front() != uri) names.emplace_back(uri);
+    for (size_t i = 0, given = names.size(); i < given; ++i) {
+        if (names[i].find('\\') == std::string::npos) continue;
+        std::string turned = names[i];
+        std::ranges::replace(turned, '\\', '/');
+        names.push_back(std::move(turned));
+    }
+    std::erase_if(names, [](const std::string& name) {
+        return name.empty() || name.find('\0') != std::string::npos;
+    });
+    return names;
 }
 
 }  // namespace
@@ -155,19 +189,26 @@ Content readFile(const std::filesystem::path& file, uint64_t maxBytes)
     return content;
 }
 
+bool isDataUri(std::string_view uri)
+{
+    return lower(schemeOf(uri)) == "data";
+}
+
 Content readUri(const Load& load, std::string_view uri)
 {
     const std::string_view scheme = schemeOf(uri);
-    if (scheme == "data") return readDataUri(uri);
+    if (isDataUri(uri)) return readDataUri(uri);
     if (!scheme.empty())
         return {{}, quoted(uri) + ": remote files and schemes other than data: are not supported"};
     if (load.folder.empty())
         return {{}, quoted(uri) + ": other files are not read for a document in memory"};
-    const std::optional<std::string> decoded = percentDecode(uri);
-    if (!decoded || decoded->empty()) return {{}, quoted(uri) + ": not a file name"};
-
     std::error_code error;
-    const std::filesystem::path real = std::filesystem::canonical(load.folder / *decoded, error);
+    std::filesystem::path real;
+    for (const std::string& name : namesMeant(uri)) {
+        real = std::filesystem::canonical(load.folder / name, error);
+        if (!error) break;
+    }
+    if (real.empty() && !error) return {{}, quoted(uri) + ": not a file name"};
     if (error) return {{}, "missing file " + quoted(uri) + ": " + error.message()};
     const auto [inFolder, rest] =
         std::mismatch(load.folder.begin(), load.folder.end(), real.begin(), real.end());

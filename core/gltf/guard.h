@@ -18,6 +18,9 @@ struct Content {
 /// Reads a regular file of at most `maxBytes`. Never blocks on a FIFO or device.
 Content readFile(const std::filesystem::path& file, uint64_t maxBytes);
 
+/// Whether a URI holds its own content.
+bool isDataUri(std::string_view uri);
+
 /// What a URI of the document stands for: the bytes of a data: URI, or those of a file inside the
 /// scene's folder (real paths are compared, so that neither "..", "%2e%2e", nor a symbolic link
 /// leads out).

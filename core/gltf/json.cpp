@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/text.h"
+
 namespace core::gltf {
 
 std::string child(const std::string& pointer, std::string_view token)
@@ -39,9 +41,7 @@ std::string describe(const Json& value)
     constexpr size_t kLongest = 40;
     if (value.is_object()) return "an object";
     if (value.is_array()) return "an array of " + std::to_string(value.size());
-    std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
-    return text;
+    return printable(value.dump(-1, ' ', false, Json::error_handler_t::replace), kLongest);
 }
 
 size_t countOf(const Load& load, const char* key)
@@ -178,6 +178,11 @@ std::string Object::softString(const char* key) const
     load_->warn("TYPE_MISMATCH", at(key),
                 "is " + describe(*value) + ", must be a string — ignored");
     return {};
+}
+
+std::string Object::name() const
+{
+    return printable(softString("name"), kLongestName);
 }
 
 bool Object::softBoolean(const char* key, bool fallback) const

@@ -15,6 +15,9 @@ namespace core::gltf {
 /// Largest magnitude that a number of a scene may have: products of two still fit a float.
 constexpr double kHuge = 1e18;
 
+/// Bytes of a name that are kept.
+constexpr size_t kLongestName = 256;
+
 /// Appends a reference token to a JSON pointer (RFC 6901).
 std::string child(const std::string& pointer, std::string_view token);
 std::string child(const std::string& pointer, size_t index);
@@ -52,6 +55,8 @@ public:
 
     // Quality: a fault is counted as a warning and the fallback taken.
     std::string softString(const char* key) const;
+    /// Printable; empty when there is none.
+    std::string name() const;
     bool softBoolean(const char* key, bool fallback) const;
     /// Clamped to [low, high].
     double softNumber(const char* key, double fallback, double low, double high) const;

@@ -49,7 +49,7 @@ SceneCamera readCamera(Load& load, const Object& object)
 {
     constexpr double kMinFov = 1e-3, kMaxFov = 179.9 / 180 * pi, kDefaultFov = 0.9;
     SceneCamera camera;
-    camera.name = object.softString("name");
+    camera.name = object.name();
     const std::string type = object.softString("type");
     const std::optional<Object> lens =
         object.softObject(type == "orthographic" ? "orthographic" : "perspective");
@@ -83,7 +83,7 @@ SceneCamera readCamera(Load& load, const Object& object)
 std::optional<PunctualLight> readLight(Load& load, const Object& object)
 {
     PunctualLight light;
-    light.name = object.softString("name");
+    light.name = object.name();
     const std::string type = object.softString("type");
     if (type == "point")
         light.kind = shared::kEmitterPoint;

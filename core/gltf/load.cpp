@@ -6,6 +6,7 @@
 #include <cstring>
 #include <new>
 
+#include "core/base/text.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
 
@@ -52,7 +53,13 @@ void Load::refuse(const std::string& code, const std::string& pointer, const std
                   const std::string& remedy) const
 {
     const std::string place = pointer.empty() ? "" : pointer + ": ";
-    throw LoadError(code, pointer, label + ": " + place + what + " — " + remedy);
+    throw LoadError(code, printable(pointer),
+                    printable(label + ": " + place + what + " — " + remedy));
+}
+
+void Load::warn(const std::string& code, const std::string& pointer, const std::string& what)
+{
+    scene.warnings.add(code, printable(pointer), printable(what));
 }
 
 void Load::checkpoint() const

@@ -56,16 +56,14 @@ struct Load {
     ContentHash hash;
     uint64_t memoryBytes = 0;  // estimated so far
 
-    /// Throws LoadError: "<label>: <pointer>: <what> — <remedy>".
+    /// Throws LoadError: "<label>: <pointer>: <what> — <remedy>". Whatever the file put into these
+    /// words, here it becomes one printable line.
     [[noreturn]] void refuse(const std::string& code, const std::string& pointer,
                              const std::string& what,
                              const std::string& remedy = "file refused") const;
 
     /// Counts a warning: `what` says what is wrong and what was done about it.
-    void warn(const std::string& code, const std::string& pointer, const std::string& what)
-    {
-        scene.warnings.add(code, pointer, what);
-    }
+    void warn(const std::string& code, const std::string& pointer, const std::string& what);
 
     /// Throws when the caller wants to stop.
     void checkpoint() const;

@@ -88,7 +88,7 @@ public:
     Material read(const Object& object)
     {
         Material material;
-        material.name = object.softString("name");
+        material.name = object.name();
         shared::Material& m = material.data;
         m = defaults();
         readCommon(object, material);

@@ -95,7 +95,7 @@ private:
     const Accessor* accessor(const Object& attributes, const char* name) const
     {
         const int index = attributes.index(name, accessors_.size(), "accessor");
-        return index < 0 ? nullptr : &accessors_[static_cast<size_t>(index)];
+        return index < 0 ? nullptr : &usable(load_, accessors_, index);
     }
 
     /// Geometry that only an extension can decode looks like zeros otherwise.
@@ -122,7 +122,7 @@ private:
             result.triangles = assembleTriangles(mode, nullptr, position.count);
             result.count = position.count;
         } else {
-            const Accessor& source = accessors_[static_cast<size_t>(indices)];
+            const Accessor& source = usable(load_, accessors_, indices);
             const bool unsignedType = source.componentType == kUnsignedByte ||
                                       source.componentType == kUnsignedShort ||
                                       source.componentType == kUnsignedInt;
@@ -139,6 +139,12 @@ private:
                              "index " + std::to_string(high - values.begin()) + " is " +
                                  std::to_string(*high) + ", there are " +
                                  std::to_string(position.count) + " vertices");
+            if (*high == restartIndex(source))
+                load_.refuse("ACCESSOR_INDEX_PRIMITIVE_RESTART",
+                             child("/accessors", static_cast<size_t>(indices)),
+                             "index " + std::to_string(high - values.begin()) + " is " +
+                                 std::to_string(*high) +
+                                 ", which means a restart and no vertex of this type");
             warnIncomplete(primitive, mode, values.size());
             result.first = *low;
             result.count = *high - *low + 1;
@@ -339,6 +345,19 @@ void checkReferences(const Object& mesh, size_t accessorCount)
     }
 }
 
+/// Renderers get every use of a mesh as triangles of its own: counted before they are made.
+void reserveInstance(Load& load, const MeshUse& use, const std::vector<int>& meshes)
+{
+    constexpr uint64_t kTriangleBytes = 16 + 100;  // with its part of a hierarchy
+    constexpr uint64_t kVertexBytes = sizeof(glm::vec3) + sizeof(shared::VertexAttributes);
+    uint64_t bytes = 0;
+    for (const int index : meshes) {
+        const Mesh& mesh = load.scene.meshes[static_cast<size_t>(index)];
+        bytes += kTriangleBytes * mesh.triangles.size() + kVertexBytes * mesh.positions.size();
+    }
+    load.reserveMemory(bytes, child("/meshes", use.mesh));
+}
+
 }  // namespace
 
 void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan,
@@ -355,7 +374,7 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
         const auto [entry, isNew] = made.try_emplace({use.mesh, use.weights});
         if (isNew) {
             const Object source = topLevel(load, "meshes", use.mesh);
-            const std::string name = source.softString("name");
+            const std::string name = source.name();
             const size_t count = source.array("primitives").size();
             if (count == 0)
                 load.warn("EMPTY_ENTITY", source.pointer(), "has no primitives — skipped");
@@ -369,6 +388,7 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
                 load.scene.meshes.push_back(std::move(*mesh));
             }
         }
+        reserveInstance(load, use, entry->second);
         load.scene.nodes[static_cast<size_t>(use.node)].meshes = entry->second;
     }
 }

@@ -5,6 +5,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "core/base/text.h"
 #include "core/gltf/parts.h"
 
 namespace core::gltf {
@@ -199,6 +200,7 @@ void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
     if (weights.empty()) weights = readWeights(source, targets);
     if (std::all_of(weights.begin(), weights.end(), [](double w) { return w == 0; }))
         weights.clear();
+    load.reserveMemory(2 * weights.size() * sizeof(double), node.pointer());
     plan.meshUses.push_back({sceneNode, static_cast<size_t>(mesh), std::move(weights)});
 }
 
@@ -259,7 +261,7 @@ NodePlan readNodes(Load& load)
         plan.sourceNode.push_back(source);
         const Object object = topLevel(load, "nodes", source);
         Node node;
-        node.name = object.softString("name");
+        node.name = object.name();
         node.parent = visit.parent;
         node.local = readTransform(load, object);
         load.scene.nodes.push_back(std::move(node));
@@ -271,10 +273,9 @@ NodePlan readNodes(Load& load)
         const std::vector<int>& children = forest.children[source];
         for (auto c = children.rbegin(); c != children.rend(); ++c) stack.push_back({*c, index});
     }
-    load.scene.name = load.file.stem().string();
+    load.scene.name = printable(load.file.stem().string());
     if (const std::optional<Object> scene = shownScene(load))
-        if (const std::string name = scene->softString("name"); !name.empty())
-            load.scene.name = name;
+        if (const std::string name = scene->name(); !name.empty()) load.scene.name = name;
     return plan;
 }
 

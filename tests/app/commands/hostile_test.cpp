@@ -1,0 +1,183 @@
+// The program beside files that mean it no good: where it writes, what it prints, what it reads.
+#include <sys/stat.h>
+
+#include <thread>
+
+#include "tests/support/gltf_fixture.h"
+#include "tests/support/picture_bytes.h"
+#include "tests/support/program.h"
+
+namespace {
+
+using namespace tests;
+
+Strings small(const std::string& output)
+{
+    return {"render", kScene, "-o", output, "--device", "cpu", "--size", "16x12", "--spp", "1"};
+}
+
+// --- outputs
+
+TEST_F(Cli, StatsIntoDevicesAndPipes)
+{
+    EXPECT_EQ(run(small("a.exr") + Strings{"--stats", "/dev/null"}).code, 0);
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+    const Result full = run(small("b.exr") + Strings{"--stats", "/dev/full"});
+    EXPECT_EQ(full.code, 3);
+    EXPECT_TRUE(contains(full.err, "/dev/full: cannot be written: ")) << full.err;
+    EXPECT_TRUE(fs::is_character_file("/dev/full"));
+    const Result standard = run(small("c.exr") + Strings{"--stats", "/dev/stdout", "--quiet"});
+    EXPECT_EQ(standard.code, 0);
+    EXPECT_EQ(Json::parse(standard.out).at("command"), "render");
+
+    ASSERT_EQ(mkfifo(work("pipe").c_str(), 0600), 0);
+    std::string got;
+    std::thread reader([&] { got = readAll(work("pipe")); });
+    EXPECT_EQ(run(small("d.exr") + Strings{"--stats", "pipe"}).code, 0);
+    reader.join();
+    EXPECT_EQ(Json::parse(got).at("command"), "render");
+    EXPECT_TRUE(fs::is_fifo(work("pipe")));
+}
+
+TEST_F(Cli, PicturesBehindLinks)
+{
+    fs::create_directory(work("far"));
+    fs::create_symlink("far/picture.exr", work("link.exr"));
+    EXPECT_EQ(run(small("link.exr")).code, 0);
+    EXPECT_TRUE(fs::is_symlink(work("link.exr")));
+    EXPECT_EQ(exr("far/picture.exr").layers.front().image.width, 16u);
+    EXPECT_EQ(files(), (std::set<std::string>{"link.exr", "far/picture.exr"}));
+}
+
+TEST_F(Cli, OneFileForTwoThings)
+{
+    expectRefused(small("x.exr") + Strings{"--stats", "x.exr"}, 2, "--stats x.exr");
+    fs::create_symlink("x.exr", work("y.json"));
+    expectRefused(small("x.exr") + Strings{"--stats", "y.json"}, 2, "--stats y.json");
+}
+
+TEST_F(Cli, ALimitOnFileSizesIsAMessage)
+{
+    const std::string binary = program;
+    program = "/bin/sh";
+    const Result result = run(Strings{"-c", "ulimit -f 1; exec \"$0\" \"$@\"", binary} +
+                              Strings{"render", kScene, "-o", "x.exr", "--device", "cpu", "--size",
+                                      "128x128", "--spp", "1", "--quiet"});
+    EXPECT_EQ(result.code, 3) << result.err;
+    EXPECT_TRUE(contains(result.err, "x.exr: cannot be written: File too large")) << result.err;
+    EXPECT_TRUE(files().empty());
+}
+
+// --- nesting
+
+std::string nested(size_t depth)
+{
+    return std::string(depth, '[') + std::string(depth, ']');
+}
+
+TEST_F(Cli, DeepJsonIsRefusedEverywhere)
+{
+    writeFile("deep.json", nested(200000));
+    writeFile("object.json", R"({"steps": )" + nested(200000) + "}");
+    writeFile("deep.gltf", R"({"asset": {"version": "2.0"}, "extras": )" + nested(200000) + "}");
+    const std::string deep = "nested deeper than 64 levels";
+    expectRefused({"view", kScene, "--script", "deep.json"}, 3, deep);
+    expectRefused({"view", kScene, "--script", "object.json"}, 3, deep);
+    expectRefused({"info", "deep.gltf"}, 3, deep);
+    expectRefused(small("x.exr") + Strings{"--camera", "deep.json"}, 3, deep);
+    expectRefused({"render", kScene, "-o", "%d.png", "--path", "deep.json", "--frames", "0-1",
+                   "--device", "cpu"},
+                  3, deep);
+    const Bytes png = test::encodeImage("png", 1, 1, 3, std::vector<uint8_t>{1, 2, 3});
+    for (const char* key : {"camera", "params"}) {
+        std::string metadata;
+        Bytes chunks;
+        for (const auto& [name, value] : std::map<std::string, std::string>{{"scene", kScene},
+                                                                            {"scene_hash", "0"},
+                                                                            {"camera", "{}"},
+                                                                            {"width", "8"},
+                                                                            {"height", "8"},
+                                                                            {"method", "path"},
+                                                                            {"params", "{}"},
+                                                                            {"spp", "1"}})
+            chunks = chunks + pngChunk("tEXt", bytesOf("rekindle:" + name) + Bytes(1) +
+                                                   bytesOf(name == key ? nested(200000) : value));
+        const Bytes bytes = behindHeader(png, chunks);
+        writeFile("shot.png", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        expectRefused({"view", "--replay", "shot.png"}, 3, deep);
+    }
+}
+
+// --- what reaches the terminal
+
+/// Nothing but letters, line breaks and what UTF-8 is made of.
+void expectHarmless(const std::string& text)
+{
+    EXPECT_EQ(text.find('\x1b'), std::string::npos);
+    EXPECT_EQ(text.find('\r'), std::string::npos);
+    EXPECT_EQ(text.find("\nwarning: forged"), std::string::npos);
+    EXPECT_NO_THROW((void)Json(text).dump());
+}
+
+TEST_F(Cli, NamesFromFilesForgeNothing)
+{
+    const std::string evil = "\x1b]0;title\a\r\nwarning: forged\x7f \xc2\x9b"
+                             "2J \u202e";
+    test::Document document = test::triangle();
+    document.json["materials"] = Json::array({{{"name", evil}, {"alphaMode", evil}}});
+    document.primitive()["material"] = 0;
+    document.json["cameras"] = Json::array({{{"name", evil}, {"type", evil}}});
+    document.json["nodes"][0]["name"] = evil;
+    document.json["scenes"] = Json::array({{{"name", evil}, {"nodes", {0}}}});
+    document.json["extensionsUsed"] = Json::array({evil});
+    document.attributes()[evil] = 99999;
+    document.attributes().erase(evil);
+    writeFile("evil.gltf", document.text());
+    const Result text = run({"info", "evil.gltf"}), json = run({"info", "evil.gltf", "--json"});
+    EXPECT_EQ(text.code, 0) << text.err;
+    expectHarmless(text.out + text.err);
+    expectHarmless(json.out + json.err);
+    EXPECT_TRUE(contains(text.out, "\\x1b]0;title")) << text.out;
+    document.json["extensionsRequired"] = Json::array({evil});
+    writeFile("evil.gltf", document.text());
+    const Result refused = run({"info", "evil.gltf"});
+    EXPECT_EQ(refused.code, 3);
+    EXPECT_EQ(lineCount(refused.err), 1u);
+    expectHarmless(refused.err);
+}
+
+TEST_F(Cli, InfoOfLongNamesAndNamesThatAreNoUtf8)
+{
+    test::Document document = test::triangle();
+    std::string name = "x";
+    for (int i = 0; i < 400; ++i) name += "木";
+    document.json["extensionsUsed"] = Json::array({name});
+    document.json["nodes"][0]["name"] = name;
+    document.json["images"] = Json::array({{{"uri", name}}});
+    document.json["textures"] = Json::array({{{"source", 0}}});
+    document.json["samplers"] = Json::array({{{"name", name}}});
+    document.material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+    writeFile("long.gltf", document.text());
+    const Result result = run({"info", "long.gltf", "--json"});
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_TRUE(Json::accept(result.out));
+    writeFile("na\xff"
+              "me.gltf",
+              test::triangle().text());
+    const Result bytes = run({"info",
+                              "na\xff"
+                              "me.gltf",
+                              "--json"});
+    EXPECT_EQ(bytes.code, 0) << bytes.err;
+    EXPECT_TRUE(Json::accept(bytes.out));
+    EXPECT_EQ(
+        run({"render",
+             "na\xff"
+             "me.gltf",
+             "-o", "x.png", "--device", "cpu", "--size", "8x8", "--spp", "1", "--stats", "s.json"})
+            .code,
+        0);
+    EXPECT_NO_THROW((void)stats("s.json"));
+}
+
+}  // namespace
