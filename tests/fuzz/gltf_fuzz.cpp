@@ -1,9 +1,4 @@
-// libFuzzer entry over the whole loader with every file access refused. Not part of the normal
-// build; with clang:
-//   cmake -S . -B build-fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DREKINDLE_TESTS=OFF
-//         -DREKINDLE_SANITIZE=fuzzer-no-link,address,undefined
-//   ninja -C build-fuzz gltf_fuzz
-//   build-fuzz/gltf_fuzz -dict=tests/fuzz/gltf.dict -max_len=65536 -rss_limit_mb=1024 CORPUS
+// libFuzzer entry over the whole loader with every file access refused. See run.sh.
 #include <cstdint>
 
 #include "core/gltf/gltf.h"
