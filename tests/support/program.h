@@ -137,7 +137,8 @@ protected:
     {
         std::set<std::string> names;
         for (const auto& entry : fs::recursive_directory_iterator(work()))
-            if (!entry.is_directory()) names.insert(entry.path().lexically_relative(work()).string());
+            if (!entry.is_directory())
+                names.insert(entry.path().lexically_relative(work()).string());
         return names;
     }
 
