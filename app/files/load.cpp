@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/base/check.h"
+#include "core/base/memory.h"
 #include "core/base/time.h"
 #include "core/gltf/gltf.h"
 
@@ -48,6 +49,7 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
         // The scene's own copies of meshes and texels are freed at the end of this block.
         const std::shared_ptr<const core::Scene> scene =
             core::loadGltf(options.file, options.load, progress, stop);
+        core::giveBackMemory();  // what the document took
         if (progress) progress("flatten", 0);
         loaded.world = core::makeWorld(scene, options.at, forcedFeatures);
         if (stop.stop_requested())

@@ -126,14 +126,12 @@ void readCameras(Load& load, const NodePlan& plan)
     std::vector<SceneCamera> cameras;
     for (size_t i = 0; i < count; ++i)
         cameras.push_back(readCamera(load, topLevel(load, "cameras", i)));
-    for (size_t i = 0; i < load.scene.nodes.size(); ++i) {
-        const Object source = topLevel(load, "nodes", plan.sourceNode[i]);
-        const int index = source.softIndex("camera", count, "cameras", "no camera here");
-        if (index < 0) continue;
-        SceneCamera camera = cameras[static_cast<size_t>(index)];
-        camera.node = static_cast<int>(i);
-        if (camera.name.empty()) camera.name = load.scene.nodes[i].name;
-        load.scene.nodes[i].camera = static_cast<int>(load.scene.cameras.size());
+    for (const NodeUse& use : plan.cameraUses) {
+        Node& node = load.scene.nodes[static_cast<size_t>(use.node)];
+        SceneCamera camera = cameras[use.index];
+        camera.node = use.node;
+        if (camera.name.empty()) camera.name = node.name;
+        node.camera = static_cast<int>(load.scene.cameras.size());
         load.scene.cameras.push_back(std::move(camera));
     }
 }
@@ -142,7 +140,7 @@ void readLights(Load& load, const NodePlan& plan)
 {
     const Object root(load, load.document, "");
     const std::optional<Object> extension = root.extension("KHR_lights_punctual");
-    std::vector<int> sceneLight;
+    std::vector<int> sceneLight;  // per light of the document, -1: skipped
     if (extension && extension->has("lights")) {
         const Json* list = extension->find("lights");
         if (!list->is_array())
@@ -160,13 +158,8 @@ void readLights(Load& load, const NodePlan& plan)
                 if (light) load.scene.lights.push_back(std::move(*light));
             }
     }
-    for (size_t i = 0; i < load.scene.nodes.size(); ++i) {
-        const Object source = topLevel(load, "nodes", plan.sourceNode[i]);
-        const std::optional<Object> use = source.extension("KHR_lights_punctual");
-        if (!use) continue;
-        const int index = use->softIndex("light", sceneLight.size(), "lights", "no light here");
-        if (index >= 0) load.scene.nodes[i].light = sceneLight[static_cast<size_t>(index)];
-    }
+    for (const NodeUse& use : plan.lightUses)
+        load.scene.nodes[static_cast<size_t>(use.node)].light = sceneLight[use.index];
 }
 
 }  // namespace core::gltf

@@ -5,6 +5,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "core/base/memory.h"
 #include "core/base/text.h"
 #include "core/gltf/parts.h"
 
@@ -152,7 +153,7 @@ Transform readTransform(Load& load, const Object& node)
                           "has a last row other than 0 0 0 1 — taken as that");
             for (int column = 0; column < 4; ++column) matrix[column][3] = column == 3 ? 1 : 0;
         }
-        transform.matrix = matrix;
+        transform.matrix = std::make_shared<const glm::dmat4>(matrix);
         return transform;
     }
     transform.translation = readVector(load, node, "translation", 0);
@@ -204,6 +205,26 @@ void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
     plan.meshUses.push_back({sceneNode, static_cast<size_t>(mesh), std::move(weights)});
 }
 
+/// Punctual lights of the document.
+size_t lightCount(Load& load)
+{
+    const Object root(load, load.document, "");
+    const std::optional<Object> extension = root.extension("KHR_lights_punctual");
+    const Json* list = extension ? extension->find("lights") : nullptr;
+    return list && list->is_array() ? list->size() : 0;
+}
+
+void readOtherUses(const Object& node, int sceneNode, size_t cameras, size_t lights, NodePlan& plan)
+{
+    if (const int camera = node.softIndex("camera", cameras, "cameras", "no camera here");
+        camera >= 0)
+        plan.cameraUses.push_back({sceneNode, static_cast<size_t>(camera)});
+    const std::optional<Object> use = node.extension("KHR_lights_punctual");
+    if (!use) return;
+    if (const int light = use->softIndex("light", lights, "lights", "no light here"); light >= 0)
+        plan.lightUses.push_back({sceneNode, static_cast<size_t>(light)});
+}
+
 /// Document indices of the scene's roots.
 std::vector<int> readRoots(Load& load, const Forest& forest)
 {
@@ -236,8 +257,10 @@ NodePlan readNodes(Load& load)
 {
     const Forest forest = readForest(load);
     requireNoLoops(load, forest);
+    const size_t cameraCount = countOf(load, "cameras"), lights = lightCount(load);
     NodePlan plan;
     plan.sceneNode.assign(forest.parent.size(), -1);
+    load.scene.nodes.reserve(std::min(forest.parent.size(), kMaxNodes));
     struct Visit {
         int node, parent;  // of the document, of the scene
     };
@@ -258,7 +281,6 @@ NodePlan readNodes(Load& load)
             load.refuse("TOO_MANY_NODES", "/nodes",
                         "the scene has more than " + std::to_string(kMaxNodes) + " nodes");
         plan.sceneNode[source] = index;
-        plan.sourceNode.push_back(source);
         const Object object = topLevel(load, "nodes", source);
         Node node;
         node.name = object.name();
@@ -270,6 +292,10 @@ NodePlan readNodes(Load& load)
         else
             load.scene.nodes[static_cast<size_t>(visit.parent)].children.push_back(index);
         readMeshUse(load, object, index, plan);
+        readOtherUses(object, index, cameraCount, lights, plan);
+        // A million of them take more than the scene does.
+        load.document["nodes"][source] = nullptr;
+        if (load.scene.nodes.size() % 65536 == 0) giveBackMemory();
         const std::vector<int>& children = forest.children[source];
         for (auto c = children.rbegin(); c != children.rend(); ++c) stack.push_back({*c, index});
     }

@@ -15,11 +15,17 @@ struct MeshUse {
     std::vector<double> weights;  // of its morph targets
 };
 
+/// A node of the scene that refers to a camera or light of the document.
+struct NodeUse {
+    int node = -1;
+    size_t index = 0;
+};
+
 /// How the nodes of the document became those of the scene.
 struct NodePlan {
-    std::vector<int> sceneNode;      // per node of the document, -1: not in the scene
-    std::vector<size_t> sourceNode;  // per node of the scene
+    std::vector<int> sceneNode;  // per node of the document, -1: not in the scene
     std::vector<MeshUse> meshUses;
+    std::vector<NodeUse> cameraUses, lightUses;
 };
 
 /// Nodes of the scene that is shown, parents before children. Refuses loops, bad references and

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -83,12 +84,14 @@ bool isConstant(const AnimationChannel& channel)
     return true;
 }
 
-void apply(const AnimationChannel& channel, double time, std::vector<Transform>& locals)
+void apply(const AnimationChannel& channel, double time, const Scene& scene,
+           std::unordered_map<int, Transform>& animated)
 {
-    if (channel.node < 0 || static_cast<size_t>(channel.node) >= locals.size()) return;
+    if (channel.node < 0 || static_cast<size_t>(channel.node) >= scene.nodes.size()) return;
     glm::dvec4 value;
     if (!evaluateChannel(channel, time, value)) return;
-    Transform& local = locals[static_cast<size_t>(channel.node)];
+    const Transform& rest = scene.nodes[static_cast<size_t>(channel.node)].local;
+    Transform& local = animated.try_emplace(channel.node, rest).first->second;
     local.matrix.reset();  // glTF forbids animating a node that has a matrix
     switch (channel.path) {
     case AnimationChannel::Path::translation:
@@ -152,21 +155,19 @@ bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& v
 
 Pose poseAt(const Scene& scene, double time)
 {
-    std::vector<Transform> locals;
-    locals.reserve(scene.nodes.size());
-    for (const Node& node : scene.nodes) locals.push_back(node.local);
-    if (!scene.animations.empty()) {
-        for (const AnimationChannel& channel : scene.animations.front().channels) {
-            apply(channel, time, locals);
-        }
-    }
+    std::unordered_map<int, Transform> animated;
+    if (!scene.animations.empty())
+        for (const AnimationChannel& channel : scene.animations.front().channels)
+            apply(channel, time, scene, animated);
 
     Pose pose;
     pose.toFile.assign(scene.nodes.size(), glm::dmat4(1));
     visitNodes(scene, [&](int node, int parent) {
         const size_t n = static_cast<size_t>(node);
         pose.order.push_back(node);
-        const glm::dmat4 local = localMatrix(locals[n]);
+        const auto changed = animated.empty() ? animated.end() : animated.find(node);
+        const glm::dmat4 local =
+            localMatrix(changed == animated.end() ? scene.nodes[n].local : changed->second);
         pose.toFile[n] = parent < 0 ? local : pose.toFile[static_cast<size_t>(parent)] * local;
     });
     return pose;

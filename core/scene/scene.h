@@ -59,7 +59,8 @@ struct Transform {
     glm::dvec3 translation{0};
     glm::dquat rotation{1, 0, 0, 0};
     glm::dvec3 scale{1};
-    std::optional<glm::dmat4> matrix;  // used instead of the three when present
+    // Used instead of the three when present; apart, for few nodes have one.
+    std::shared_ptr<const glm::dmat4> matrix;
 };
 
 struct Node {

@@ -55,6 +55,19 @@ std::shared_ptr<const Scene> withoutMeshesAndTexels(const Scene& scene)
     return slim;
 }
 
+/// What a world refers to. An animated scene is flattened again at other times and needs its
+/// meshes; and the copy of a million nodes would be larger than the meshes that it saves.
+std::shared_ptr<const Scene> kept(std::shared_ptr<const Scene> scene)
+{
+    if (!scene->animations.empty()) return scene;
+    uint64_t saved = scene->environment ? scene->environment->texels.size() * sizeof(glm::vec4) : 0;
+    for (const Mesh& mesh : scene->meshes)
+        saved +=
+            mesh.positions.size() * sizeof(glm::vec3) + mesh.triangles.size() * sizeof(glm::uvec3);
+    for (const Texture& texture : scene->textures) saved += texture.texels.size() * sizeof(Texel);
+    return saved > scene->nodes.size() * sizeof(Node) ? withoutMeshesAndTexels(*scene) : scene;
+}
+
 /// The normalised vector; `fallback` where it has no direction.
 glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback)
 {
@@ -265,8 +278,7 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, co
     finishPose(*world, *topology, *scene, pose, extent.shortestEdge2);
     world->bvh = std::make_shared<LastMade<SharedArray<glm::vec3>, Bvh>>();
     world->topology = std::move(topology);
-    // An animated scene is flattened again at other times and needs its meshes.
-    world->scene = scene->animations.empty() ? withoutMeshesAndTexels(*scene) : std::move(scene);
+    world->scene = kept(std::move(scene));
     return world;
 }
 

@@ -63,7 +63,7 @@ struct Mapping {
 
     Mapping(const Instance& instance, const Placement& placement)
     {
-        toWorld = instance.toFile;
+        toWorld = *instance.toFile;
         toWorld[3] = glm::dvec4(glm::dvec3(toWorld[3]) - placement.centre, 1);
         for (int column = 0; column < 4; ++column) {
             for (int row = 0; row < 3; ++row) toWorld[column][row] *= placement.scale;
@@ -210,7 +210,7 @@ std::vector<glm::dmat4> movingTransforms(const std::vector<Instance>& instances)
 {
     std::vector<glm::dmat4> transforms;
     for (const Instance& instance : instances) {
-        if (instance.moves) transforms.push_back(instance.toFile);
+        if (instance.moves) transforms.push_back(*instance.toFile);
     }
     return transforms;
 }
@@ -247,7 +247,7 @@ Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
     for (int i = 0; i <= kSamples && !moving.empty(); ++i) {
         const Pose pose = poseAt(scene, duration * i / kSamples);
         for (auto& [instance, box] : moving) {
-            instance.toFile = pose.toFile[static_cast<size_t>(instance.node)];
+            instance.toFile = &pose.toFile[static_cast<size_t>(instance.node)];
             const Mapping mapping(instance, placement);
             for (int corner = 0; corner < 8; ++corner) {
                 const glm::vec3 p = mapping.point({corner & 1 ? box.low.x : box.high.x,
@@ -300,7 +300,7 @@ std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnin
         }
         for (const int mesh : node.meshes) {
             if (mesh >= 0 && static_cast<size_t>(mesh) < scene.meshes.size()) {
-                instances.push_back({mesh, n, moves[static_cast<size_t>(n)], toFile});
+                instances.push_back({mesh, n, moves[static_cast<size_t>(n)], &toFile});
             }
         }
     }
@@ -318,7 +318,7 @@ Placement placeScene(const Scene& scene, const std::vector<Instance>& instances)
         for (const glm::uvec3& t : mesh.triangles) used[t.x] = used[t.y] = used[t.z] = true;
         for (size_t v = 0; v < mesh.positions.size(); ++v) {
             if (!used[v]) continue;
-            const glm::dvec3 p(instance.toFile * glm::dvec4(glm::dvec3(mesh.positions[v]), 1));
+            const glm::dvec3 p(*instance.toFile * glm::dvec4(glm::dvec3(mesh.positions[v]), 1));
             if (!isFinite(p)) continue;
             low = glm::min(low, p);
             high = glm::max(high, p);
@@ -388,6 +388,7 @@ Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
         world.reachLow = reach.low;
         world.reachHigh = reach.high;
     }
+    for (Instance& instance : instances) instance.toFile = nullptr;
     topology.instances = std::move(instances);
     Extent extent = topology.still;
     extent.add(moving);

@@ -17,7 +17,7 @@ struct Instance {
     int mesh = 0;
     int node = 0;
     bool moves = false;
-    glm::dmat4 toFile{1};
+    const glm::dmat4* toFile = nullptr;  // of the pose that it was found in; none in a topology
 };
 
 /// What becomes of the triangles of one instance.
@@ -52,7 +52,7 @@ struct Topology {
     uint32_t forcedFeatures = 0;
     uint32_t fixedFeatures = 0;  // without those of emitters and cameras
     std::vector<int> usedMaterials;
-    std::vector<Instance> instances;  // in the order of their triangles; the matrices of the first
+    std::vector<Instance> instances;  // in the order of their triangles, without matrices
     std::vector<Dropped> dropped;     // of each instance
     Extent still;                     // of the triangles that never move
     std::vector<TriangleEmission> emission;

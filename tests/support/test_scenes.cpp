@@ -133,7 +133,7 @@ int SceneBuilder::sphere(glm::vec3 centre, float radius, int levels, int materia
 int SceneBuilder::node(const glm::dmat4& matrix, std::vector<int> meshes, int parent)
 {
     core::Node n;
-    n.local.matrix = matrix;
+    n.local.matrix = std::make_shared<const glm::dmat4>(matrix);
     n.meshes = std::move(meshes);
     n.parent = parent;
     const int index = static_cast<int>(scene.nodes.size());

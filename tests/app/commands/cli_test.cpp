@@ -256,12 +256,12 @@ TEST_F(Cli, RenderWithEverything)
         for (const float value : file.layer("variance").pixels) ASSERT_GE(value, 0.0f);
         const core::Metadata& m = file.metadata;
         EXPECT_EQ(m.at("scene"), kScene);
-        EXPECT_EQ(m.at("scene_hash"), stats()["scene_hash"]);
+        EXPECT_EQ(m.at("scene_hash"), stats()["scene_hash"].get<std::string>());
         EXPECT_EQ(m.at("spp"), "4");
         EXPECT_EQ(m.at("seed"), "1");
         EXPECT_EQ(m.at("method"), "path");
         EXPECT_EQ(m.at("width") + 'x' + m.at("height"), "40x32");
-        EXPECT_EQ(m.at("device"), stats()["device"]);
+        EXPECT_EQ(m.at("device"), stats()["device"].get<std::string>());
         EXPECT_EQ(Json::parse(m.at("params")), stats()["params"]);
         EXPECT_EQ(Json::parse(m.at("camera")), stats()["camera"]);
         EXPECT_TRUE(m.count("commit") && m.count("seconds"));
