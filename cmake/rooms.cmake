@@ -33,7 +33,8 @@ room(app/base SEES ${base} core/methods FOREIGN nlohmann/)
 room(app/methods SEES ${core} app/gpu/base app/gpu/methods)
 room(app/report SEES ${base})
 room(app/lab SEES ${base} core/reuse core/guiding app/base app/report FOREIGN nlohmann/)
-room(app/version SEES core/base core/trace app/base app/gpu/base FOREIGN CLI/ GLFW/ imgui nlohmann/ OpenImageIO/ tbb/)
+room(app/version SEES core/base core/trace app/base app/gpu/base FOREIGN CLI/ GLFW/ imgui jconfig.h nlohmann/ OpenImageIO/
+     png.h tbb/)
 room(app/args SEES ${core} app/base app/lab app/methods app/version FOREIGN CLI/)
 room(app/files SEES ${core} app/base app/methods app/args FOREIGN nlohmann/)
 room(app/bench SEES ${core} core/trace app/base app/args app/files app/report app/methods app/gpu/base app/gpu

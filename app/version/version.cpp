@@ -8,8 +8,10 @@
 #include <GLFW/glfw3.h>
 #include <glm/glm.hpp>
 #include <imgui.h>
+#include <jconfig.h>
 #include <nlohmann/json.hpp>
 #include <OpenImageIO/imageio.h>
+#include <png.h>
 #include <tbb/version.h>
 
 #include "app/base/program_version.h"
@@ -49,6 +51,17 @@ std::string imageLibraryRunning()
     return dotted(number / 10000, number / 100 % 100, number % 100);
 }
 
+/// Its header gives the number without quotation marks: 2.1.5.
+std::string jpegLibraryBuilt()
+{
+#ifdef LIBJPEG_TURBO_VERSION_NUMBER
+    constexpr int kNumber = LIBJPEG_TURBO_VERSION_NUMBER;  // 2001005
+    return dotted(kNumber / 1000000, kNumber / 1000 % 1000, kNumber % 1000);
+#else
+    return "not libjpeg-turbo, version " + std::to_string(JPEG_LIB_VERSION);
+#endif
+}
+
 std::string vulkanLoader()
 {
     uint32_t version = 0;
@@ -66,6 +79,8 @@ std::vector<Library> libraries()
         {"oneTBB", TBB_VERSION_STRING, TBB_runtime_version()},
         {"OpenImageIO", dotted(OIIO_VERSION_MAJOR, OIIO_VERSION_MINOR, OIIO_VERSION_PATCH),
          imageLibraryRunning()},
+        {"libpng", PNG_LIBPNG_VER_STRING, png_get_libpng_ver(nullptr)},
+        {"libjpeg-turbo", jpegLibraryBuilt(), ""},
         {"GLFW", dotted(GLFW_VERSION_MAJOR, GLFW_VERSION_MINOR, GLFW_VERSION_REVISION),
          glfwGetVersionString()},
         {"Dear ImGui", IMGUI_VERSION, ImGui::GetVersion()},
