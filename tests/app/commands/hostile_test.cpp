@@ -1,4 +1,5 @@
-// The program beside files that mean it no good: where it writes, what it prints, what it reads.
+// The program beside files that mean it no good: where it writes, what it prints, what it reads
+// (B95-B97).
 #include <sys/stat.h>
 
 #include <thread>

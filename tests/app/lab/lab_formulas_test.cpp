@@ -20,15 +20,11 @@ using app::lab::Cell;
 using app::lab::kFunctions;
 using app::lab::LabChange;
 using app::lab::Pair;
+using app::lab::pairOf;
 using app::lab::pairs;
 using app::lab::Run;
 using app::lab::Streams;
 using Old = std::span<const app::lab::LabPoint>;
-
-const Pair& pairOf(const std::string& id)
-{
-    return *std::find_if(pairs().begin(), pairs().end(), [&](const Pair& p) { return p.id == id; });
-}
 
 // -------------------------------------------
 

@@ -346,7 +346,7 @@ TEST(LabFiles, JsonHasTheNamesAndNoNaN)
     const Json oddJson = Json::parse(labJson(odd));
     EXPECT_EQ(oddJson["cells"][0]["expected_n_var"], "infinite");
     EXPECT_TRUE(oddJson["cells"][1]["expected_n_var"].is_null());
-    EXPECT_NO_THROW(Json::parse(labJson(hostileResults())));
+    EXPECT_TRUE(Json::accept(labJson(hostileResults())));
     EXPECT_TRUE(Json::parse(labJson({}))["cells"].empty());
 }
 

@@ -24,13 +24,9 @@ using app::lab::integrate;
 using app::lab::kExactResidual;
 using app::lab::kFunctions;
 using app::lab::Pair;
+using app::lab::pairOf;
 using app::lab::pairs;
 using app::lab::Values;
-
-const Pair& pairOf(const std::string& id)
-{
-    return *std::find_if(pairs().begin(), pairs().end(), [&](const Pair& p) { return p.id == id; });
-}
 
 size_t functionOf(const std::string& id)
 {

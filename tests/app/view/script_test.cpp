@@ -1,5 +1,5 @@
 // Scripts of the viewer as they are read: one clear line for what is wrong, repetitions without
-// copies.
+// copies (B98).
 #include "app/view/script.h"
 
 #include <gtest/gtest.h>

@@ -314,8 +314,9 @@ TEST(Ui, ErrorsStayUntilTheyAreClosedAndNewsFade)
 {
     Desk desk(options());
     desk.session.notices.tell(app::Severity::news, "saved");
-    desk.session.notices.tell(app::Severity::error,
-                              std::string(3000, 'x') + "\nscene.gltf: /meshes/3: is wrong");
+    std::string longText(3000, 'x');
+    longText.append("\nscene.gltf: /meshes/3: is wrong");
+    desk.session.notices.tell(app::Severity::error, longText);
     for (int i = 0; i < 20; ++i)
         desk.session.notices.tell(app::Severity::warning, "warning " + std::to_string(i));
     desk.frames(2);

@@ -1,4 +1,4 @@
-// Files that are written whole or not at all; links, devices and pipes.
+// Files that are written whole or not at all; links, devices and pipes (B97).
 #include "core/base/output_file.h"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
-// Text from files, made fit for terminals and JSON; texts of JSON judged before they are parsed.
+// Text from files, made fit for terminals and JSON; texts of JSON judged before they are parsed
+// (B95, B96).
 #include "core/base/text.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What exporters write and readers stumble over: allowed, or forgiven where the meaning is plain;
-// and what one file asks for many times, which counts many times or is read once.
+// and what one file asks for many times, which counts many times or is read once (B92-B94).
 #include <cstdint>
 #include <limits>
 

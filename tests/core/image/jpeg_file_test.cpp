@@ -1,5 +1,5 @@
 // JPEG through libjpeg-turbo: profiles are not read, sizes are judged before pixels are allocated,
-// runs over the whole image are counted.
+// runs over the whole image are counted (B89-B91).
 #include "core/image/jpeg_file.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// PNG through libpng: what is around the pixels is not read, what is damaged is refused.
+// PNG through libpng: what is around the pixels is not read, what is damaged is refused (B89).
 #include "core/image/png_file.h"
 
 #include <algorithm>
