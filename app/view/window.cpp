@@ -8,6 +8,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <thread>
 #include <utility>
 
@@ -35,6 +36,12 @@ bool startGlfw()
 {
     lastError.clear();
     glfwSetErrorCallback(onError);
+#ifdef GLFW_PLATFORM
+    // Since 3.4 GLFW tries Wayland first, whose library writes to stderr when there is none.
+    if (std::getenv("WAYLAND_DISPLAY") == nullptr && std::getenv("WAYLAND_SOCKET") == nullptr &&
+        glfwPlatformSupported(GLFW_PLATFORM_X11))
+        glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
     return glfwInit() == GLFW_TRUE;
 }
 

@@ -108,7 +108,7 @@ TEST(VulkanClean, TheLayerIsAwakeBetweenSubmissions)
             submitHazard(device, buffer.get());
             std::_Exit(gpu::validationMessages() > 0 ? 7 : 0);
         },
-        testing::ExitedWithCode(7), "SYNC-HAZARD-WRITE.AFTER.WRITE");
+        testing::ExitedWithCode(7), "WRITE.AFTER.WRITE");
 }
 
 void expectClean(std::span<const char* const> names)

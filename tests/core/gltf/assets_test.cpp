@@ -12,6 +12,7 @@
 #include "assets/generator/scenes.h"
 #include "assets/generator/shapes.h"
 #include "core/gltf/gltf.h"
+#include "core/image/png_file.h"
 #include "core/scene/world.h"
 #include "tests/support/temporary_folder.h"
 
@@ -39,6 +40,17 @@ std::map<std::string, uintmax_t> assetFiles(const std::filesystem::path& folder)
     return files;
 }
 
+/// The bytes; of a PNG those of its pixels, for every version of zlib packs them in its own way.
+std::string contentOf(const std::filesystem::path& file)
+{
+    const std::string bytes = readBytes(file);
+    if (file.extension() != ".png") return bytes;
+    const core::DecodedImage decoded = core::decodePng(std::as_bytes(std::span(bytes)), {});
+    EXPECT_EQ(decoded.problem, "");
+    const auto& pixels = decoded.image.pixels;
+    return {reinterpret_cast<const char*>(pixels.data()), pixels.size()};
+}
+
 std::shared_ptr<const core::Scene> load(const std::string& name)
 {
     return core::loadGltf(kAssets / (name + ".gltf"));
@@ -49,10 +61,11 @@ TEST(Assets, areWhatTheGeneratorWrites)
     const tests::TemporaryFolder folder;
     assets::writeAll(folder.path());
     const auto made = assetFiles(folder.path()), committed = assetFiles(kAssets);
-    EXPECT_EQ(made, committed);
+    ASSERT_EQ(made.size(), committed.size());
     uintmax_t total = 0;
     for (const auto& [name, size] : made) {
-        EXPECT_TRUE(readBytes(folder / name) == readBytes(kAssets / name)) << name;
+        ASSERT_TRUE(committed.contains(name)) << name;
+        EXPECT_TRUE(contentOf(folder / name) == contentOf(kAssets / name)) << name;
         total += size;
     }
     EXPECT_LT(total, 1000000u);
