@@ -109,8 +109,9 @@ TEST_F(View, EndsWithinASecondWhateverItIsDoing)
         kill(pid, SIGINT);
         const Result result = finish(pid, 30);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - asked;
-        // Before the program has begun to listen, the signal simply ends it.
-        if (after < 0.2 && result.code == -1) continue;
+        // Before the program has begun to listen, the signal simply ends it; a busy machine takes
+        // its time to load the libraries.
+        if (after < 1 && result.code == -1 && result.err.empty() && took.count() < 0.5) continue;
         EXPECT_EQ(result.code, 130) << "after " << after << " s: " << result.err;
         RecordProperty("seconds-" + std::to_string(after), std::to_string(took.count()));
     }
