@@ -2,6 +2,7 @@
 // handle without knowing which method it is.
 #pragma once
 
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -15,11 +16,15 @@ namespace core {
 /// method (`kMethod`) and describes its members (core/base/params.h).
 using MethodParams = std::variant<PathParams, AoParams>;
 
+template <class P, class Variant> inline constexpr bool kIsAlternative = false;
+template <class P, class... Ps>
+inline constexpr bool kIsAlternative<P, std::variant<Ps...>> = (std::is_same_v<P, Ps> || ...);
+
 class AnyParams {
 public:
     AnyParams() = default;  // the first method's defaults
     template <class P>
-    requires std::is_constructible_v<MethodParams, std::in_place_type_t<P>, P> AnyParams(P params)
+    requires kIsAlternative<P, MethodParams> AnyParams(P params)
         : value_(std::in_place_type<P>, std::move(params))
     {}
 

@@ -17,6 +17,9 @@
 #ifdef __F16C__
 #include <immintrin.h>
 #endif
+#if defined(__clang__) && defined(__x86_64__)
+#include <glm/gtc/packing.hpp>
+#endif
 
 SHARED_BEGIN
 
@@ -39,8 +42,14 @@ struct SceneView {
 
 inline float halfAsFloat(uint16_t bits)
 {
+#if defined(__clang__) && defined(__F16C__)
+    return _cvtsh_ss(bits);
+#elif defined(__clang__) && defined(__x86_64__)  // Clang 14 has the type for newest processors only
+    return glm::unpackHalf1x16(bits);
+#else
     __extension__ using Half = _Float16;
     return static_cast<float>(std::bit_cast<Half>(bits));
+#endif
 }
 
 inline uvec4 fetchTriangleIndices(const SceneView& scene, uint triangle)
