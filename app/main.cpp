@@ -50,8 +50,8 @@ int fail(const char* message, core::ExitCode code)
 
 int main(int argc, char** argv)
 {
-    std::signal(SIGXFSZ,
-                SIG_IGN);  // a limit on file sizes is an error of the write, with a message
+    // A limit on file sizes then is an error of the write, with a message.
+    std::signal(SIGXFSZ, SIG_IGN);
     try {
         const int code = std::visit(Run(), app::parseArguments(argc, argv));
         std::cout.flush();

@@ -1,6 +1,8 @@
 // Memory that was freed in small pieces, given back to the system.
 #pragma once
 
+#include <cstdlib>  // says whether this is glibc
+
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
