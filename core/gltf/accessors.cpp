@@ -285,11 +285,11 @@ void readBuffers(Load& load)
         if (length == 0)
             load.refuse("VALUE_NOT_IN_RANGE", buffer.at("byteLength"), "is 0, must be at least 1");
         std::span<const std::byte> bytes;
-        if (buffer.has("uri"))
+        if (buffer.has("uri")) {
             bytes = bufferFile(load, buffer, read);
-        else if (i == 0 && !load.binaryChunk.empty())
+        } else if (i == 0 && !load.binaryChunk.empty()) {
             bytes = load.binaryChunk;
-        if (bytes.empty()) {  // allowed as long as no view refers to it
+        } else {  // allowed as long as no view refers to it
             load.buffers.emplace_back();
             continue;
         }

@@ -76,6 +76,11 @@ TEST(GltfExporters, WhatNothingUsesMayBeStrange)
     used["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 4}});
     EXPECT_EQ(test::refusal(used.dump()).code, "UNDEFINED_PROPERTY");
     EXPECT_EQ(test::refusal(used.dump()).pointer, "/buffers/1");
+    const test::TemporaryFolder folder;  // an empty file is no absent one
+    folder.write("empty.bin", std::string());
+    used["buffers"][1]["uri"] = "empty.bin";
+    EXPECT_EQ(test::fileRefusal(folder.write("scene.gltf", used.dump())).code,
+              "BUFFER_BYTE_LENGTH_MISMATCH");
     for (const auto& [index, pointer] : std::vector<std::pair<int, std::string>>{
              {2, "/accessors/2/componentType"}, {3, "/accessors/3/type"}})
         for (const char* place : {"attributes", "indices"}) {
