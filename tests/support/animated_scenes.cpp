@@ -87,6 +87,14 @@ void expectSameBytes(const core::SharedArray<T>& a, const core::SharedArray<T>& 
 
 }  // namespace
 
+SceneBuilder vanishingRoom()
+{
+    SceneBuilder b = movingRoom();
+    animate(b.scene, {channelOf(1, Path::scale, {{1, 1, 1, 0}, {0, 0, 0, 0}},
+                                core::AnimationChannel::Interpolation::step)});
+    return b;
+}
+
 core::Estimate filmOf(core::Renderer& renderer, const std::shared_ptr<const core::World>& world)
 {
     renderer.setWorld(world, {});

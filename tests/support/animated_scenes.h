@@ -24,6 +24,9 @@ void animate(core::Scene& scene, std::vector<core::AnimationChannel> channels);
 /// Of the meshes, one rests between two that move.
 SceneBuilder movingRoom();
 
+/// The same, but the ball of node 1 is gone from the first second on: poses differ in triangles.
+SceneBuilder vanishingRoom();
+
 /// Four samples of every pixel of 48 x 32, from the world's first camera.
 core::Estimate filmOf(core::Renderer& renderer, const std::shared_ptr<const core::World>& world);
 
