@@ -19,7 +19,7 @@ namespace core::reuse {
 template <class Real> Real resamplingThreshold(std::span<const Real> scores, uint32_t keep)
 {
     CHECK(keep >= 1);
-    Real kappa = shared::kInfinity;
+    Real kappa = Real(shared::kInfinity);
     size_t before = scores.size() + 1;
     for (size_t pass = 0; pass <= scores.size() + 1; ++pass) {
         size_t light = 0, heavy = 0;

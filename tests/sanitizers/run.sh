@@ -42,11 +42,34 @@ else
     canary RacesForANumber 'ThreadSanitizer: data race'
 fi
 
-status=0
-"${fixed[@]}" timeout 3000 "$build/tests" --gtest_brief=1 "--gtest_filter=-$(filters "$here/$mode.skip")" "$@" || status=1
-
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
+mkdir "$folder/reports"
+# Reports of the tests and of the programs that they start go to files: none is lost among the output of a test that
+# passes nevertheless.
+for options in ASAN_OPTIONS UBSAN_OPTIONS TSAN_OPTIONS; do
+    export "$options=${!options}:log_path=$folder/reports/report"
+done
+
+# One process per core, as in ./test.
+status=0 passed=0 failed=0 skipped=0
+shards=$(nproc)
+for ((i = 0; i < shards; i++)); do
+    GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$i "${fixed[@]}" timeout 3000 "$build/tests" --gtest_color=no \
+        "--gtest_filter=-$(filters "$here/$mode.skip")" "$@" >"$folder/shard-$i" 2>&1 &
+done
+for ((i = 0; i < shards; i++)); do
+    wait -n || status=1
+done
+for ((i = 0; i < shards; i++)); do
+    "$root/tests/failures.sh" "$folder/shard-$i"
+    read -r p f s < <(sed -nE 's/^([0-9]+) passed, ([0-9]+) failed, ([0-9]+) skipped.*/\1 \2 \3/p' "$folder/shard-$i" |
+        tail -n 1; echo 0 1 0)
+    passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
+done
+[ "$failed" -eq 0 ] || status=1
+echo "$passed passed, $failed failed, $skipped skipped"
+
 cd "$folder"
 ln -s "$root/assets" assets
 if XDG_CONFIG_HOME=$folder XDG_CACHE_HOME=$folder xvfb-run -a "${fixed[@]}" timeout 1200 "$build/rekindle" view \
@@ -57,4 +80,9 @@ else
     echo "session: failed"
     status=1
 fi
+for report in "$folder"/reports/*; do
+    [ -f "$report" ] || continue
+    cat "$report"
+    status=1
+done
 exit $status

@@ -63,7 +63,7 @@ void drawStrip(const UiContext& c, const Strip& strip, float width)
 
 double lifetime(Severity severity)
 {
-    return severity == Severity::news ? 5 : severity == Severity::warning ? 9 : INFINITY;
+    return severity == Severity::news ? 5 : severity == Severity::warning ? 9 : HUGE_VAL;
 }
 
 void takeNotices(const UiContext& c)

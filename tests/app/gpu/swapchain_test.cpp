@@ -9,6 +9,7 @@
 
 #include "app/gpu/window/swapchain.h"
 #include "core/base/check.h"
+#include "tests/support/leak_on_purpose.h"
 #include "tests/support/window_fixture.h"
 
 namespace {
@@ -334,6 +335,7 @@ TEST_F(SwapchainTest, AFenceThatNeverComesIsGivenUp)
     static int waits;
     waits = 0;
     {
+        const tests::LeakOnPurpose leak;
         Gui gui(window, {.validation = false});  // what is left behind on purpose would be reported
         frames(window, gui, 3);
         vk.WaitForFences = [](auto, auto, auto, auto, uint64_t timeout) {

@@ -9,6 +9,7 @@
 #include "app/gpu/methods/path.h"
 #include "core/gltf/gltf.h"
 #include "shared/bindings.h"
+#include "tests/support/leak_on_purpose.h"
 #include "tests/support/vulkan_faults.h"
 
 namespace {
@@ -465,6 +466,7 @@ void expectGivenUp(int expectedWaits, bool software)
     });
     neverSignal(faults);
     {
+        const tests::LeakOnPurpose leak;
         gpu::DeviceOptions options;
         options.notice = [](const std::string&) {};
         gpu::Device device(options);
@@ -500,6 +502,7 @@ TEST_F(VulkanFails, AWaitThatFailsLeavesTheDeviceToItself)
 {
     VulkanFaults faults;
     {
+        const tests::LeakOnPurpose leak;
         gpu::Device device({});
         faults.fail<&Api::WaitForFences>(VK_ERROR_OUT_OF_HOST_MEMORY);
         expectSays(errorOf(core::ExitCode::deviceLost,
