@@ -17,6 +17,8 @@ export ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:malloc_contex
 export LSAN_OPTIONS=suppressions=$here/leaks.supp:print_suppressions=0
 export UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=suppressions=$here/tsan.supp:history_size=4:second_deadlock_stack=1:print_suppressions=0
+# std::regex, which only tests use, calls itself for every character of a page; frames are several times larger here.
+ulimit -S -s 65536
 # ThreadSanitizer of GCC 12 does not start where the kernel shuffles addresses by more than 28 bits.
 fixed=()
 if [ "$mode" = tsan ]; then fixed=(setarch "$(uname -m)" -R); fi

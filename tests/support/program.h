@@ -60,6 +60,12 @@ struct Result {
     std::string out, err;
 };
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kSlowdown = 10;
+#else
+constexpr double kSlowdown = 1;
+#endif
+
 /// A folder of its own for every test, and the program started in it.
 class Cli : public testing::Test {
 protected:
@@ -101,9 +107,10 @@ protected:
         return pid;
     }
 
-    /// Waits for the end, at most `seconds`.
+    /// Waits for the end, at most `seconds`; under a sanitizer everything takes ten times as long.
     Result finish(pid_t pid, double seconds = 60)
     {
+        seconds *= kSlowdown;
         const auto limit =
             std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
         int status = 0;
