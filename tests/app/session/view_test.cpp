@@ -136,6 +136,7 @@ TEST_F(View, EndsWithinASecondWhateverItIsDoing)
 TEST_F(View, WithoutItsDisplayItEndsAndSaysSo)
 {
     const pid_t pid = start({"view", kScene, "--no-settings"});
+    waitForError("loaded in");  // by then there is a window
     std::this_thread::sleep_for(std::chrono::seconds(2));
     display_->kill();
     const Result result = finish(pid, 30);

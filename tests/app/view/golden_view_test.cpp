@@ -65,9 +65,10 @@ TEST_F(GoldenView, FramesAreThoseThatWereLookedAt)
     writeFile("script.json", R"({"steps":[
         {"wait":"loaded"}, {"do":"plot"}, {"do":"set","name":"spp-limit","value":8},
         {"do":"set","name":"picture-scale","value":0.5},
-        {"wait":"finished"}, {"wait":"seconds","value":8}, {"wait":"frames","value":4},
+        {"wait":"finished","timeout":600}, {"wait":"seconds","value":8}, {"wait":"frames","value":4},
         {"do":"screenshot","file":"panel.png"}, {"wait":"seconds","value":10},
-        {"do":"reference","spp":16}, {"wait":"reference","value":16}, {"wait":"job"}, {"do":"panel"}, {"do":"show-error"},
+        {"do":"reference","spp":16}, {"wait":"reference","value":16,"timeout":600}, {"wait":"job"},
+        {"do":"panel"}, {"do":"show-error"},
         {"wait":"seconds","value":0.5}, {"wait":"frames","value":4},
         {"do":"screenshot","file":"error.png"}]})");
     const Result result = finish(start({"view", kScene, "--script", "script.json", "--no-settings",
