@@ -65,21 +65,28 @@ struct BuildMonitor {
     std::stop_token stop;
     std::exception_ptr thrown{};  // by `progress`; Embree's stack frames must not be unwound
     std::mutex mutex{};
-    Handoff handoff{};
+    Handoff begun{}, ended{};
 };
+
+bool goesOn(BuildMonitor& monitor, double fraction)
+{
+    const std::lock_guard lock(monitor.mutex);
+    if (monitor.thrown || monitor.stop.stop_requested()) return false;
+    try {
+        if (monitor.progress) monitor.progress("accelerate", fraction);
+    } catch (...) {
+        monitor.thrown = std::current_exception();
+    }
+    return !monitor.thrown;
+}
 
 bool continueBuild(void* pointer, double fraction)
 {
     auto* monitor = static_cast<BuildMonitor*>(pointer);
-    monitor->handoff.happensAfter();
-    const std::lock_guard lock(monitor->mutex);
-    if (monitor->thrown || monitor->stop.stop_requested()) return false;
-    try {
-        if (monitor->progress) monitor->progress("accelerate", fraction);
-    } catch (...) {
-        monitor->thrown = std::current_exception();
-    }
-    return !monitor->thrown;
+    monitor->begun.happensAfter();
+    const bool more = goesOn(*monitor, fraction);
+    monitor->ended.happensBefore();
+    return more;
 }
 
 }  // namespace
@@ -157,8 +164,9 @@ struct Accel::Impl {
         if (!scene) return;
         rtcSetSceneProgressMonitorFunction(scene, continueBuild, &monitor);
         handoff.happensBefore();
-        monitor.handoff.happensBefore();
+        monitor.begun.happensBefore();
         rtcCommitScene(scene);
+        monitor.ended.happensAfter();
         rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
         requireBuilt(monitor);
     }
