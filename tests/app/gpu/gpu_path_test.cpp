@@ -11,11 +11,12 @@
 
 namespace {
 
-/// One device for all tests: making one costs compilation.
+/// One device for all tests: making one costs compilation. Never taken down: when static objects
+/// go, the validation layer's own may be gone already.
 core::Renderer& gpuRenderer()
 {
-    static const std::unique_ptr<core::Renderer> renderer =
-        gpu::makePathRenderer({.index = -1, .validation = true});
+    static core::Renderer* const renderer =
+        gpu::makePathRenderer({.index = -1, .validation = true}).release();
     return *renderer;
 }
 

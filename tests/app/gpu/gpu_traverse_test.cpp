@@ -20,10 +20,12 @@ using gpu::DeviceHit;
 using gpu::DeviceRay;
 using tests::Mesh;
 
+/// One device for all tests, never taken down: when static objects go, the validation layer's own
+/// may be gone already.
 gpu::Device& device()
 {
-    static gpu::Device instance({.index = -1, .validation = true});
-    return instance;
+    static gpu::Device* const instance = new gpu::Device({.index = -1, .validation = true});
+    return *instance;
 }
 
 std::shared_ptr<const core::World> worldOf(const Mesh& mesh)
