@@ -8,7 +8,7 @@
 
 room(shaders/shared FOREIGN immintrin.h)
 room(shaders SEES shaders/shared)
-foreach(kernels ao bench display film path)
+foreach(kernels ao bench display film path reuse)
     room(shaders/${kernels} SEES shaders shaders/shared)
 endforeach()
 

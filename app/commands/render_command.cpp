@@ -231,7 +231,10 @@ Ended Job::renderFrame(uint32_t index)
 {
     const Clock::time_point start = Clock::now();
     poseFor(index);
-    renderer_->setView({report_.camera, report_.size, o_.params}, core::Start::anew);
+    // A frame follows on the one before: methods that keep samples go on with them.
+    const bool follows = o_.frames && index > o_.frames->first;
+    renderer_->setView({report_.camera, report_.size, o_.params},
+                       follows ? core::Start::moved : core::Start::anew);
     raysBefore_ = renderer_->stats().rays;
     pathsBefore_ = renderer_->stats().paths;
     prepareSeconds_ += secondsSince(start);

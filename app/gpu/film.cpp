@@ -47,6 +47,12 @@ void Film::reset(const Frame& frame)
     pixels_ = pixels;
 }
 
+void Film::bindTo(DescriptorSet& set) const
+{
+    for (uint32_t i = 0; i < 3; ++i) set.bind(shared::kBindFilm0 + i, words_[i]);
+    set.bind(shared::kBindFilmWeight, weights_);
+}
+
 void Film::setRadiance(const Buffer& radiance)
 {
     accumulateSet_.bind(shared::kBindRadiance, radiance);

@@ -15,6 +15,9 @@ public:
     /// An empty film for the frame's image. What it holds is kept for larger images than needed.
     void reset(const Frame& frame);
 
+    /// Shows the film to a kernel that adds to it in its own way; to be done again after a reset.
+    void bindTo(DescriptorSet& set) const;
+
     /// Where accumulate() finds the radiance of a batch: a vec4 per lane. Must outlive its use.
     void setRadiance(const Buffer& radiance);
 

@@ -67,6 +67,13 @@ void TiledFilm::begin(const Buffer& radiance)
     ready_ = true;
 }
 
+void TiledFilm::begin(DescriptorSet& set)
+{
+    film_.bindTo(set);
+    frame_.clearCounters();
+    ready_ = true;
+}
+
 core::RenderProgress TiledFilm::progress() const
 {
     const uint32_t tiles = frame_.tileCount();

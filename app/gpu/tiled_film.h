@@ -34,6 +34,9 @@ public:
     /// they find.
     void begin(const Buffer& radiance);
 
+    /// The same for a method whose own kernels add to the film, which is shown to `set`.
+    void begin(DescriptorSet& set);
+
     /// As core::Renderer::advance; pieces are batches. `lanes` says how many lanes a batch may have
     /// now, `beforeRound` is called where no round is under way.
     void advance(const core::Budget& budget, const std::stop_token& stop,

@@ -54,6 +54,16 @@ void Film::add(size_t pixel, const glm::vec3& radiance, FilmCounters& dropped)
     sumOfSquares[pixel] += L * L;
 }
 
+void Film::begin(size_t pixel, const glm::vec3& mean, const glm::vec3& squares, float count,
+                 FilmCounters& dropped)
+{
+    weight[pixel] = static_cast<uint32_t>(std::max(std::lround(count), 1L));
+    const bool colour = isColour(mean, dropped);
+    const double n = weight[pixel];
+    sum[pixel] = colour ? n * glm::dvec3(mean) : glm::dvec3(0);
+    sumOfSquares[pixel] = colour ? n * glm::dvec3(squares) : glm::dvec3(0);
+}
+
 Image Film::mean() const
 {
     Image image(width, height, 3);

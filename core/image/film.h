@@ -43,6 +43,11 @@ struct Film {
     /// One more sample of a pixel. One that is no colour counts as black and in `dropped`.
     void add(size_t pixel, const glm::vec3& radiance, FilmCounters& dropped);
 
+    /// What is already known of a pixel counts as `count` samples (rounded, at least one) of that
+    /// mean and mean square; replaces what there is.
+    void begin(size_t pixel, const glm::vec3& mean, const glm::vec3& squares, float count,
+               FilmCounters& dropped);
+
     /// Mean radiance, RGB.
     Image mean() const;
 

@@ -9,12 +9,13 @@
 #include "core/base/check.h"
 #include "core/methods/ao_params.h"
 #include "core/methods/path_params.h"
+#include "core/methods/reuse_params.h"
 
 namespace core {
 
 /// Every method's parameters, in the order of the table (method.h). A params struct names its
 /// method (`kMethod`) and describes its members (core/base/params.h).
-using MethodParams = std::variant<PathParams, AoParams>;
+using MethodParams = std::variant<PathParams, AoParams, ReuseParams>;
 
 template <class P, class Variant> inline constexpr bool kIsAlternative = false;
 template <class P, class... Ps>

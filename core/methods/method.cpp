@@ -20,6 +20,11 @@ std::span<const MethodInfo> methods()
                    .defaults = AoParams{},
                    .make = makeAmbientOcclusion,
                    .presets = aoPresets()},
+        MethodInfo{.help = "path tracing that keeps its samples when the camera moves",
+                   .traits = {.keepsOnMove = true},
+                   .defaults = ReuseParams{},
+                   .make = makeSampleReuse,
+                   .presets = reusePresets()},
     };
     return kMethods;
 }

@@ -60,5 +60,7 @@ std::unique_ptr<Renderer> makePathTracer();
 std::span<const MethodPreset> pathPresets();
 std::unique_ptr<Renderer> makeAmbientOcclusion();
 std::span<const MethodPreset> aoPresets();
+std::unique_ptr<Renderer> makeSampleReuse();
+std::span<const MethodPreset> reusePresets();
 
 }  // namespace core

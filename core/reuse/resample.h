@@ -13,33 +13,11 @@
 
 namespace core::reuse {
 
-/// The kappa with sum min(1, a_i / kappa) = `keep`; 0 when no more than `keep` scores are positive
-/// (then all of these stay). What reaches kappa leaves the sum until nothing more does, which is
-/// exact and needs no sorting.
+/// shared::reuseThreshold of any number of scores.
 template <class Real> Real resamplingThreshold(std::span<const Real> scores, uint32_t keep)
 {
     CHECK(keep >= 1);
-    Real kappa = Real(shared::kInfinity);
-    size_t before = scores.size() + 1;
-    for (size_t pass = 0; pass <= scores.size() + 1; ++pass) {
-        size_t light = 0, heavy = 0;
-        Real sum = 0;
-        for (const Real a : scores) {
-            if (!shared::usableDensity(a)) continue;
-            if (a < kappa) {
-                ++light;
-                sum += a;
-            } else {
-                ++heavy;
-            }
-        }
-        if (light + heavy <= keep) return 0;
-        if (light == before) break;
-        before = light;
-        if (heavy >= keep) break;  // rounding only: the light ones together weigh nothing
-        kappa = sum / static_cast<Real>(keep - heavy);
-    }
-    return kappa;
+    return shared::reuseThreshold(scores.data(), static_cast<uint32_t>(scores.size()), keep);
 }
 
 /// Keeps `keep` of the samples (fewer when fewer have a positive score) and moves them to the

@@ -3,8 +3,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
+#include "colour.glsl"
 #include "film.glsl"
-#include "frame.glsl"
 #include "radiance.glsl"
 
 layout(local_size_x = 64) in;
@@ -13,16 +13,6 @@ layout(push_constant, scalar) uniform PushBlock
 {
     Batch batch;
 };
-
-/// Whether L is to be added; else it is counted.
-bool isColour(vec3 L)
-{
-    const uint kind = kindOfSample(L);
-    if (kind == kSampleNan) atomicAdd(counters.nan, 1u);
-    if (kind == kSampleInfinite) atomicAdd(counters.inf, 1u);
-    if (kind == kSampleNegative) atomicAdd(counters.negative, 1u);
-    return kind == kSampleColour;
-}
 
 void main()
 {

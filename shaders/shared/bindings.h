@@ -8,6 +8,7 @@
 #define REKINDLE_SHARED_BINDINGS_H
 
 #include "layout.h"
+#include "reuse_records.h"
 
 SHARED_BEGIN
 
@@ -52,6 +53,20 @@ SHARED_CONST uint kBindMean = 0u;        // vec3 per pixel
 // Set 2 of first_hits.
 SHARED_CONST uint kBindFirstHits = 0u;  // FirstHit per pixel
 
+// Set 2 of the kernels of sample reuse, beside those of the film: what the frame before has left
+// (texels), what this one leaves to the next, and what one kernel leaves to the next.
+SHARED_CONST uint kBindPixelsBefore = 5u;    // ReusePixel
+SHARED_CONST uint kBindPlacesBefore = 6u;    // ReuseSample, its first word
+SHARED_CONST uint kBindArrivingBefore = 7u;  // and its second
+SHARED_CONST uint kBindLightsBefore = 8u;    // ReuseLight
+SHARED_CONST uint kBindMeansBefore = 9u;     // of `naive`
+SHARED_CONST uint kBindPixelsNow = 10u;
+SHARED_CONST uint kBindPlacesNow = 11u;
+SHARED_CONST uint kBindArrivingNow = 12u;
+SHARED_CONST uint kBindLightsNow = 13u;
+SHARED_CONST uint kBindMeansNow = 14u;
+SHARED_CONST uint kBindNewSamples = 15u;  // ReuseNew per lane, kReuseNewWords each
+
 // Set 2 of bench_closest and bench_any.
 SHARED_CONST uint kBindRays = 0u;  // texels, two per ray
 SHARED_CONST uint kBindHits = 1u;  // vec4 per ray
@@ -62,10 +77,10 @@ SHARED_CONST uint kBindImageB = 1u;
 SHARED_CONST uint kBindDisplayed = 2u;
 
 // The most that any one kernel sees in its three sets.
-SHARED_CONST uint kMostTexelBuffers = 13u;   // bounce
-SHARED_CONST uint kMostStorageBuffers = 6u;  // accumulate
-SHARED_CONST uint kMostResources = 18u;      // bounce
-SHARED_CONST uint kMostPushBytes = 128u;     // what every device has
+SHARED_CONST uint kMostTexelBuffers = 18u;    // reuse_old
+SHARED_CONST uint kMostStorageBuffers = 10u;  // reuse_old
+SHARED_CONST uint kMostResources = 29u;       // reuse_old
+SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
 // display follow it.
@@ -96,6 +111,13 @@ struct BounceBatch {
     Batch batch;
     uint queue;   // index of the one to read; the next one is written
     uint begins;  // 1: the paths begin here, and nothing is read
+};
+
+/// A pass of sample reuse over some tiles: one sample per pixel, whose index is the batch's.
+struct ReuseBatch {
+    Batch batch;
+    ReuseSettings settings;
+    CameraData cameraBefore;
 };
 
 /// Consecutive pixels, row by row.
@@ -140,6 +162,7 @@ SHARED_CONST uint kStateWords = 3u;  // of 16 bytes: origin, lane; direction, pd
 
 #ifdef __cplusplus
 static_assert(sizeof(FrameData) == 176 && sizeof(QueueHead) == 16 && sizeof(Counters) == 32);
+static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif
 
 SHARED_END

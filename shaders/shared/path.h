@@ -33,12 +33,16 @@ struct PathState {
 };
 
 /// The connection to an emitter. `contribution` is what it adds if nothing is between; zero: no
-/// need to trace. `direction` is not of unit length: `tMax` counts in its lengths.
+/// need to trace. `direction` is not of unit length: `tMax` counts in its lengths. Before the
+/// surface has had its say: `incident` is the radiance from `wi` (unit, world) over its density,
+/// MIS weight included; contribution = beta f |cos| incident.
 struct ShadowRay {
     vec3 origin;
     vec3 direction;
     float tMax;
     vec3 contribution;
+    vec3 wi;
+    vec3 incident;
 };
 
 /// Seed of the alpha test for the rays that leave a vertex; `shadow` 1 for the connection to an
@@ -134,6 +138,8 @@ SHARED_FN ShadowRay noShadowRay(vec3 origin)
     shadow.direction = vec3(0.0f, 0.0f, 1.0f);
     shadow.tMax = 0.0f;
     shadow.contribution = vec3(0.0f, 0.0f, 0.0f);
+    shadow.wi = shadow.direction;
+    shadow.incident = vec3(0.0f, 0.0f, 0.0f);
     return shadow;
 }
 
@@ -174,22 +180,14 @@ SHARED_FN vec3 originOnSide(IN(SurfacePoint) s, float side)
     return offsetRay(s.position, side > 0.0f ? outside : -outside);
 }
 
-/// Connects the vertex to one emitter; contribution zero when nothing can come of it.
-SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
-                            PathState path, IN(Vertex) vertex)
+/// Connects the vertex to the point that `u` picks of an emitter, which was itself chosen with
+/// probability `pmf`; contribution zero when nothing can come of it.
+SHARED_FN ShadowRay connectTo(IN(SceneView) scene, PathSettings settings, uint emitter, float pmf,
+                              vec2 u, PathState path, IN(Vertex) vertex)
 {
     ShadowRay shadow = noShadowRay(vertex.surface.position);
-    if (settings.emitterCount == 0u || isDelta(vertex.bsdf)) return shadow;
-
-    float pmf = 1.0f;
-    uint emitter = 0u;
-    if (FEATURE(kFeatureManyEmitters)) {
-        emitter = chooseEmitter(scene, settings.emitterCount, numbers.choice, pmf);
-    }
     EmitterSample e;
-    if (!sampleEmitter(scene, settings, emitter, vertex.surface.position, numbers.light, e)) {
-        return shadow;
-    }
+    if (!sampleEmitter(scene, settings, emitter, vertex.surface.position, u, e)) return shadow;
     if (settings.strategy == kStrategyBsdf && e.pdf > 0.0f) return shadow;
 
     const vec3 wi = toLocal(vertex.surface.frame, e.wi);
@@ -208,6 +206,8 @@ SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNu
     }
     shadow.contribution =
         clampIndirect(settings, path.depth + 1u, path.beta * f * e.radiance * (abs(wi.z) * weight));
+    shadow.wi = e.wi;
+    shadow.incident = e.radiance * weight;
     shadow.origin = originOnSide(vertex.surface, side);
     shadow.direction = e.wi;
     shadow.tMax = kDistant;
@@ -220,13 +220,31 @@ SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNu
     return shadow;
 }
 
-/// Moves the path on to the ray that leaves the vertex; false when it ends here, by chance or
-/// because nothing goes on.
-SHARED_FN bool scatter(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
-                       IN(Vertex) vertex, INOUT(PathState) path)
+/// Whether a connection from the vertex can bring anything: there is light, and the surface has a
+/// lobe that is no delta.
+SHARED_FN bool connects(PathSettings settings, IN(Vertex) vertex)
 {
-    BsdfSample next;
-    if (!sampleDirection(scene, vertex, numbers, next)) return false;
+    return settings.emitterCount != 0u && !isDelta(vertex.bsdf);
+}
+
+/// Connects the vertex to one emitter; contribution zero when nothing can come of it.
+SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
+                            PathState path, IN(Vertex) vertex)
+{
+    if (!connects(settings, vertex)) return noShadowRay(vertex.surface.position);
+    float pmf = 1.0f;
+    uint emitter = 0u;
+    if (FEATURE(kFeatureManyEmitters)) {
+        emitter = chooseEmitter(scene, settings.emitterCount, numbers.choice, pmf);
+    }
+    return connectTo(scene, settings, emitter, pmf, numbers.light, path, vertex);
+}
+
+/// Moves the path on to the ray that leaves the vertex in the direction `next`; false when it ends
+/// here, by chance or because nothing goes on.
+SHARED_FN bool follow(PathSettings settings, VertexNumbers numbers, IN(Vertex) vertex,
+                      BsdfSample next, INOUT(PathState) path)
+{
     const vec3 wi = toWorld(vertex.surface.frame, next.wi);
     float side;
     if (!sideOf(vertex.surface, wi, next.wi.z, side)) return false;
@@ -243,6 +261,15 @@ SHARED_FN bool scatter(IN(SceneView) scene, PathSettings settings, VertexNumbers
         path.beta *= 1.0f / survival;
     }
     return maxComponent(path.beta) > 0.0f;
+}
+
+/// Draws a direction and follows it.
+SHARED_FN bool scatter(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
+                       IN(Vertex) vertex, INOUT(PathState) path)
+{
+    BsdfSample next;
+    return sampleDirection(scene, vertex, numbers, next) &&
+           follow(settings, numbers, vertex, next, path);
 }
 
 /// One vertex of a path. Adds emission to L, sets the connection to an emitter, and moves `path` on

@@ -37,6 +37,7 @@ SHARED_BEGIN
 
 SHARED_CONST float kReuseLeastC = 1e-6f;      // below it history is not worth its loop: discard
 SHARED_CONST uint kReuseMaxCandidates = 16u;  // of the batch that c is solved on
+SHARED_CONST uint kReuseMostScores = 17u;     // of a store that devices cut down
 
 SHARED_CONST float kReuseLeastDensity = 1.1754943508e-38f;  // the reciprocal is still a number
 
@@ -157,6 +158,35 @@ REAL_FN Real reuseSolveC(Real N, Real n, REAL_ARRAY(ratios, kReuseMaxCandidates)
         c = max(c, reuseNextC(N, n, Real(k), Real(live), sum));  // less only by rounding
     }
     return min(c, N / n);
+}
+
+/// The kappa with sum min(1, a_i / kappa) = keep over `count` scores; 0 when no more than `keep` of
+/// them are positive (then all of these stay). What reaches kappa leaves the sum until nothing more
+/// does, which is exact and needs no sorting. keep >= 1.
+REAL_FN Real reuseThreshold(REAL_ARRAY(scores, kReuseMostScores), uint count, uint keep)
+{
+    Real kappa = Real(kInfinity);
+    uint before = count + 1u;
+    for (uint pass = 0u; pass <= count + 1u; ++pass) {
+        uint light = 0u;
+        uint heavy = 0u;
+        Real sum = Real(0.0f);
+        for (uint i = 0u; i < count; ++i) {
+            if (!usableDensity(scores[i])) continue;
+            if (scores[i] < kappa) {
+                ++light;
+                sum += scores[i];
+            } else {
+                ++heavy;
+            }
+        }
+        if (light + heavy <= keep) return Real(0.0f);
+        // None has left the sum; or rounding only: the light ones together weigh nothing.
+        if (light == before || heavy >= keep) break;
+        before = light;
+        kappa = sum / Real(keep - heavy);
+    }
+    return kappa;
 }
 
 /// Threshold resampling in one pass (Fearnhead & Clifford, 2003): items of score a are kept with

@@ -11,6 +11,7 @@ std::span<const Method> methods()
     static constexpr std::array kMethods{
         Method{"path", makePathRenderer},
         Method{"ao", makeAmbientOcclusion},
+        Method{"reuse", makeSampleReuse},
     };
     return kMethods;
 }

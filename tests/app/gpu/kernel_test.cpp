@@ -17,6 +17,10 @@
 #include "spirv/first_hits.h"
 #include "spirv/mean.h"
 #include "spirv/megakernel.h"
+#include "spirv/occlusion.h"
+#include "spirv/reuse_hits.h"
+#include "spirv/reuse_new.h"
+#include "spirv/reuse_old.h"
 
 namespace {
 
@@ -42,6 +46,10 @@ const NamedKernel kKernels[] = {
     {"first_hits", k_first_hits},
     {"mean", k_mean},
     {"megakernel", k_megakernel},
+    {"occlusion", k_occlusion},
+    {"reuse_hits", k_reuse_hits},
+    {"reuse_new", k_reuse_new},
+    {"reuse_old", k_reuse_old},
 };
 
 TEST(Kernel, TheBounceWantsWhatItIsGiven)
@@ -106,6 +114,7 @@ TEST(Kernel, PushConstantsAreAsLongAsTheirTypes)
     EXPECT_EQ(readKernelInterface(k_megakernel).pushBytes, sizeof(shared::Batch));
     EXPECT_EQ(readKernelInterface(k_mean).pushBytes, sizeof(shared::PixelRange));
     EXPECT_EQ(readKernelInterface(k_first_hits).pushBytes, sizeof(shared::TileRange));
+    EXPECT_EQ(readKernelInterface(k_reuse_old).pushBytes, sizeof(shared::ReuseBatch));
     EXPECT_EQ(readKernelInterface(k_bench_any).pushBytes, sizeof(shared::ItemRange));
     EXPECT_EQ(readKernelInterface(k_display).pushBytes, sizeof(shared::DisplaySettings));
 }

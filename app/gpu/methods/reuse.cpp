@@ -1,0 +1,127 @@
+// Path tracing that keeps its samples when the camera moves: the kernels of reuse_passes.h go to
+// the film (tiled_film.h), one sample per pixel and round.
+#include "app/gpu/methods/methods.h"
+#include "app/gpu/reuse_passes.h"
+#include "core/base/check.h"
+#include "core/base/time.h"
+#include "core/methods/reuse_params.h"
+
+namespace gpu {
+
+namespace {
+
+shared::ReuseSettings settingsOf(const core::ReuseParams& params)
+{
+    shared::ReuseSettings s{};
+    s.strategy = static_cast<uint32_t>(params.reuse);
+    s.candidates = params.candidates;
+    s.records = params.records;
+    s.lights = params.lights;
+    s.cap = params.cap;
+    s.protection = params.protection;
+    return s;
+}
+
+class SampleReuse final : public core::Renderer {
+public:
+    explicit SampleReuse(const DeviceOptions& options)
+        : context_(options), film_(context_), passes_(context_)
+    {}
+
+    void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
+    {
+        film_.drop();
+        passes_.forget();
+        if (!takeWorld(scene_, world_, std::move(world), context_, progress)) batchPace_.restart();
+    }
+
+    void setView(const core::View& view, core::Start start) override
+    {
+        CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
+        const core::ReuseParams& params = view.params.as<core::ReuseParams>();
+        if (start == core::Start::anew) samplesBefore_ = 0;
+        if (start == core::Start::anew || !(params == params_)) passes_.forget();
+        params_ = params;
+        shared::FrameData frame = frameOf(*world_, *scene_, view);
+        frame.settings.seed = params.seed;
+        frame.settings.samplerKind = static_cast<uint32_t>(params.sampler);
+        frame.settings.strategy = shared::kStrategyMis;
+        frame.settings.maxDepth = params.maxDepth;
+        frame.settings.rouletteDepth = params.rouletteDepth;
+        film_.reset(frame);
+        passes_.prepare(view.size, film_.frame().tileCount(), settingsOf(params));
+        for (DescriptorSet& set : passes_.filmSets()) film_.begin(set);
+        constants_.features = scene_->features();
+        if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
+        constants_.sampler = static_cast<uint32_t>(params.sampler);
+        const core::Clock::time_point begin = core::Clock::now();
+        if (passes_.compile(*scene_, film_.frame(), constants_))
+            compileSeconds_ += core::secondsSince(begin);
+        rounds_ = 0;
+        batchPace_.again();
+    }
+
+    void setPace(const core::Pace& pace) override { pace_ = pace; }
+
+    void advance(const core::Budget& budget, std::stop_token stop) override
+    {
+        // One sample per pixel and round: each round looks at what the one before has kept.
+        const uint32_t most =
+            std::min(passes_.mostLanes(), film_.frame().tileCount() * shared::kGroupSize);
+        film_.advance(
+            budget, stop, [this, most] { return batchPace_.lanes(pace_.dispatchSeconds, most); },
+            [this](const shared::Batch& batch, const TiledFilm::Then&) { trace(batch); });
+    }
+
+    core::RenderProgress progress() const override { return film_.progress(); }
+    core::Estimate read(core::Reading what) override { return film_.read(what); }
+    core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
+
+    core::RenderStats stats() const override
+    {
+        core::RenderStats stats = context_.stats();
+        stats.buildSeconds = scene_ ? scene_->buildSeconds() : 0;
+        stats.compileSeconds = compileSeconds_;
+        stats.details = {{"records", double(passes_.settings().records)}};
+        film_.addTo(stats);
+        return stats;
+    }
+
+private:
+    void trace(shared::Batch batch)
+    {
+        const uint32_t lanes = batch.tileCount * shared::kGroupSize;
+        const bool last = batch.firstTile + batch.tileCount == film_.frame().tileCount();
+        batch.firstSample = samplesBefore_;
+        const bool jitters = params_.jitter == core::PixelJitter::always ||
+                             (params_.jitter == core::PixelJitter::settled && rounds_ > 0);
+        batchPace_.measured(
+            lanes, passes_.run(*scene_, film_.frame(), constants_, batch, jitters, rounds_ > 0));
+        if (!last) return;
+        passes_.commit(film_.frame().data().camera);
+        ++rounds_;
+        ++samplesBefore_;
+    }
+
+    Context context_;  // first: everything below is made on its device
+    TiledFilm film_;
+    ReusePasses passes_;
+    std::unique_ptr<GpuScene> scene_;
+    std::shared_ptr<const core::World> world_;
+    core::ReuseParams params_;
+    ReuseConstants constants_;
+    core::Pace pace_;
+    BatchPace batchPace_;
+    uint32_t rounds_ = 0;         // whole ones, of this view
+    uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
+    double compileSeconds_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<core::Renderer> makeSampleReuse(const DeviceOptions& options)
+{
+    return std::make_unique<SampleReuse>(options);
+}
+
+}  // namespace gpu

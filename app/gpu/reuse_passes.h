@@ -1,0 +1,78 @@
+// The kernels of sample reuse (shaders/reuse), one after the other over some tiles: first hits
+// and backprojection, new samples, old samples and what is kept. Two stores take turns; what a pass
+// has written becomes what the next one reads only when the pass is whole.
+#pragma once
+
+#include <array>
+
+#include "app/gpu/base/batch_pace.h"
+#include "app/gpu/context.h"
+#include "app/gpu/tiled_film.h"
+
+namespace gpu {
+
+/// What the kernels are specialised on.
+struct ReuseConstants {
+    static constexpr uint32_t kFirst = 0;
+    uint32_t features = 0xffffffffu;  // number 0: lang.h
+    uint32_t sampler = 0;             // shared::kSpecializeSampler
+    friend bool operator==(const ReuseConstants&, const ReuseConstants&) = default;
+};
+
+class ReusePasses {
+public:
+    explicit ReusePasses(Context& context);
+
+    /// Forgets what is kept.
+    void forget() { camera_ = {}; }
+
+    /// Makes room for a picture of that many pixels and tiles, and takes settings; what is kept is
+    /// lost when its layout changes. Fewer records than asked for are kept where a buffer of the
+    /// device cannot hold them.
+    void prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings);
+
+    /// What the settings have become.
+    const shared::ReuseSettings& settings() const { return settings_; }
+
+    /// The set of the kernel that adds to the film, for a pass that begins now.
+    std::array<DescriptorSet, 2>& filmSets() { return oldSets_; }
+
+    /// Compiles what has not been compiled. Returns whether anything was.
+    bool compile(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants);
+
+    /// Runs all kernels over the tiles of a batch; returns the seconds that the device was busy.
+    double run(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants,
+               const shared::Batch& batch, bool jitters, bool follows);
+
+    /// The pass is whole: its store is the one to read from now on.
+    void commit(const shared::CameraData& camera);
+
+    /// Lanes of the largest batch.
+    uint32_t mostLanes() const { return lanes_; }
+
+private:
+    /// What one frame leaves to the next.
+    struct Store {
+        Buffer pixels, places, arriving, lights, means;
+    };
+    using ReuseKernel = Kernel<shared::ReuseBatch, ReuseConstants>;
+
+    void makeStores(uint64_t pixels);
+    void makeScratch(uint32_t tiles);
+    void record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
+                const ReuseConstants& constants, const shared::ReuseBatch& push, uint32_t groups);
+
+    Context& context_;
+    ReuseKernel hits_, new_, old_;
+    // By which store is written.
+    std::array<DescriptorSet, 2> hitsSets_, newSets_, oldSets_;
+    std::array<Store, 2> stores_;
+    Buffer newSamples_;
+    shared::ReuseSettings settings_{};
+    shared::CameraData camera_{};  // of what is kept; all zero: nothing is
+    uint64_t pixels_ = 0;
+    uint32_t lanes_ = 0;
+    uint32_t side_ = 0;  // of the store that is written
+};
+
+}  // namespace gpu

@@ -1,0 +1,75 @@
+// Parameters of path tracing that keeps its samples when the camera moves, the same on every
+// device.
+#pragma once
+
+#include "core/methods/path_params.h"
+
+namespace core {
+
+/// What is done with old samples; the order is that of shared/reuse_records.h.
+enum class ReuseStrategy : uint32_t { discard, naive, reweighting, mis, ra };
+template <> struct EnumNames<ReuseStrategy> {
+    static constexpr std::array<std::string_view, 5> names{"discard", "naive", "reweighting", "mis",
+                                                           "ra"};
+};
+
+/// Where in its pixel a first hit lies: at the centre while the camera moves and anywhere once it
+/// rests (edges are steady, then smooth), or one of the two at all times.
+enum class PixelJitter : uint32_t { settled, always, never };
+template <> struct EnumNames<PixelJitter> {
+    static constexpr std::array<std::string_view, 3> names{"settled", "always", "never"};
+};
+
+struct ReuseParams {
+    static constexpr std::string_view kMethod = "reuse";
+
+    ReuseStrategy reuse = ReuseStrategy::ra;
+    uint32_t records = 8;
+    uint32_t lights = 4;
+    uint32_t candidates = 8;
+    float cap = 32;
+    float protection = 1;
+    PixelJitter jitter = PixelJitter::settled;
+    uint32_t maxDepth = 8;
+    uint32_t rouletteDepth = 2;
+    uint32_t seed = 1;
+    SamplerKind sampler = SamplerKind::sobol;
+
+    template <class Self, class V> static void visit(Self& p, V&& v)
+    {
+        v(Field{"reuse",
+                "what old samples are good for: discard them, average them as they are (naive), "
+                "reweight them, weigh them by the balance heuristic (mis), or "
+                "Reweighting-Augmentation (ra)"},
+          p.reuse);
+        v(Field{"records", "samples of arriving light that a pixel keeps", {1, 16}}, p.records);
+        v(Field{"lights", "connections to lights that a pixel keeps", {1, 16}}, p.lights);
+        v(Field{"candidates",
+                "directions among which a new one is chosen where the surface's lobe has moved",
+                {1, 32}},
+          p.candidates);
+        v(Field{"history", "old samples that what is kept may stand for", {1, 1024, true}}, p.cap);
+        v(Field{"protection",
+                "how much bright samples are preferred when the store is cut down",
+                {0, 16}},
+          p.protection);
+        v(Field{"jitter",
+                "first hits anywhere in the pixel, for smooth edges: when the camera rests "
+                "(settled), always or never"},
+          p.jitter);
+        v(Field{"max-depth",
+                "scattering events per path: 0 shows emitters only, 1 adds direct light",
+                {0, 32}},
+          p.maxDepth);
+        v(Field{"roulette-depth",
+                "scattering events before Russian roulette may end a path",
+                {1, 4096}},
+          p.rouletteDepth);
+        v(Field{"seed", "another seed gives an independent image"}, p.seed);
+        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
+          p.sampler);
+    }
+    friend bool operator==(const ReuseParams&, const ReuseParams&) = default;
+};
+
+}  // namespace core

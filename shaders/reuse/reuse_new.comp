@@ -1,0 +1,47 @@
+// One new path per pixel, whose first direction is resampled where old samples leave the most to it, and one new
+// connection to an emitter.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_basic : require
+
+#include "reuse.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = kSetKernel, binding = kBindNewSamples, scalar) writeonly buffer NewSamplesBlock
+{
+    uvec4 newSamples[];
+};
+
+void main()
+{
+    uint lane;
+    uvec2 pixel;
+    ReuseTally tally = ReuseTally(0u, 0u);
+    if (lanesPixel(lane, pixel)) {
+        ReuseNew found = noReuseNew();
+        ReuseVertex v;
+        vec3 seen = vec3(0.0);
+        const SampleStream stream = pixelStream(pixel);
+        const uvec4 here = pixelsNow[pixelIndex(pixel)];
+        if (firstVertex(pixel, stream, here, v, seen)) {
+            lookBack(here.w, v);
+            found = takeNew(scene, frame.settings, push.settings, v, stream, tally);
+        }
+        const uint to = kReuseNewWords * lane;
+        newSamples[to] = packReusePlace(found.record);
+        newSamples[to + 1u] = packReuseLight(found.record);
+        newSamples[to + 2u] =
+            uvec4(found.light.emitter, found.light.numbers, floatBitsToUint(vec2(found.light.v, found.scale)));
+        newSamples[to + 3u] = uvec4(floatBitsToUint(found.around), 0u);
+        newSamples[to + 4u] = uvec4(floatBitsToUint(found.direct), 0u);
+    }
+    const uint closestRays = subgroupAdd(tally.closestRays);
+    const uint shadowRays = subgroupAdd(tally.shadowRays);
+    if (subgroupElect()) {
+        atomicAdd(counters.closestRays, closestRays);
+        atomicAdd(counters.shadowRays, shadowRays);
+    }
+}

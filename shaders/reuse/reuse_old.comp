@@ -1,0 +1,189 @@
+// Looks at the samples of the frame before from the first hits of this one, adds up what they and the new ones bring,
+// and cuts the store down to what is kept for the next frame. One kernel: what it knows of a pixel would take longer to
+// store and load than to find.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+#include "colour.glsl"
+#include "film.glsl"
+#include "reuse.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = kSetKernel, binding = kBindPlacesBefore) uniform usamplerBuffer placesBefore;
+layout(set = kSetKernel, binding = kBindArrivingBefore) uniform usamplerBuffer arrivingBefore;
+layout(set = kSetKernel, binding = kBindLightsBefore) uniform usamplerBuffer lightsBefore;
+layout(set = kSetKernel, binding = kBindMeansBefore) uniform samplerBuffer meansBefore;
+layout(set = kSetKernel, binding = kBindNewSamples) uniform usamplerBuffer newSamples;
+
+layout(set = kSetKernel, binding = kBindPlacesNow, scalar) writeonly buffer PlacesNowBlock
+{
+    uvec4 placesNow[];
+};
+
+layout(set = kSetKernel, binding = kBindArrivingNow, scalar) writeonly buffer ArrivingNowBlock
+{
+    uvec4 arrivingNow[];
+};
+
+layout(set = kSetKernel, binding = kBindLightsNow, scalar) writeonly buffer LightsNowBlock
+{
+    uvec4 lightsNow[];
+};
+
+layout(set = kSetKernel, binding = kBindMeansNow, scalar) writeonly buffer MeansNowBlock
+{
+    vec4 meansNow[];
+};
+
+uvec4 newWord(uint lane, uint i)
+{
+    return texelFetch(newSamples, int(kReuseNewWords * lane + i));
+}
+
+ReuseNew loadNew(uint lane)
+{
+    ReuseNew found;
+    found.record = unpackReuseSample(newWord(lane, 0u), newWord(lane, 1u));
+    const uvec4 light = newWord(lane, 2u);
+    found.light = unpackLightRecord(light);
+    found.scale = uintBitsToFloat(light.w);
+    found.around = uintBitsToFloat(newWord(lane, 3u).xyz);
+    found.direct = uintBitsToFloat(newWord(lane, 4u).xyz);
+    return found;
+}
+
+/// Old samples of directions and the new one: adds them up and keeps some.
+void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fresh, float xi, inout ReuseSums sums)
+{
+    const uint most = push.settings.records;
+    float weights[kReuseMostScores];  // v
+    float brings[kReuseMostScores];
+    float places[kReuseMostScores];  // u as it is stored
+    for (uint i = 0u; i < most; ++i) {
+        weights[i] = 0.0;
+        brings[i] = 0.0;
+        places[i] = 0.0;
+        if (!looks) continue;
+        const int at = int(recordIndex(source, i));
+        const uvec4 place = texelFetch(placesBefore, at);
+        if (place.w == 0u) continue;
+        ReuseView view;
+        const ReuseSample r = unpackReuseSample(place, texelFetch(arrivingBefore, at));
+        if (!viewOldSample(scene, frame.settings, push.settings, v, r, view)) continue;
+        addOldSample(sums, view);
+        weights[i] = view.u * view.p;
+        brings[i] = view.u * luminance(view.F);
+        places[i] = view.u * view.perPlace;
+    }
+    const vec3 mean = sums.around + fresh.scale * fresh.around;
+    places[most] = fresh.record.u;
+    weights[most] = fresh.record.u > 0.0 ? fresh.scale : 0.0;
+    brings[most] = fresh.record.u > 0.0 ? fresh.scale * luminance(fresh.around) : 0.0;
+    for (uint i = 0u; i <= most; ++i) weights[i] = reuseScore(push.settings, weights[i], brings[i], mean);
+    const float kappa = reuseThreshold(weights, most + 1u, most);
+    float sum = 0.0;
+    uint kept = 0u;
+    for (uint i = 0u; i <= most && kept < most; ++i) {
+        if (!usableDensity(weights[i])) continue;
+        if (kappa > 0.0 && !reuseKeep(sum, weights[i], kappa, xi)) continue;
+        uvec4 place = packReusePlace(fresh.record);
+        uvec4 arriving = packReuseLight(fresh.record);
+        if (i < most) {
+            const int at = int(recordIndex(source, i));
+            place = texelFetch(placesBefore, at);
+            arriving = texelFetch(arrivingBefore, at);
+        }
+        place.w = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
+        const uint to = recordIndex(pixel, kept++);
+        placesNow[to] = place;
+        arrivingNow[to] = arriving;
+    }
+    for (; kept < most; ++kept) placesNow[recordIndex(pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
+}
+
+/// The same of connections to emitters.
+void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fresh, float xi, inout ReuseSums sums)
+{
+    const uint most = push.settings.lights;
+    float scores[kReuseMostScores];
+    float brings[kReuseMostScores];
+    float weights[kReuseMostScores];
+    for (uint i = 0u; i < most; ++i) {
+        weights[i] = 0.0;
+        brings[i] = 0.0;
+        if (!looks) continue;
+        ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(source, i))));
+        if (!(r.v > 0.0)) continue;
+        brings[i] = addOldLight(scene, frame.settings, v, r, sums);
+        weights[i] = r.v;
+    }
+    const vec3 mean = sums.direct + fresh.light.v * fresh.direct;
+    weights[most] = fresh.light.v;
+    brings[most] = fresh.light.v * luminance(fresh.direct);
+    for (uint i = 0u; i <= most; ++i) scores[i] = reuseScore(push.settings, weights[i], brings[i], mean);
+    const float kappa = reuseThreshold(scores, most + 1u, most);
+    float sum = 0.0;
+    uint kept = 0u;
+    for (uint i = 0u; i <= most && kept < most; ++i) {
+        if (!usableDensity(scores[i])) continue;
+        if (kappa > 0.0 && !reuseKeep(sum, scores[i], kappa, xi)) continue;
+        ReuseLight light = fresh.light;
+        if (i < most) light = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(source, i))));
+        light.v = weights[i] * (kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0);
+        lightsNow[recordIndex(pixel, kept++)] = packLightRecord(light);
+    }
+    for (; kept < most; ++kept) lightsNow[recordIndex(pixel, kept)] = uvec4(0u);
+}
+
+/// One more sample of the pixel, or the first ones: as many as the history stands for.
+void addToFilm(uint pixel, vec3 L, vec3 squares, float weight)
+{
+    FilmPixel p = loadFilm(pixel);
+    if (isColour(L)) {
+        addCompensated(p.sum, p.sumLost, weight * L);
+        addCompensated(p.squares, p.squaresLost, weight * squares);
+    }
+    p.weight += weight;
+    storeFilm(pixel, p);
+}
+
+void main()
+{
+    uint lane;
+    uvec2 pixel;
+    if (!lanesPixel(lane, pixel)) return;
+    const uint i = pixelIndex(pixel);
+    const uvec4 here = pixelsNow[i];
+    const SampleStream stream = pixelStream(pixel);
+    const SampleStream keeping = decisionStream(stream, kPurposeResampling);
+    const uint strategy = push.settings.strategy;
+    ReuseSums sums = noReuseSums();
+    ReuseVertex v;
+    const bool scatters = firstVertex(pixel, stream, here, v, sums.seen);
+    const bool looks = scatters && lookBack(here.w, v);
+    if (looks) sums.nominal = v.nominal;
+    ReuseNew fresh = noReuseNew();
+    if (scatters) fresh = loadNew(lane);
+    if (strategy != kReuseNaive && strategy != kReuseDiscard) {
+        reuseSamples(v, looks, here.w, i, fresh, streamFloat(keeping, 0u), sums);
+        reuseLights(v, looks, here.w, i, fresh, streamFloat(keeping, 1u), sums);
+    }
+    addReuseNew(sums, fresh);
+    vec3 L = reusedRadiance(sums);
+    vec3 squares = reusedSquares(sums);
+    const vec3 plain = plainRadiance(sums);
+    if (strategy == kReuseNaive) {
+        L = plain;
+        if (looks) L += v.c * (texelFetch(meansBefore, int(here.w)).xyz - plain);
+        meansNow[i] = vec4(L, 0.0);
+        squares = L * L;
+    }
+    if (push.settings.follows != 0u) {
+        addToFilm(i, plain, plain * plain, 1.0);
+    } else {
+        addToFilm(i, L, squares, sums.nominal + 1.0);
+    }
+    pixelsNow[i].w = floatBitsToUint(scatters ? min(sums.nominal + 1.0, push.settings.cap) : 0.0);
+}

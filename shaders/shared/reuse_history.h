@@ -1,0 +1,74 @@
+// Backprojection: which pixel of the frame before saw the surface that a pixel sees now, and
+// whether what is kept there may be used here. The tests are those of temporal accumulation (C.
+// Schied et al., "Spatiotemporal Variance-Guided Filtering", 2017) without scales of their own: the
+// same material, normals that agree, a distance between the two planes that is small beside the
+// distance of the camera. All of it depends on geometry alone, which keeps what is made of the
+// history unbiased.
+#ifndef REKINDLE_SHARED_REUSE_HISTORY_H
+#define REKINDLE_SHARED_REUSE_HISTORY_H
+
+#include "layout.h"
+#include "reuse_records.h"
+#include "surface.h"
+
+SHARED_BEGIN
+
+SHARED_CONST float kHistoryLeastCosine = 0.9f;      // between geometric normals
+SHARED_CONST float kHistoryPlaneDistance = 0.005f;  // of the distance to the camera
+
+/// Where a point lies on the film of a camera, in pixels from the upper left corner. False behind a
+/// pinhole.
+SHARED_FN bool projectToFilm(CameraData camera, vec2 size, vec3 position, OUT(vec2) film)
+{
+    const vec3 d = position - camera.position;
+    const float ahead = camera.orthographic != 0u ? 1.0f : dot(d, camera.forward);
+    const float scale = 1.0f / (ahead * camera.tanHalfHeight);
+    film = vec2((dot(d, camera.right) * scale / camera.aspect + 1.0f) * 0.5f * size.x,
+                (1.0f - dot(d, camera.up) * scale) * 0.5f * size.y);
+    return ahead > 0.0f;
+}
+
+/// Unit direction from a point to where the camera is.
+SHARED_FN vec3 towardsCamera(CameraData camera, vec3 position)
+{
+    return camera.orthographic != 0u ? -camera.forward : normalize(camera.position - position);
+}
+
+/// Pixels that are looked at for a history, one after the other, k < 9: the one that the first hit
+/// projects to, then those around it.
+SHARED_FN ivec2 historyOffset(uint k)
+{
+    const uint at = k == 0u ? 4u : (k <= 4u ? k - 1u : k);
+    return ivec2(int(at % 3u) - 1, int(at / 3u) - 1);
+}
+
+/// A point of a triangle.
+SHARED_FN vec3 pointOfTriangle(IN(SceneView) scene, uint slot, vec2 barycentrics)
+{
+    const vec3 a = xyz(fetchTriangleVertex(scene, slot, 0u));
+    const vec3 b = xyz(fetchTriangleVertex(scene, slot, 1u));
+    const vec3 c = xyz(fetchTriangleVertex(scene, slot, 2u));
+    return a + barycentrics.x * (b - a) + barycentrics.y * (c - a);
+}
+
+/// Whether the first hit `before` belongs to the surface at `s`; `distance` is that of the camera.
+/// `position` becomes the hit's.
+SHARED_FN bool historyFits(IN(SceneView) scene, ReusePixel before, IN(SurfacePoint) s,
+                           float distance, OUT(vec3) position)
+{
+    position = s.position;
+    if (before.slot == kNone || !(before.nominal > 0.0f)) return false;
+    const vec3 a = xyz(fetchTriangleVertex(scene, before.slot, 0u));
+    const vec4 b = fetchTriangleVertex(scene, before.slot, 1u);
+    const vec3 e1 = xyz(b) - a;
+    const vec3 e2 = xyz(fetchTriangleVertex(scene, before.slot, 2u)) - a;
+    position = a + before.barycentrics.x * e1 + before.barycentrics.y * e2;
+    const uint material = floatAsUint(b.w) & ~kTriangleAlphaBit;
+    return material == s.material &&
+           dot(normalize(cross(e1, e2)), s.normal) >= kHistoryLeastCosine &&
+           abs(dot(position - s.position, s.normal)) <= kHistoryPlaneDistance * distance;
+}
+
+SHARED_END
+
+#endif

@@ -1,0 +1,250 @@
+// Path tracing that keeps its samples, on a camera that moves, on every device: what is kept may
+// change the noise and nothing else.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "app/methods/methods.h"
+#include "core/gltf/gltf.h"
+#include "tests/support/compare_films.h"
+#include "tests/support/stats.h"
+
+namespace {
+
+using core::ReuseParams, core::ReuseStrategy, core::PixelJitter;
+
+std::shared_ptr<const core::World> asset(const std::string& name)
+{
+    return core::makeWorld(
+        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
+}
+
+/// The scene's camera, swung about what it looks at.
+core::Camera swung(const core::World& world, double degrees)
+{
+    core::Camera camera = world.cameras.at(0);
+    const double angle = degrees * std::numbers::pi / 180;
+    const glm::dvec3 target = camera.position + 3.7 * camera.forward;
+    const glm::dvec3 back = camera.position - target;
+    const glm::dvec3 turned(back.x * std::cos(angle) + back.z * std::sin(angle), back.y,
+                            back.z * std::cos(angle) - back.x * std::sin(angle));
+    return core::lookAt(target + turned, target, {0, 1, 0}, camera.yfov);
+}
+
+ReuseParams with(ReuseStrategy reuse, uint32_t seed)
+{
+    ReuseParams params;
+    params.reuse = reuse;
+    params.seed = seed;
+    params.sampler = core::SamplerKind::independent;
+    params.jitter = PixelJitter::never;
+    return params;
+}
+
+class ReuseMethod : public testing::TestWithParam<app::DeviceKind> {
+protected:
+    void SetUp() override
+    {
+        const std::string why = app::whyNot("reuse", GetParam());
+        if (!why.empty()) GTEST_SKIP() << why;
+        renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
+    }
+
+    void begin(const std::string& scene, glm::uvec2 size)
+    {
+        world_ = asset(scene);
+        renderer_->setWorld(world_, {});
+        size_ = size;
+    }
+
+    /// The picture after a swing of `frames` views, `step` degrees apart, that ends at the scene's
+    /// own camera.
+    core::Estimate fly(const ReuseParams& params, uint32_t frames, double step)
+    {
+        for (uint32_t i = 0; i < frames; ++i)
+            look(swung(*world_, -step * (frames - 1 - i)), params,
+                 i == 0 ? core::Start::anew : core::Start::moved);
+        return renderer_->read(core::Reading::everything);
+    }
+
+    void look(const core::Camera& camera, const ReuseParams& params, core::Start start,
+              uint32_t samples = 1)
+    {
+        renderer_->setView({camera, size_, params}, start);
+        renderer_->advance({.samples = samples}, {});
+    }
+
+    core::Estimate reference(uint32_t samples)
+    {
+        look(swung(*world_, 0), with(ReuseStrategy::discard, 991), core::Start::anew, samples);
+        return renderer_->read(core::Reading::everything);
+    }
+
+    std::unique_ptr<core::Renderer> renderer_;
+    std::shared_ptr<const core::World> world_;
+    glm::uvec2 size_{};
+};
+
+double meanSquare(const core::Image& a, const core::Image& b)
+{
+    double sum = 0;
+    for (size_t i = 0; i < a.pixels.size(); ++i)
+        sum += std::pow(double(a.pixels[i]) - double(b.pixels[i]), 2);
+    return sum / double(a.pixels.size());
+}
+
+double meanOf(const core::Image& image)
+{
+    double sum = 0;
+    for (const float x : image.pixels) sum += double(x);
+    return sum / double(image.pixels.size());
+}
+
+TEST_P(ReuseMethod, WithoutHistoryItIsPathTracing)
+{
+    begin("cornell-moderate", {40, 40});
+    ReuseParams params = with(ReuseStrategy::discard, 5);
+    params.jitter = PixelJitter::always;
+    look(world_->cameras.at(0), params, core::Start::anew, 128);
+    const core::Estimate reused = renderer_->read(core::Reading::everything);
+    core::PathParams path;
+    path.seed = 6;
+    path.sampler = core::SamplerKind::independent;
+    const auto tracer = app::makeRenderer("path", {.device = GetParam()});
+    tracer->setWorld(world_, {});
+    tracer->setView({world_->cameras.at(0), size_, path}, core::Start::anew);
+    tracer->advance({.samples = 128}, {});
+    const tests::FilmComparison c =
+        tests::compareFilms(reused, tracer->read(core::Reading::everything));
+    EXPECT_TRUE(c.agree()) << c.describe();
+}
+
+/// Every strategy that claims it, over independent flights: the mean over the picture stays within
+/// half a per cent, which the flights could tell. Visibility of old samples is not asked for again,
+/// so that it could be off.
+TEST_P(ReuseMethod, AMoveLeavesTheMeanAsItIs)
+{
+    constexpr uint32_t kFlights = 48, kFrames = 8;
+    constexpr double kBound = 0.005;
+    begin("cornell-moderate", {24, 24});
+    const double expected = meanOf(reference(2048).mean);
+    for (const ReuseStrategy strategy :
+         {ReuseStrategy::ra, ReuseStrategy::mis, ReuseStrategy::reweighting}) {
+        tests::Moments means;
+        for (uint32_t flight = 0; flight < kFlights; ++flight) {
+            const core::Estimate e = fly(with(strategy, 100 + flight), kFrames, 1.5);
+            EXPECT_TRUE(e.counters.clean());
+            means.add(meanOf(e.mean));
+        }
+        const double error = std::sqrt(means.varianceOfMean());
+        EXPECT_LT(std::abs(means.mean() - expected), kBound * expected + tests::kScore * error)
+            << core::enumName(strategy);
+        EXPECT_LT(error, 0.01 * expected) << core::enumName(strategy) << " is underpowered";
+    }
+}
+
+TEST_P(ReuseMethod, OldSamplesTakeTheNoiseAway)
+{
+    begin("cornell-diffuse", {48, 48});
+    const core::Image truth = reference(2048).mean;
+    const auto error = [&](ReuseStrategy strategy) {
+        return meanSquare(fly(with(strategy, 3), 24, 1).mean, truth);
+    };
+    const double discard = error(ReuseStrategy::discard);
+    // Pixels that come into view have no history and most of the error: 0.11 is found.
+    EXPECT_LT(error(ReuseStrategy::ra), 0.15 * discard);
+    EXPECT_LT(error(ReuseStrategy::mis), 0.15 * discard);
+    EXPECT_LT(error(ReuseStrategy::naive), 0.15 * discard);
+}
+
+/// Where nothing of before can be seen, the picture is that of Discard, to the bit.
+TEST_P(ReuseMethod, ATeleportIsDiscard)
+{
+    begin("cornell-glossy", {32, 24});
+    const core::Camera here = swung(*world_, 0);
+    core::Camera behind = here;
+    behind.forward = -here.forward;
+    behind.position = {0, 0, -0.5};
+    const auto picture = [&](ReuseStrategy strategy) {
+        look(here, with(strategy, 4), core::Start::anew);
+        look(behind, with(strategy, 4), core::Start::moved);
+        return renderer_->read(core::Reading::everything);
+    };
+    const core::Estimate discarded = picture(ReuseStrategy::discard);
+    EXPECT_GT(meanOf(discarded.mean), 0);
+    const core::Estimate reused = picture(ReuseStrategy::ra);
+    size_t alone = 0;
+    for (size_t i = 0; i < reused.weight.pixels.size(); ++i) {
+        if (reused.weight.pixels[i] != 1) continue;
+        ++alone;
+        for (size_t c = 0; c < 3; ++c)
+            ASSERT_EQ(reused.mean.pixels[3 * i + c], discarded.mean.pixels[3 * i + c]) << i;
+    }
+    EXPECT_GT(alone, reused.weight.pixels.size() / 2);
+}
+
+TEST_P(ReuseMethod, OtherParametersAndSizesBeginAnew)
+{
+    begin("cornell-glossy", {32, 24});
+    const core::Camera camera = swung(*world_, 0);
+    ReuseParams params = with(ReuseStrategy::ra, 4);
+    const auto largestWeight = [&] {
+        const core::Estimate e = renderer_->read(core::Reading::everything);
+        return *std::ranges::max_element(e.weight.pixels);
+    };
+    look(camera, params, core::Start::anew);
+    EXPECT_EQ(largestWeight(), 1);
+    look(swung(*world_, 0.5), params, core::Start::moved);
+    EXPECT_EQ(largestWeight(), 2);
+    params.maxDepth = 3;
+    look(camera, params, core::Start::moved);
+    EXPECT_EQ(largestWeight(), 1);
+    look(camera, params, core::Start::anew);
+    EXPECT_EQ(largestWeight(), 1);
+    renderer_->setWorld(world_, {});
+    look(camera, params, core::Start::moved);
+    EXPECT_EQ(largestWeight(), 1);
+}
+
+/// A camera that comes to rest goes on to the picture that path tracing makes, from what is there.
+TEST_P(ReuseMethod, AStopGoesOnToThePlainPicture)
+{
+    begin("cornell-moderate", {32, 32});
+    const core::Image truth = reference(1024).mean;
+    const ReuseParams params = with(ReuseStrategy::ra, 8);
+    fly(params, 12, 1);
+    const core::Estimate moving = renderer_->read(core::Reading::everything);
+    renderer_->advance({.samples = 240}, {});
+    const core::Estimate still = renderer_->read(core::Reading::everything);
+    EXPECT_EQ(still.samples, 241u);
+    for (size_t i = 0; i < still.weight.pixels.size(); ++i)
+        ASSERT_EQ(still.weight.pixels[i], moving.weight.pixels[i] + 240);
+    EXPECT_LT(meanSquare(still.mean, truth), 0.3 * meanSquare(moving.mean, truth));
+    EXPECT_NEAR(meanOf(still.mean), meanOf(truth), 0.02 * meanOf(truth));
+}
+
+TEST_P(ReuseMethod, ItIsWhatTheCpuFinds)
+{
+    begin("cornell-moderate", {40, 30});
+    const ReuseParams params = with(ReuseStrategy::ra, 12);
+    const core::Image here = fly(params, 6, 1).mean;
+    renderer_ = app::makeRenderer("reuse", {.device = app::DeviceKind::cpu});
+    renderer_->setWorld(world_, {});
+    const core::Image there = fly(params, 6, 1).mean;
+    // Rays that graze an edge may fall to either side of it.
+    size_t off = 0;
+    for (size_t i = 0; i < here.pixels.size(); ++i)
+        off += std::abs(here.pixels[i] - there.pixels[i]) > 1e-3f * (there.pixels[i] + 0.01f);
+    EXPECT_LT(off, here.pixels.size() / 50);
+    EXPECT_NEAR(meanOf(here), meanOf(there), 1e-2 * meanOf(there));
+}
+
+INSTANTIATE_TEST_SUITE_P(Device, ReuseMethod,
+                         testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
+                         [](const auto& where) {
+                             return std::string(core::enumName(where.param));
+                         });
+
+}  // namespace
