@@ -43,10 +43,16 @@ SampleStream pixelStream(uvec2 pixel)
     return makeStream(kSampler, frame.settings.seed, pixel, push.batch.firstSample, kPurposePath);
 }
 
-/// Where record `i` of a pixel lies in a store: neighbours side by side.
-uint recordIndex(uint pixel, uint i)
+/// Of the picture that left the history.
+uvec2 sizeBefore()
 {
-    return i * frame.settings.imageWidth * frame.settings.imageHeight + pixel;
+    return uvec2(push.settings.sizeBefore & 0xffffu, push.settings.sizeBefore >> 16u);
+}
+
+/// Where record `i` of a pixel lies in a store of a picture of that size: neighbours side by side.
+uint recordIndex(uvec2 size, uint pixel, uint i)
+{
+    return i * size.x * size.y + pixel;
 }
 
 /// The first hit of a pixel, and what it sees directly, in L. False where nothing is scattered.

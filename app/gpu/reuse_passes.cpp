@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "spirv/reuse_hits.h"
 #include "spirv/reuse_new.h"
@@ -38,47 +39,60 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
     const uint64_t fits = context_.device.limits().maxStorageBufferRange / (pixels * kWord);
     wanted.records = static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, settings.records));
     wanted.lights = static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, settings.lights));
-    const bool fitsStores = pixels == pixels_ && wanted.records == settings_.records &&
-                            wanted.lights == settings_.lights;
+    if (wanted.records != settings_.records || wanted.lights != settings_.lights) {
+        forget();
+        stores_ = {};
+    }
     settings_ = wanted;
-    if (!fitsStores) makeStores(pixels);
+    stores_[side_].size = size;
+    makeStore(side_);
+    if (stores_[1 - side_].size.x == 0) {
+        stores_[1 - side_].size = size;
+        makeStore(1 - side_);
+    }
     makeScratch(tiles);
 }
 
-void ReusePasses::makeStores(uint64_t pixels)
+/// Makes room in a store for the picture of its size; larger than needed is good enough.
+void ReusePasses::makeStore(uint32_t side)
 {
-    forget();
-    pixels_ = 0;
-    stores_ = {};
-    Device& device = context_.device;
-    for (Store& store : stores_) {
-        const auto make = [&](uint64_t perPixel, VkFormat format = VK_FORMAT_R32G32B32A32_UINT) {
-            return Buffer(device, "the kept samples", pixels * perPixel * kWord, format);
-        };
-        store.pixels = make(1);
-        store.places = make(settings_.records);
-        store.arriving = make(settings_.records);
-        store.lights = make(settings_.lights);
-        store.means = make(1, VK_FORMAT_R32G32B32A32_SFLOAT);
+    Store& store = stores_[side];
+    const uint64_t pixels = uint64_t(store.size.x) * store.size.y;
+    if (store.means.bytes() >= pixels * kWord) return;
+    const glm::uvec2 size = std::exchange(store.size, {});
+    const auto make = [&](Buffer& buffer, uint64_t perPixel, VkFormat format) {
+        buffer = {};
+        buffer = Buffer(context_.device, "the kept samples", pixels * perPixel * kWord, format);
+    };
+    constexpr VkFormat kWords = VK_FORMAT_R32G32B32A32_UINT;
+    store.means = {};  // first and last: its size tells whether all could be had
+    make(store.pixels, 1, kWords);
+    make(store.places, settings_.records, kWords);
+    make(store.arriving, settings_.records, kWords);
+    make(store.lights, settings_.lights, kWords);
+    make(store.means, 1, VK_FORMAT_R32G32B32A32_SFLOAT);
+    store.size = size;
+    bindStore(side);
+}
+
+/// Shows a store to the kernels: as the one that is written, and as the one that is read.
+void ReusePasses::bindStore(uint32_t side)
+{
+    const Store& store = stores_[side];
+    for (auto* sets : {&hitsSets_, &newSets_, &oldSets_}) {
+        (*sets)[side].bind(shared::kBindPixelsNow, store.pixels);
+        (*sets)[1 - side].bind(shared::kBindPixelsBefore, store.pixels);
     }
-    for (uint32_t side = 0; side < 2; ++side) {
-        const Store& now = stores_[side];
-        const Store& before = stores_[1 - side];
-        for (auto* sets : {&hitsSets_, &newSets_, &oldSets_}) {
-            (*sets)[side].bind(shared::kBindPixelsNow, now.pixels);
-            (*sets)[side].bind(shared::kBindPixelsBefore, before.pixels);
-        }
-        DescriptorSet& old = oldSets_[side];
-        old.bind(shared::kBindPlacesBefore, before.places);
-        old.bind(shared::kBindArrivingBefore, before.arriving);
-        old.bind(shared::kBindLightsBefore, before.lights);
-        old.bind(shared::kBindMeansBefore, before.means);
-        old.bind(shared::kBindPlacesNow, now.places);
-        old.bind(shared::kBindArrivingNow, now.arriving);
-        old.bind(shared::kBindLightsNow, now.lights);
-        old.bind(shared::kBindMeansNow, now.means);
-    }
-    pixels_ = pixels;
+    DescriptorSet& writes = oldSets_[side];
+    writes.bind(shared::kBindPlacesNow, store.places);
+    writes.bind(shared::kBindArrivingNow, store.arriving);
+    writes.bind(shared::kBindLightsNow, store.lights);
+    writes.bind(shared::kBindMeansNow, store.means);
+    DescriptorSet& reads = oldSets_[1 - side];
+    reads.bind(shared::kBindPlacesBefore, store.places);
+    reads.bind(shared::kBindArrivingBefore, store.arriving);
+    reads.bind(shared::kBindLightsBefore, store.lights);
+    reads.bind(shared::kBindMeansBefore, store.means);
 }
 
 void ReusePasses::makeScratch(uint32_t tiles)
@@ -128,8 +142,10 @@ double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseCo
                         const shared::Batch& batch, bool jitters, bool follows)
 {
     shared::ReuseBatch push{batch, settings_, camera_};
-    push.settings.jitters = jitters ? 1 : 0;
-    push.settings.follows = follows ? 1 : 0;
+    push.settings.flags =
+        (jitters ? shared::kReuseJitters : 0) | (follows ? shared::kReuseFollows : 0);
+    const glm::uvec2 before = stores_[1 - side_].size;
+    push.settings.sizeBefore = before.x | (before.y << 16);
     if (settings_.strategy == shared::kReuseDiscard) push.cameraBefore = {};
     return context_.device.submit(
         [&](VkCommandBuffer commands) {

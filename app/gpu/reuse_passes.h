@@ -26,9 +26,9 @@ public:
     /// Forgets what is kept.
     void forget() { camera_ = {}; }
 
-    /// Makes room for a picture of that many pixels and tiles, and takes settings; what is kept is
-    /// lost when its layout changes. Fewer records than asked for are kept where a buffer of the
-    /// device cannot hold them.
+    /// Makes room for a picture of that size and so many tiles, and takes settings; what is kept is
+    /// lost when there are to be more or fewer records, and stays when the size changes. Fewer
+    /// records than asked for are kept where a buffer of the device cannot hold them.
     void prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings);
 
     /// What the settings have become.
@@ -54,10 +54,12 @@ private:
     /// What one frame leaves to the next.
     struct Store {
         Buffer pixels, places, arriving, lights, means;
+        glm::uvec2 size{0};  // of the picture that it was last made for
     };
     using ReuseKernel = Kernel<shared::ReuseBatch, ReuseConstants>;
 
-    void makeStores(uint64_t pixels);
+    void makeStore(uint32_t side);
+    void bindStore(uint32_t side);
     void makeScratch(uint32_t tiles);
     void record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
                 const ReuseConstants& constants, const shared::ReuseBatch& push, uint32_t groups);
@@ -70,7 +72,6 @@ private:
     Buffer newSamples_;
     shared::ReuseSettings settings_{};
     shared::CameraData camera_{};  // of what is kept; all zero: nothing is
-    uint64_t pixels_ = 0;
     uint32_t lanes_ = 0;
     uint32_t side_ = 0;  // of the store that is written
 };

@@ -9,6 +9,7 @@
 
 #include "app/session/error_point.h"
 #include "core/base/time.h"
+#include "core/methods/method.h"
 
 namespace app {
 
@@ -55,10 +56,12 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     depth_ = depth != nullptr ? *depth : 1;
     size_ = request.size;
     if (coarse != Coarse::no) {
-        if (coarse == Coarse::moving) depth_ = std::min(depth_, request.movingDepth);
+        // Samples that are kept from view to view must be those of one kind of path.
+        const bool keeps = core::methodNamed(params.id()).traits.keepsOnMove;
+        if (coarse == Coarse::moving && !keeps) depth_ = std::min(depth_, request.movingDepth);
         const double target =
             coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
-        const PreviewSize preview = control.choose(request.size, depth_, target);
+        const PreviewSize preview = control.choose(request.size, depth_, target, keeps);
         size_ = preview.size;
         scale_ = preview.scale;
         depth_ = preview.depth;

@@ -326,9 +326,7 @@ void RenderThread::Loop::beginPicture()
     const bool shown = work_.coarse() != Coarse::no && work_.published() > 0 &&
                        changeBetween(*begun_, request_) == Change::nothing;
     if (!shown) work_.dropBackdrop();
-    // A method that keeps its samples needs no small pictures, which would cost it what it has.
-    const bool keeps = core::methodNamed(request_.params.method.id()).traits.keepsOnMove;
-    if (request_.moving && !keeps) {
+    if (request_.moving) {
         coarse = Coarse::moving;
     } else if (!shown && (expected > 0 ? expected > kSlow : pixels > kManyPixels)) {
         coarse = Coarse::first;

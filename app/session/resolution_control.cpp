@@ -43,13 +43,13 @@ double ResolutionControl::predict(double pixels, uint32_t depth) const
     return secondsPerWork_ * pixels * workOf(depth);
 }
 
-std::vector<ResolutionControl::Step> ResolutionControl::steps(uint32_t depth)
+std::vector<ResolutionControl::Step> ResolutionControl::steps(uint32_t depth, bool keepsDepth)
 {
     std::vector<Step> steps;
     uint32_t d = depth;
     for (int halves = 0; halves <= 6; ++halves) {
         const float scale = std::max(std::exp2(-0.5f * static_cast<float>(halves)), kSmallest);
-        if (scale < 0.99f * kShallower) {
+        if (scale < 0.99f * kShallower && !keepsDepth) {
             const Step coarse = steps.back();
             while (d > 1) steps.push_back({coarse.scale, --d});
         }
@@ -58,9 +58,10 @@ std::vector<ResolutionControl::Step> ResolutionControl::steps(uint32_t depth)
     return steps;
 }
 
-PreviewSize ResolutionControl::choose(glm::uvec2 full, uint32_t depth, double targetSeconds)
+PreviewSize ResolutionControl::choose(glm::uvec2 full, uint32_t depth, double targetSeconds,
+                                      bool keepsDepth)
 {
-    const std::vector<Step> all = steps(depth);
+    const std::vector<Step> all = steps(depth, keepsDepth);
     const auto picture = [&](size_t i) {
         return PreviewSize{scaled(full, all[i].scale), all[i].scale, all[i].depth};
     };
@@ -69,6 +70,7 @@ PreviewSize ResolutionControl::choose(glm::uvec2 full, uint32_t depth, double ta
         return predict(double(p.size.x) * p.size.y, p.depth);
     };
     size_t wanted = 4;  // a quarter
+    last_ = std::min(last_, all.size() - 1);
     if (secondsPerWork_ > 0) {
         wanted = 0;
         while (wanted + 1 < all.size() && expected(wanted) > targetSeconds) ++wanted;

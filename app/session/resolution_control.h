@@ -29,8 +29,9 @@ public:
     /// The finest that should take at most `targetSeconds`. Sides shrink in steps of the root of
     /// two down to an eighth; below a quarter depth goes first, from `depth` down to 1. Finer than
     /// the last choice only when that leaves room, so that the size does not flicker. Before the
-    /// first observation: a quarter.
-    PreviewSize choose(glm::uvec2 full, uint32_t depth, double targetSeconds);
+    /// first observation: a quarter. `keepsDepth`: sizes alone may change.
+    PreviewSize choose(glm::uvec2 full, uint32_t depth, double targetSeconds,
+                       bool keepsDepth = false);
 
     /// Another scene or device: what was observed holds no longer.
     void forget() { *this = {}; }
@@ -40,7 +41,7 @@ private:
         float scale;
         uint32_t depth;
     };
-    static std::vector<Step> steps(uint32_t depth);
+    static std::vector<Step> steps(uint32_t depth, bool keepsDepth);
 
     double secondsPerWork_ = 0;
     bool fromPreview_ = false;

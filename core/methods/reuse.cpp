@@ -114,7 +114,7 @@ public:
         const ReuseParams last = params_;
         TiledRenderer::setView(view, start);
         passes_ = 0;
-        if (start == Start::anew || !(last == params_) || before_.size != view.size) before_ = {};
+        if (start == Start::anew || !(last == params_)) before_ = {};
         if (start == Start::anew) samplesBefore_ = 0;
     }
 
@@ -158,11 +158,10 @@ private:
         settings_.lights = params_.lights;
         settings_.cap = params_.cap;
         settings_.protection = params_.protection;
-        settings_.jitters = params_.jitter == PixelJitter::always ||
-                                    (params_.jitter == PixelJitter::settled && passes_ > 0)
-                                ? 1
-                                : 0;
-        settings_.follows = passes_ > 0 ? 1 : 0;
+        const bool jitters = params_.jitter == PixelJitter::always ||
+                             (params_.jitter == PixelJitter::settled && passes_ > 0);
+        settings_.flags =
+            (jitters ? shared::kReuseJitters : 0) | (passes_ > 0 ? shared::kReuseFollows : 0);
         const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop, [this](const Tile& tile, uint32_t, uint32_t, Film& film) {
             TileTally tally;
@@ -181,7 +180,7 @@ private:
         const size_t i = size_t(pixel.y) * film.width + pixel.x;
         shared::ReuseTally rays{1, 0};
         const shared::ReuseSums sums = estimate(pixel, i, rays);
-        if (settings_.follows != 0) {
+        if (passes_ > 0) {
             film.add(i, shared::plainRadiance(sums), tally.counters);
         } else if (params_.reuse == ReuseStrategy::naive) {
             film.begin(i, now_.means[i], now_.means[i] * now_.means[i], sums.nominal + 1,

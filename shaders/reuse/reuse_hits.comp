@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 /// The first of nine pixels whose first hit belongs to the surface at s; kNone where there is none.
 uint findSource(SurfacePoint s)
 {
-    const ivec2 size = ivec2(frame.settings.imageWidth, frame.settings.imageHeight);
+    const ivec2 size = ivec2(sizeBefore());
     vec2 film;
     if (!projectToFilm(push.cameraBefore, vec2(size), s.position, film)) return kNone;
     const float away = length(s.position - push.cameraBefore.position);
@@ -21,7 +21,7 @@ uint findSource(SurfacePoint s)
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);
         if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
-        const uint source = pixelIndex(uvec2(at));
+        const uint source = uint(at.y * size.x + at.x);
         vec3 position;
         const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
         if (historyFits(scene, before, s, away, position)) return source;

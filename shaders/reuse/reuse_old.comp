@@ -37,6 +37,11 @@ layout(set = kSetKernel, binding = kBindMeansNow, scalar) writeonly buffer Means
     vec4 meansNow[];
 };
 
+uvec2 sizeNow()
+{
+    return uvec2(frame.settings.imageWidth, frame.settings.imageHeight);
+}
+
 uvec4 newWord(uint lane, uint i)
 {
     return texelFetch(newSamples, int(kReuseNewWords * lane + i));
@@ -66,7 +71,7 @@ void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew f
         brings[i] = 0.0;
         places[i] = 0.0;
         if (!looks) continue;
-        const int at = int(recordIndex(source, i));
+        const int at = int(recordIndex(sizeBefore(), source, i));
         const uvec4 place = texelFetch(placesBefore, at);
         if (place.w == 0u) continue;
         ReuseView view;
@@ -91,16 +96,16 @@ void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew f
         uvec4 place = packReusePlace(fresh.record);
         uvec4 arriving = packReuseLight(fresh.record);
         if (i < most) {
-            const int at = int(recordIndex(source, i));
+            const int at = int(recordIndex(sizeBefore(), source, i));
             place = texelFetch(placesBefore, at);
             arriving = texelFetch(arrivingBefore, at);
         }
         place.w = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
-        const uint to = recordIndex(pixel, kept++);
+        const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
         arrivingNow[to] = arriving;
     }
-    for (; kept < most; ++kept) placesNow[recordIndex(pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
+    for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
 }
 
 /// The same of connections to emitters.
@@ -114,7 +119,7 @@ void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fr
         weights[i] = 0.0;
         brings[i] = 0.0;
         if (!looks) continue;
-        ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(source, i))));
+        ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
         if (!(r.v > 0.0)) continue;
         brings[i] = addOldLight(scene, frame.settings, v, r, sums);
         weights[i] = r.v;
@@ -130,11 +135,11 @@ void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fr
         if (!usableDensity(scores[i])) continue;
         if (kappa > 0.0 && !reuseKeep(sum, scores[i], kappa, xi)) continue;
         ReuseLight light = fresh.light;
-        if (i < most) light = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(source, i))));
+        if (i < most) light = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
         light.v = weights[i] * (kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0);
-        lightsNow[recordIndex(pixel, kept++)] = packLightRecord(light);
+        lightsNow[recordIndex(sizeNow(), pixel, kept++)] = packLightRecord(light);
     }
-    for (; kept < most; ++kept) lightsNow[recordIndex(pixel, kept)] = uvec4(0u);
+    for (; kept < most; ++kept) lightsNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(0u);
 }
 
 /// One more sample of the pixel, or the first ones: as many as the history stands for.
@@ -180,7 +185,7 @@ void main()
         meansNow[i] = vec4(L, 0.0);
         squares = L * L;
     }
-    if (push.settings.follows != 0u) {
+    if ((push.settings.flags & kReuseFollows) != 0u) {
         addToFilm(i, plain, plain * plain, 1.0);
     } else {
         addToFilm(i, L, squares, sums.nominal + 1.0);

@@ -369,8 +369,22 @@ SHARED_FN void evalLobes(Bsdf b, LobeChoice c, vec3 wo, vec3 wi, OUT(vec3) f, OU
 
 // --- public evaluation -------------------------------------------------------------------------
 
-/// f (no cosine) and the solid-angle density of sampleBsdf, delta lobes excluded from both.
-SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+/// How the lobes share directions at wo, for many evaluations there; of a Lambert surface nothing
+/// needs to be known.
+SHARED_FN LobeChoice lobesAt(Bsdf b, vec3 wo)
+{
+    LobeChoice c;
+    c.coat = 0.0f;
+    c.facet = 0.0f;
+    c.diffuse = 0.0f;
+    c.through = 1.0f;
+    if (!isLambert(b)) c = chooseLobes(b, wo);
+    return c;
+}
+
+/// f (no cosine) and the solid-angle density of sampleBsdf, delta lobes excluded from both; `lobes`
+/// are those at wo.
+SHARED_FN void evalPdfLobes(Bsdf b, LobeChoice lobes, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
 {
     f = vec3(0.0f);
     pdf = 0.0f;
@@ -384,7 +398,12 @@ SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf
         }
         return;
     }
-    evalLobes(b, chooseLobes(b, wo), wo, wi, f, pdf);
+    evalLobes(b, lobes, wo, wi, f, pdf);
+}
+
+SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+{
+    evalPdfLobes(b, lobesAt(b, wo), wo, wi, f, pdf);
 }
 
 SHARED_FN vec3 evalBsdf(Bsdf b, vec3 wo, vec3 wi)
@@ -433,8 +452,8 @@ SHARED_FN void sampleInterface(Bsdf b, LobeChoice c, vec3 wo, vec3 h, float u, I
 
 /// Draws wi for wo. False when the path ends here (absorbed, or below the horizon): that share of
 /// the density is missing from the integral of pdfBsdf. uLobe chooses the lobe and is reused inside
-/// it.
-SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) s)
+/// it; `c` are the lobes at wo.
+SHARED_FN bool sampleLobes(Bsdf b, LobeChoice c, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) s)
 {
     s.wi = vec3(0.0f, 0.0f, 1.0f);
     s.pdf = 0.0f;
@@ -450,7 +469,6 @@ SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) 
         s.weight = b.diffuse;
         return s.wi.z > kMinCosine && (b.parts & kBsdfDiffuse) != 0u;
     }
-    LobeChoice c = chooseLobes(b, wo);
     bool inCoat = uLobe < c.coat;
     if (inCoat || uLobe < c.coat + c.facet) {
         float alpha = inCoat ? b.coatAlpha : b.alpha;
@@ -479,6 +497,11 @@ SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) 
         s.weight = f * (abs(s.wi.z) / s.pdf);
     }
     return maxComponent(s.weight) > 0.0f && maxComponent(s.weight) < 1.0e30f;
+}
+
+SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) s)
+{
+    return sampleLobes(b, lobesAt(b, wo), wo, uLobe, u, s);
 }
 
 /// Estimate of the share of light from all sides that goes towards wo: what denoisers call albedo.

@@ -17,7 +17,7 @@ SHARED_BEGIN
 SHARED_FN bool sampleDirection(IN(SceneView), IN(Vertex) vertex, VertexNumbers numbers,
                                OUT(BsdfSample) next)
 {
-    return sampleBsdf(vertex.bsdf, vertex.wo, numbers.lobe.x, numbers.bsdf, next);
+    return sampleLobes(vertex.bsdf, vertex.lobes, vertex.wo, numbers.lobe.x, numbers.bsdf, next);
 }
 
 /// Density with which sampleDirection draws a direction (the third argument, in the surface's

@@ -161,6 +161,7 @@ SHARED_FN bool prepareVertex(IN(SceneView) scene, PathSettings settings, Hit hit
         return false;
     vertex.bsdf = makeBsdf(shading.inputs);
     vertex.wo = toLocal(vertex.surface.frame, -path.direction);
+    vertex.lobes = lobesAt(vertex.bsdf, vertex.wo);
     return true;
 }
 
@@ -195,7 +196,7 @@ SHARED_FN ShadowRay connectTo(IN(SceneView) scene, PathSettings settings, uint e
     if (!sideOf(vertex.surface, e.wi, wi.z, side)) return shadow;
     vec3 f;
     float pdf;
-    evalPdfBsdf(vertex.bsdf, vertex.wo, wi, f, pdf);
+    evalPdfLobes(vertex.bsdf, vertex.lobes, vertex.wo, wi, f, pdf);
     float weight = 1.0f / pmf;
     if (e.pdf > 0.0f) {
         weight /= e.pdf;

@@ -38,10 +38,11 @@ SHARED_CONST float kReuseMostStretch = 11.0f;
 /// A first hit, and how the samples of the frame before look at it.
 struct ReuseVertex {
     Vertex vertex;
-    vec3 woBefore;        // towards the camera of the frame before, in the surface's frame
-    vec3 positionBefore;  // of the first hit that the history belongs to
-    float nominal;        // N; 0 without history
-    float c;              // N / (N + n)
+    vec3 woBefore;           // towards the camera of the frame before, in the surface's frame
+    LobeChoice lobesBefore;  // at woBefore
+    vec3 positionBefore;     // of the first hit that the history belongs to
+    float nominal;           // N; 0 without history
+    float c;                 // N / (N + n)
 };
 
 /// Rays that a pass has cost.
@@ -54,7 +55,7 @@ struct ReuseTally {
 SHARED_FN PathState pixelRay(CameraData camera, PathSettings path, ReuseSettings settings,
                              uvec2 pixel, SampleStream stream)
 {
-    if (settings.jitters != 0u || camera.apertureRadius > 0.0f)
+    if ((settings.flags & kReuseJitters) != 0u || camera.apertureRadius > 0.0f)
         return beginPath(camera, path, pixel, stream);
     PathState ray;
     cameraRay(camera, vec2(float(pixel.x) + 0.5f, float(pixel.y) + 0.5f),
@@ -87,6 +88,10 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
                           OUT(ReuseVertex) v, INOUT(vec3) L)
 {
     v.woBefore = vec3(0.0f);
+    v.lobesBefore.coat = 0.0f;
+    v.lobesBefore.facet = 0.0f;
+    v.lobesBefore.diffuse = 0.0f;
+    v.lobesBefore.through = 1.0f;
     v.positionBefore = vec3(0.0f);
     v.nominal = 0.0f;
     v.c = 0.0f;
@@ -107,6 +112,7 @@ SHARED_FN void takeHistory(CameraData cameraBefore, vec3 positionBefore, float n
 {
     v.woBefore =
         toLocal(v.vertex.surface.frame, towardsCamera(cameraBefore, v.vertex.surface.position));
+    v.lobesBefore = lobesAt(v.vertex.bsdf, v.woBefore);
     v.positionBefore = positionBefore;
     v.nominal = nominal;
     v.c = nominal / (nominal + 1.0f);
@@ -139,14 +145,24 @@ SHARED_FN float reconnection(vec3 toPlace, vec3 n, vec3 position, vec3 positionB
     return min(abs(then) / abs(now), 1.0f);
 }
 
+/// The density with which the frame before would have drawn a direction (in the surface's frame).
+SHARED_FN float densityBefore(IN(ReuseVertex) v, vec3 wi)
+{
+    if (!(v.nominal > 0.0f)) return 0.0f;
+    vec3 unused;
+    float q;
+    evalPdfLobes(v.vertex.bsdf, v.lobesBefore, v.woBefore, wi, unused, q);
+    return q;
+}
+
 /// f |cos| and the densities q and p of a direction (world, unit) at a first hit. False when no
 /// light goes that way.
 SHARED_FN bool evaluateAt(IN(ReuseVertex) v, vec3 wi, OUT(vec3) response, OUT(float) p,
                           OUT(float) q)
 {
     const vec3 local = toLocal(v.vertex.surface.frame, wi);
-    evalPdfBsdf(v.vertex.bsdf, v.vertex.wo, local, response, p);
-    q = v.nominal > 0.0f ? pdfBsdf(v.vertex.bsdf, v.woBefore, local) : 0.0f;
+    evalPdfLobes(v.vertex.bsdf, v.vertex.lobes, v.vertex.wo, local, response, p);
+    q = densityBefore(v, local);
     float side;
     const bool goes = sideOf(v.vertex.surface, wi, local.z, side);
     response *= goes ? abs(local.z) : 0.0f;
@@ -162,7 +178,10 @@ SHARED_FN vec3 reflectStored(IN(Vertex) vertex, uint direction, uint radiance)
     const vec3 local = toLocal(vertex.surface.frame, wi);
     float side;
     if (!sideOf(vertex.surface, wi, local.z, side)) return vec3(0.0f);
-    return evalBsdf(vertex.bsdf, vertex.wo, local) * (abs(local.z) * unpackRgbe(radiance));
+    vec3 f;
+    float pdf;
+    evalPdfLobes(vertex.bsdf, vertex.lobes, vertex.wo, local, f, pdf);
+    return f * (abs(local.z) * unpackRgbe(radiance));
 }
 
 /// An old sample as the new first hit sees it.
@@ -365,7 +384,7 @@ SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings
         if (!sampleDirection(scene, v.vertex, numbers, z)) continue;
         float alpha = 0.0f;
         if (v.nominal > 0.0f && z.pdf > 0.0f)
-            alpha = reuseShare(settings, v.c, pdfBsdf(v.vertex.bsdf, v.woBefore, z.wi), z.pdf);
+            alpha = reuseShare(settings, v.c, densityBefore(v, z.wi), z.pdf);
         const float omega = max(1.0f - alpha, kReuseLeastOmega);
         sum += omega;
         const float xi = candidates == 1u ? 0.0f : streamFloat(selection, t);

@@ -18,6 +18,9 @@ SHARED_CONST uint kReuseReweighting = 2u;
 SHARED_CONST uint kReuseMis = 3u;
 SHARED_CONST uint kReuseRa = 4u;
 
+SHARED_CONST uint kReuseJitters = 1u;  // first hits lie anywhere in the pixel, not at its centre
+SHARED_CONST uint kReuseFollows = 2u;  // adds to a picture that has begun; else begins it
+
 /// How samples are reused; the same for all pixels. Each pass takes one new path per pixel (n = 1).
 struct ReuseSettings {
     uint strategy;
@@ -26,8 +29,8 @@ struct ReuseSettings {
     uint lights;       // the same of connections to emitters
     float cap;         // of the nominal number N of samples that the kept ones stand for
     float protection;  // eta: how much a sample's brightness counts when the store is cut down
-    uint jitters;      // 1: first hits lie anywhere in the pixel, 0: at its centre
-    uint follows;      // 1: adds to a picture that has begun, 0: begins it with the history
+    uint flags;        // kReuseJitters, kReuseFollows
+    uint sizeBefore;   // of the picture that left the history: width in 16 bits, height above
 };
 
 /// The first hit of a pixel and how much history it has.

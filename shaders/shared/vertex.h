@@ -9,11 +9,12 @@
 SHARED_BEGIN
 
 /// A point where a path may scatter. `wo` points to where the path came from, in the surface's
-/// frame.
+/// frame; `lobes` are those of the BSDF there.
 struct Vertex {
     SurfacePoint surface;
     Bsdf bsdf;
     vec3 wo;
+    LobeChoice lobes;
 };
 
 /// The random numbers of a path's vertex. Drawn before the vertex is shaded, so that a CPU can draw

@@ -185,7 +185,7 @@ TEST_P(ReuseMethod, ATeleportIsDiscard)
     EXPECT_GT(alone, reused.weight.pixels.size() / 2);
 }
 
-TEST_P(ReuseMethod, OtherParametersAndSizesBeginAnew)
+TEST_P(ReuseMethod, OtherParametersAndScenesBeginAnew)
 {
     begin("cornell-glossy", {32, 24});
     const core::Camera camera = swung(*world_, 0);
@@ -206,6 +206,27 @@ TEST_P(ReuseMethod, OtherParametersAndSizesBeginAnew)
     renderer_->setWorld(world_, {});
     look(camera, params, core::Start::moved);
     EXPECT_EQ(largestWeight(), 1);
+}
+
+/// The window's resolution follows the speed of the machine: what was found at one serves another.
+TEST_P(ReuseMethod, HistorySurvivesAChangeOfSize)
+{
+    begin("cornell-diffuse", {48, 48});
+    const core::Image truth = reference(1024).mean;
+    const ReuseParams params = with(ReuseStrategy::ra, 6);
+    size_ = {24, 24};
+    fly(params, 16, 1);
+    size_ = {48, 48};
+    look(swung(*world_, 0.5), params, core::Start::moved);
+    look(swung(*world_, 0), params, core::Start::moved);
+    const core::Estimate grown = renderer_->read(core::Reading::everything);
+    look(swung(*world_, 0), with(ReuseStrategy::discard, 6), core::Start::anew);
+    const core::Image discarded = renderer_->read(core::Reading::mean).mean;
+    EXPECT_LT(meanSquare(grown.mean, truth), 0.3 * meanSquare(discarded, truth));
+    EXPECT_NEAR(meanOf(grown.mean), meanOf(truth), 0.05 * meanOf(truth));
+    const auto remembering =
+        std::ranges::count_if(grown.weight.pixels, [](float w) { return w > 15; });
+    EXPECT_GT(size_t(remembering), grown.weight.pixels.size() / 2);
 }
 
 /// A camera that comes to rest goes on to the picture that path tracing makes, from what is there.
