@@ -179,7 +179,8 @@ void Job::report(uint32_t index, const Outcome& outcome)
     report_.ended = kNames[static_cast<size_t>(outcome.ended)];
     report_.rmse = outcome.rmse;
     report_.frames.push_back({index, outcome.seconds, report_.renderer.rays - raysBefore_,
-                              report_.renderer.paths - pathsBefore_, outcome.samples});
+                              report_.renderer.paths - pathsBefore_, outcome.samples,
+                              report_.renderer.details});
 }
 
 Outcome Job::takeSamples(uint32_t index)

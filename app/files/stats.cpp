@@ -69,15 +69,25 @@ static Json secondsJson(const RenderReport& r)
             {"total", r.totalSeconds}};
 }
 
+static Json detailsJson(const std::vector<core::StatsDetail>& details)
+{
+    Json json = Json::object();
+    for (const core::StatsDetail& detail : details)
+        std::visit([&](const auto& value) { json[detail.name] = value; }, detail.value);
+    return json;
+}
+
 static Json framesJson(const RenderReport& r)
 {
     Json frames = Json::array();
-    for (const FrameReport& frame : r.frames)
+    for (const FrameReport& frame : r.frames) {
         frames.push_back({{"index", frame.index},
                           {"seconds", frame.seconds},
                           {"rays", frame.rays},
                           {"paths", frame.paths},
                           {"spp", frame.spp}});
+        if (!frame.details.empty()) frames.back()["method_stats"] = detailsJson(frame.details);
+    }
     return frames;
 }
 
@@ -88,14 +98,6 @@ static uint32_t paramOr(const core::AnyParams& params, const char* name, uint32_
     return value != nullptr ? *value : otherwise;
 }
 
-static Json detailsJson(const core::RenderStats& stats)
-{
-    Json json = Json::object();
-    for (const core::StatsDetail& detail : stats.details)
-        std::visit([&](const auto& value) { json[detail.name] = value; }, detail.value);
-    return json;
-}
-
 std::string statsJson(const RenderReport& r)
 {
     const RenderOptions& o = *r.options;
@@ -103,6 +105,7 @@ std::string statsJson(const RenderReport& r)
     for (const FrameReport& frame : r.frames) samples += frame.spp;
     const double pixels = static_cast<double>(r.size.x) * r.size.y, seconds = r.renderSeconds();
     const core::FilmCounters& c = r.counters;
+    const Json params = paramsJson(o.params);
     Json json{{"schema", 1},
               {"command", "render"},
               {"version", kVersion},
@@ -112,12 +115,12 @@ std::string statsJson(const RenderReport& r)
               {"device", r.renderer.device},
               {"driver", r.renderer.driver},
               {"method", std::string(o.params.id())},
-              {"reuse", "none"},
+              {"reuse", params.value("reuse", "none")},
               {"size", {r.size.x, r.size.y}},
               {"spp", r.frames.empty() ? 0 : r.frames.back().spp},
               {"seed", paramOr(o.params, "seed", 0)},
               {"max_depth", paramOr(o.params, "max-depth", 0)},
-              {"params", paramsJson(o.params)},
+              {"params", params},
               {"biased", biasedParams(o.params)},
               {"features",
                {{"used", core::featureList(r.world->features, true)},
@@ -139,7 +142,7 @@ std::string statsJson(const RenderReport& r)
                 {"stack_overflow", c.stackOverflow}}},
               {"warnings", r.world->warnings.total()},
               {"frames", framesJson(r)},
-              {"method_stats", detailsJson(r.renderer)}};
+              {"method_stats", detailsJson(r.renderer.details)}};
     if (r.rmse) json["rmse"] = *r.rmse;
     if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
     if (o.validation) json["validation_messages"] = r.validationMessages;

@@ -21,6 +21,7 @@ struct FrameReport {
     uint32_t index = 0;
     double seconds = 0;  // in the renderer
     uint64_t rays = 0, paths = 0, spp = 0;
+    std::vector<core::StatsDetail> details;  // of the method
 };
 
 /// Everything that stats and metadata are made of.

@@ -27,6 +27,10 @@ void Frame::drainCounters(FrameCounts& counts)
     counts.film.inf += found.inf;
     counts.film.negative += found.negative;
     counts.rays += uint64_t(found.closestRays) + found.shadowRays;
+    counts.reuse.scatters += found.scatters;
+    counts.reuse.withHistory += found.withHistory;
+    counts.reuse.weights += found.weightSum / double(shared::kCountedUnit);
+    counts.reuse.shares += found.shareSum / double(shared::kCountedUnit);
 }
 
 void Frame::clearCounters()

@@ -3,6 +3,7 @@
 
 #include "app/gpu/base/kernel.h"
 #include "core/image/film.h"
+#include "core/methods/reuse_figures.h"
 
 namespace gpu {
 
@@ -10,6 +11,7 @@ namespace gpu {
 struct FrameCounts {
     core::FilmCounters film;
     uint64_t rays = 0;
+    core::ReuseFigures reuse;
 };
 
 class Frame {

@@ -50,6 +50,9 @@ public:
     /// Sets what has been traced since the last reset, and how long it took.
     void addTo(core::RenderStats& stats) const;
 
+    /// What kernels have counted since the last reset.
+    const FrameCounts& counts() const { return counts_; }
+
     Frame& frame() { return frame_; }
     const Frame& frame() const { return frame_; }
     const Then& accumulate() const { return accumulate_; }

@@ -4,9 +4,11 @@
 // change places only after a whole pass.
 #include <array>
 #include <cmath>
+#include <mutex>
 
 #include "core/base/check.h"
 #include "core/methods/method.h"
+#include "core/methods/reuse_figures.h"
 #include "core/methods/tiled_renderer.h"
 #include "core/trace/scene_view.h"
 #include "shared/reuse_path.h"
@@ -114,6 +116,7 @@ public:
         const ReuseParams last = params_;
         TiledRenderer::setView(view, start);
         passes_ = 0;
+        figures_ = {};
         if (start == Start::anew || !(last == params_)) before_ = {};
         if (start == Start::anew) samplesBefore_ = 0;
     }
@@ -128,6 +131,14 @@ public:
             pass({std::min(budget.samples, 1u), left}, stop);
             if (film_.progress().samples == had) return;
         }
+    }
+
+    RenderStats stats() const override
+    {
+        RenderStats stats = TiledRenderer::stats();
+        const std::lock_guard lock(figuresMutex_);
+        stats.details = figures_.details(params_.reuse, params_.records);
+        return stats;
     }
 
 private:
@@ -165,8 +176,10 @@ private:
         const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop, [this](const Tile& tile, uint32_t, uint32_t, Film& film) {
             TileTally tally;
+            ReuseFigures figures;
             for (uint32_t y = tile.y0; y < tile.y1; ++y)
-                for (uint32_t x = tile.x0; x < tile.x1; ++x) addPixel({x, y}, film, tally);
+                for (uint32_t x = tile.x0; x < tile.x1; ++x) addPixel({x, y}, film, tally, figures);
+            count(figures);
             return tally;
         });
         if (film_.progress().samples == had) return;
@@ -175,7 +188,16 @@ private:
         ++samplesBefore_;
     }
 
-    void addPixel(uvec2 pixel, Film& film, TileTally& tally)
+    void count(const ReuseFigures& figures)
+    {
+        const std::lock_guard lock(figuresMutex_);
+        figures_.scatters += figures.scatters;
+        figures_.withHistory += figures.withHistory;
+        figures_.weights += figures.weights;
+        figures_.shares += figures.shares;
+    }
+
+    void addPixel(uvec2 pixel, Film& film, TileTally& tally, ReuseFigures& figures)
     {
         const size_t i = size_t(pixel.y) * film.width + pixel.x;
         shared::ReuseTally rays{1, 0};
@@ -189,6 +211,10 @@ private:
             film.begin(i, shared::reusedRadiance(sums), shared::reusedSquares(sums),
                        sums.nominal + 1, tally.counters);
         }
+        figures.scatters += now_.pixels[i].nominal > 0 ? 1 : 0;
+        figures.withHistory += sums.nominal > 0 ? 1 : 0;
+        figures.weights += double(sums.weightSum);
+        figures.shares += double(sums.nominal / (sums.nominal + 1));
         ++tally.paths;
         tally.rays += rays.closestRays + rays.shadowRays;
     }
@@ -289,6 +315,8 @@ private:
     Store before_, now_;
     uint32_t passes_ = 0;         // of this view
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
+    mutable std::mutex figuresMutex_;
+    ReuseFigures figures_;  // of this view
     // Of the present pass.
     TracedScene scene_{};
     shared::PathSettings path_{};

@@ -4,6 +4,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_basic : require
 
 #include "colour.glsl"
 #include "film.glsl"
@@ -154,6 +156,21 @@ void addToFilm(uint pixel, vec3 L, vec3 squares, float weight)
     storeFilm(pixel, p);
 }
 
+/// What is told of the picture.
+void count(ReuseSums sums, bool scatters, bool looks)
+{
+    const float c = sums.nominal / (sums.nominal + 1.0);
+    const uint all = subgroupAdd(scatters ? 1u : 0u);
+    const uint withHistory = subgroupAdd(looks ? 1u : 0u);
+    const uint weights = subgroupAdd(uint(min(sums.weightSum, 64.0) * kCountedUnit + 0.5));
+    const uint shares = subgroupAdd(uint(c * kCountedUnit + 0.5));
+    if (!subgroupElect()) return;
+    atomicAdd(counters.scatters, all);
+    atomicAdd(counters.withHistory, withHistory);
+    atomicAdd(counters.weightSum, weights);
+    atomicAdd(counters.shareSum, shares);
+}
+
 void main()
 {
     uint lane;
@@ -190,5 +207,6 @@ void main()
     } else {
         addToFilm(i, L, squares, sums.nominal + 1.0);
     }
+    count(sums, scatters, looks);
     pixelsNow[i].w = floatBitsToUint(scatters ? min(sums.nominal + 1.0, push.settings.cap) : 0.0);
 }

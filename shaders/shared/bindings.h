@@ -152,16 +152,21 @@ struct Counters {
     uint negative;
     uint closestRays;
     uint shadowRays;
+    uint scatters;     // of sample reuse: first hits that scatter,
+    uint withHistory;  // those with a history,
+    uint weightSum;    // and over all of them the sum of v and that of c, in units of
+    uint shareSum;     // 1 / kCountedUnit
     uint reserved0;
     uint reserved1;
     uint reserved2;
 };
+SHARED_CONST float kCountedUnit = 256.0f;
 
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kStateWords = 3u;  // of 16 bytes: origin, lane; direction, pdf; beta, depth
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameData) == 176 && sizeof(QueueHead) == 16 && sizeof(Counters) == 32);
+static_assert(sizeof(FrameData) == 176 && sizeof(QueueHead) == 16 && sizeof(Counters) == 48);
 static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif
 

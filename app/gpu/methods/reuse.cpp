@@ -82,7 +82,7 @@ public:
         core::RenderStats stats = context_.stats();
         stats.buildSeconds = scene_ ? scene_->buildSeconds() : 0;
         stats.compileSeconds = compileSeconds_;
-        stats.details = {{"records", double(passes_.settings().records)}};
+        stats.details = film_.counts().reuse.details(params_.reuse, passes_.settings().records);
         film_.addTo(stats);
         return stats;
     }
