@@ -44,22 +44,22 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
         stores_ = {};
     }
     settings_ = wanted;
-    stores_[side_].size = size;
+    size_ = size;
     makeStore(side_);
-    if (stores_[1 - side_].size.x == 0) {
-        stores_[1 - side_].size = size;
-        makeStore(1 - side_);
-    }
+    if (stores_[1 - side_].size.x == 0) makeStore(1 - side_);
     makeScratch(tiles);
 }
 
-/// Makes room in a store for the picture of its size; larger than needed is good enough.
+/// Makes a store one of the present size; larger than needed is good enough.
 void ReusePasses::makeStore(uint32_t side)
 {
     Store& store = stores_[side];
-    const uint64_t pixels = uint64_t(store.size.x) * store.size.y;
-    if (store.means.bytes() >= pixels * kWord) return;
-    const glm::uvec2 size = std::exchange(store.size, {});
+    const uint64_t pixels = uint64_t(size_.x) * size_.y;
+    if (store.means.bytes() >= pixels * kWord) {
+        store.size = size_;
+        return;
+    }
+    store.size = {};
     const auto make = [&](Buffer& buffer, uint64_t perPixel, VkFormat format) {
         buffer = {};
         buffer = Buffer(context_.device, "the kept samples", pixels * perPixel * kWord, format);
@@ -71,7 +71,7 @@ void ReusePasses::makeStore(uint32_t side)
     make(store.arriving, settings_.records, kWords);
     make(store.lights, settings_.lights, kWords);
     make(store.means, 1, VK_FORMAT_R32G32B32A32_SFLOAT);
-    store.size = size;
+    store.size = size_;
     bindStore(side);
 }
 
@@ -139,11 +139,10 @@ bool ReusePasses::compile(const GpuScene& scene, const Frame& frame,
 }
 
 double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants,
-                        const shared::Batch& batch, bool jitters, bool follows)
+                        const shared::Batch& batch, uint32_t flags)
 {
     shared::ReuseBatch push{batch, settings_, camera_};
-    push.settings.flags =
-        (jitters ? shared::kReuseJitters : 0) | (follows ? shared::kReuseFollows : 0);
+    push.settings.flags = flags;
     const glm::uvec2 before = stores_[1 - side_].size;
     push.settings.sizeBefore = before.x | (before.y << 16);
     if (settings_.strategy == shared::kReuseDiscard) push.cameraBefore = {};
@@ -160,6 +159,7 @@ void ReusePasses::commit(const shared::CameraData& camera)
 {
     camera_ = camera;
     side_ = 1 - side_;
+    makeStore(side_);  // it may be that of a smaller picture
 }
 
 }  // namespace gpu

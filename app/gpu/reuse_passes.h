@@ -40,9 +40,10 @@ public:
     /// Compiles what has not been compiled. Returns whether anything was.
     bool compile(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants);
 
-    /// Runs all kernels over the tiles of a batch; returns the seconds that the device was busy.
+    /// Runs all kernels over the tiles of a batch, with kReuse flags; returns the seconds that the
+    /// device was busy.
     double run(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants,
-               const shared::Batch& batch, bool jitters, bool follows);
+               const shared::Batch& batch, uint32_t flags);
 
     /// The pass is whole: its store is the one to read from now on.
     void commit(const shared::CameraData& camera);
@@ -72,6 +73,7 @@ private:
     Buffer newSamples_;
     shared::ReuseSettings settings_{};
     shared::CameraData camera_{};  // of what is kept; all zero: nothing is
+    glm::uvec2 size_{0};           // of the present picture
     uint32_t lanes_ = 0;
     uint32_t side_ = 0;  // of the store that is written
 };

@@ -9,6 +9,7 @@
 #include "core/base/check.h"
 #include "core/methods/method.h"
 #include "core/methods/reuse_figures.h"
+#include "core/methods/reuse_settings.h"
 #include "core/methods/tiled_renderer.h"
 #include "core/trace/scene_view.h"
 #include "shared/reuse_path.h"
@@ -144,35 +145,16 @@ public:
 private:
     void setParams(const AnyParams& params) override { params_ = params.as<ReuseParams>(); }
 
-    shared::PathSettings pathSettings() const
-    {
-        shared::PathSettings s = frameSettings();
-        s.seed = params_.seed;
-        s.samplerKind = static_cast<uint32_t>(params_.sampler);
-        s.strategy = shared::kStrategyMis;
-        s.maxDepth = params_.maxDepth;
-        s.rouletteDepth = params_.rouletteDepth;
-        return s;
-    }
-
     /// One pass over the picture, or what a budget allows of it.
     void pass(const Budget& budget, const std::stop_token& stop)
     {
         now_.reset(film_.size(), params_);
         now_.camera = frameCamera();
-        path_ = pathSettings();
+        path_ = frameSettings();
+        setPathSettings(params_, path_);
         scene_ = {sceneView(accel_->world()), accel_.get()};
-        settings_ = {};
-        settings_.strategy = static_cast<uint32_t>(params_.reuse);
-        settings_.candidates = params_.candidates;
-        settings_.records = params_.records;
-        settings_.lights = params_.lights;
-        settings_.cap = params_.cap;
-        settings_.protection = params_.protection;
-        const bool jitters = params_.jitter == PixelJitter::always ||
-                             (params_.jitter == PixelJitter::settled && passes_ > 0);
-        settings_.flags =
-            (jitters ? shared::kReuseJitters : 0) | (passes_ > 0 ? shared::kReuseFollows : 0);
+        settings_ = reuseSettings(params_);
+        settings_.flags = reuseFlags(params_, passes_);
         const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop, [this](const Tile& tile, uint32_t, uint32_t, Film& film) {
             TileTally tally;

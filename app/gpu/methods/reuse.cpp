@@ -4,23 +4,11 @@
 #include "app/gpu/reuse_passes.h"
 #include "core/base/check.h"
 #include "core/base/time.h"
-#include "core/methods/reuse_params.h"
+#include "core/methods/reuse_settings.h"
 
 namespace gpu {
 
 namespace {
-
-shared::ReuseSettings settingsOf(const core::ReuseParams& params)
-{
-    shared::ReuseSettings s{};
-    s.strategy = static_cast<uint32_t>(params.reuse);
-    s.candidates = params.candidates;
-    s.records = params.records;
-    s.lights = params.lights;
-    s.cap = params.cap;
-    s.protection = params.protection;
-    return s;
-}
 
 class SampleReuse final : public core::Renderer {
 public:
@@ -43,13 +31,9 @@ public:
         if (start == core::Start::anew || !(params == params_)) passes_.forget();
         params_ = params;
         shared::FrameData frame = frameOf(*world_, *scene_, view);
-        frame.settings.seed = params.seed;
-        frame.settings.samplerKind = static_cast<uint32_t>(params.sampler);
-        frame.settings.strategy = shared::kStrategyMis;
-        frame.settings.maxDepth = params.maxDepth;
-        frame.settings.rouletteDepth = params.rouletteDepth;
+        core::setPathSettings(params, frame.settings);
         film_.reset(frame);
-        passes_.prepare(view.size, film_.frame().tileCount(), settingsOf(params));
+        passes_.prepare(view.size, film_.frame().tileCount(), core::reuseSettings(params));
         for (DescriptorSet& set : passes_.filmSets()) film_.begin(set);
         constants_.features = scene_->features();
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
@@ -93,10 +77,8 @@ private:
         const uint32_t lanes = batch.tileCount * shared::kGroupSize;
         const bool last = batch.firstTile + batch.tileCount == film_.frame().tileCount();
         batch.firstSample = samplesBefore_;
-        const bool jitters = params_.jitter == core::PixelJitter::always ||
-                             (params_.jitter == core::PixelJitter::settled && rounds_ > 0);
-        batchPace_.measured(
-            lanes, passes_.run(*scene_, film_.frame(), constants_, batch, jitters, rounds_ > 0));
+        batchPace_.measured(lanes, passes_.run(*scene_, film_.frame(), constants_, batch,
+                                               core::reuseFlags(params_, rounds_)));
         if (!last) return;
         passes_.commit(film_.frame().data().camera);
         ++rounds_;

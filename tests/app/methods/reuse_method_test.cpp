@@ -229,6 +229,22 @@ TEST_P(ReuseMethod, HistorySurvivesAChangeOfSize)
     EXPECT_GT(size_t(remembering), grown.weight.pixels.size() / 2);
 }
 
+TEST_P(ReuseMethod, ASmallerPictureBeforeDoesNotMatter)
+{
+    begin("cornell-diffuse", {48, 40});
+    const ReuseParams params = with(ReuseStrategy::ra, 2);
+    const core::Camera camera = swung(*world_, 0);
+    look(camera, params, core::Start::anew, 4);
+    const core::Image expected = renderer_->read(core::Reading::mean).mean;
+    renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
+    renderer_->setWorld(world_, {});
+    size_ = {16, 12};
+    look(camera, params, core::Start::anew, 3);
+    size_ = {48, 40};
+    look(camera, params, core::Start::anew, 4);
+    EXPECT_EQ(renderer_->read(core::Reading::mean).mean.pixels, expected.pixels);
+}
+
 /// A camera that comes to rest goes on to the picture that path tracing makes, from what is there.
 TEST_P(ReuseMethod, AStopGoesOnToThePlainPicture)
 {
