@@ -16,7 +16,6 @@ struct ReuseConstants {
     static constexpr uint32_t kFirst = 0;
     uint32_t features = 0xffffffffu;  // number 0: lang.h
     uint32_t sampler = 0;             // shared::kSpecializeSampler
-    friend bool operator==(const ReuseConstants&, const ReuseConstants&) = default;
 };
 
 class ReusePasses {

@@ -14,10 +14,7 @@
 #ifndef REKINDLE_SHARED_REUSE_PATH_H
 #define REKINDLE_SHARED_REUSE_PATH_H
 
-#include "path.h"
-#include "reuse.h"
-#include "reuse_history.h"
-#include "reuse_records.h"
+#include "reuse_view.h"
 
 SHARED_BEGIN
 
@@ -28,22 +25,6 @@ bool wayIsOpen(const SceneView& scene, const ShadowRay& shadow, uint seed);
 bool traceWay(SceneView scene, vec3 origin, vec3 direction, uint seed, out Hit hit);
 bool wayIsOpen(SceneView scene, ShadowRay shadow, uint seed);
 #endif
-
-// Where an old sample may be aimed anew: far from the surface beside the way the first hit has
-// gone, and with a Jacobian that neither blows it up nor lets it vanish. What fails is left to new
-// samples, on both sides alike.
-SHARED_CONST float kReuseNearest = 0.5f;
-SHARED_CONST float kReuseMostStretch = 11.0f;
-
-/// A first hit, and how the samples of the frame before look at it.
-struct ReuseVertex {
-    Vertex vertex;
-    vec3 woBefore;           // towards the camera of the frame before, in the surface's frame
-    LobeChoice lobesBefore;  // at woBefore
-    vec3 positionBefore;     // of the first hit that the history belongs to
-    float nominal;           // N; 0 without history
-    float c;                 // N / (N + n)
-};
 
 /// Rays that a pass has cost.
 struct ReuseTally {
@@ -82,171 +63,6 @@ SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStre
     return pixel;
 }
 
-/// The first hit as the camera sees it; adds what is seen directly to L. False where nothing is
-/// scattered.
-SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray, ReusePixel pixel,
-                          OUT(ReuseVertex) v, INOUT(vec3) L)
-{
-    v.woBefore = vec3(0.0f);
-    v.lobesBefore.coat = 0.0f;
-    v.lobesBefore.facet = 0.0f;
-    v.lobesBefore.diffuse = 0.0f;
-    v.lobesBefore.through = 1.0f;
-    v.positionBefore = vec3(0.0f);
-    v.nominal = 0.0f;
-    v.c = 0.0f;
-    if (pixel.slot == kNone) {
-        L += shadeMiss(scene, path, ray);
-        return false;
-    }
-    Hit hit;
-    hit.slot = pixel.slot;
-    hit.barycentrics = pixel.barycentrics;
-    hit.t = dot(pointOfTriangle(scene, hit.slot, hit.barycentrics) - ray.origin, ray.direction);
-    return prepareVertex(scene, path, hit, ray, v.vertex, L);
-}
-
-/// Takes over the history of a pixel of the frame before, which fits.
-SHARED_FN void takeHistory(CameraData cameraBefore, vec3 positionBefore, float nominal,
-                           INOUT(ReuseVertex) v)
-{
-    v.woBefore =
-        toLocal(v.vertex.surface.frame, towardsCamera(cameraBefore, v.vertex.surface.position));
-    v.lobesBefore = lobesAt(v.vertex.bsdf, v.woBefore);
-    v.positionBefore = positionBefore;
-    v.nominal = nominal;
-    v.c = nominal / (nominal + 1.0f);
-}
-
-/// The share of the new integral that old samples answer for at a direction of densities q (old)
-/// and p (new). One function for old samples and for candidates.
-SHARED_FN float reuseShare(ReuseSettings settings, float c, float q, float p)
-{
-    if (settings.strategy == kReuseRa) return reuseAlpha(c, q, p);
-    if (!usableDensity(q) || !usableDensity(p)) return 0.0f;
-    if (settings.strategy == kReuseMis) return c * q / (c * q + (1.0f - c) * p);
-    return settings.strategy == kReuseReweighting ? c : 0.0f;
-}
-
-/// How much an old sample whose place has normal n may count when it is looked at from `position`
-/// instead of `positionBefore`: 0 where it may not, and less than 1 where its place fills a larger
-/// solid angle now, so that no weight grows by the change.
-SHARED_FN float reconnection(vec3 toPlace, vec3 n, vec3 position, vec3 positionBefore)
-{
-    const vec3 moved = position - positionBefore;
-    const vec3 toPlaceBefore = toPlace + moved;
-    const float d2 = dot(toPlace, toPlace);
-    const float before2 = dot(toPlaceBefore, toPlaceBefore);
-    if (!(min(d2, before2) > kReuseNearest * kReuseNearest * dot(moved, moved))) return 0.0f;
-    // cos' / d'^2 over cos / d^2; the signs must agree, too: the other side is another surface
-    const float now = dot(toPlace, n) * before2 * sqrt(before2);
-    const float then = dot(toPlaceBefore, n) * d2 * sqrt(d2);
-    if (!(now * then > 0.0f) || abs(then) > kReuseMostStretch * abs(now)) return 0.0f;
-    return min(abs(then) / abs(now), 1.0f);
-}
-
-/// The density with which the frame before would have drawn a direction (in the surface's frame).
-SHARED_FN float densityBefore(IN(ReuseVertex) v, vec3 wi)
-{
-    if (!(v.nominal > 0.0f)) return 0.0f;
-    vec3 unused;
-    float q;
-    evalPdfLobes(v.vertex.bsdf, v.lobesBefore, v.woBefore, wi, unused, q);
-    return q;
-}
-
-/// f |cos| and the densities q and p of a direction (world, unit) at a first hit. False when no
-/// light goes that way.
-SHARED_FN bool evaluateAt(IN(ReuseVertex) v, vec3 wi, OUT(vec3) response, OUT(float) p,
-                          OUT(float) q)
-{
-    const vec3 local = toLocal(v.vertex.surface.frame, wi);
-    evalPdfLobes(v.vertex.bsdf, v.vertex.lobes, v.vertex.wo, local, response, p);
-    q = densityBefore(v, local);
-    float side;
-    const bool goes = sideOf(v.vertex.surface, wi, local.z, side);
-    response *= goes ? abs(local.z) : 0.0f;
-    return goes;
-}
-
-/// Radiance that leaves the vertex towards where it is seen from, of light that comes from one
-/// direction.
-SHARED_FN vec3 reflectStored(IN(Vertex) vertex, uint direction, uint radiance)
-{
-    if (radiance == 0u || direction == kFrozenRadiance) return vec3(0.0f);
-    const vec3 wi = unpackOct(direction);
-    const vec3 local = toLocal(vertex.surface.frame, wi);
-    float side;
-    if (!sideOf(vertex.surface, wi, local.z, side)) return vec3(0.0f);
-    vec3 f;
-    float pdf;
-    evalPdfLobes(vertex.bsdf, vertex.lobes, vertex.wo, local, f, pdf);
-    return f * (abs(local.z) * unpackRgbe(radiance));
-}
-
-/// An old sample as the new first hit sees it.
-struct ReuseView {
-    vec3 F;          // the integrand
-    float p;         // the density of its direction
-    float u;         // absolute weight per solid angle, alpha included
-    float perPlace;  // what it is multiplied by to be stored
-};
-
-/// Looks at an old sample from the new first hit. False when it is of no further use.
-SHARED_FN bool viewOldSample(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                             IN(ReuseVertex) v, ReuseSample r, OUT(ReuseView) view)
-{
-    view.F = vec3(0.0f);
-    view.p = 0.0f;
-    view.u = 0.0f;
-    view.perPlace = 1.0f;
-    float share = 1.0f;
-    if (!(r.u > 0.0f)) return false;
-    PathState ray;
-    ray.origin = v.vertex.surface.position;
-    ray.beta = vec3(1.0f);
-    ray.depth = 1u;
-    Hit hit;
-    hit.slot = r.slot;
-    hit.barycentrics = r.place;
-    hit.t = kInfinity;
-    if (r.slot == kNone) {
-        ray.direction = octDecode(r.place);
-    } else {
-        const vec3 a = xyz(fetchTriangleVertex(scene, r.slot, 0u));
-        const vec3 e1 = xyz(fetchTriangleVertex(scene, r.slot, 1u)) - a;
-        const vec3 e2 = xyz(fetchTriangleVertex(scene, r.slot, 2u)) - a;
-        const vec3 n = normalize(cross(e1, e2));
-        const vec3 toPlace = a + r.place.x * e1 + r.place.y * e2 - ray.origin;
-        share = reconnection(toPlace, n, ray.origin, v.positionBefore);
-        if (!(share > 0.0f)) return false;
-        const float d2 = dot(toPlace, toPlace);
-        hit.t = sqrt(d2);
-        ray.direction = toPlace / hit.t;
-        view.perPlace = d2 / abs(dot(n, ray.direction));
-    }
-    vec3 response;
-    float q;
-    const bool goes = evaluateAt(v, ray.direction, response, view.p, q);
-    view.u = r.u / view.perPlace * (share * reuseShare(settings, v.c, q, view.p));
-    if (!(view.u > 0.0f) || !(view.u < kInfinity)) return false;
-    if (!goes) return true;  // dark here, but its density is not zero: it may be of use again
-    ray.pdf = view.p;
-    vec3 L = vec3(0.0f);
-    if (r.slot == kNone) {
-        L = shadeMiss(scene, path, ray);
-    } else {
-        Vertex far;
-        if (prepareVertex(scene, path, hit, ray, far, L)) {
-            L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) +
-                             reflectStored(far, r.nextDirection, r.nextRadiance));
-            if (r.nextDirection == kFrozenRadiance) L += unpackRgbe(r.nextRadiance);
-        }
-    }
-    view.F = response * L;
-    return true;
-}
-
 /// The rest of a path from its second vertex on, everything that it brings home.
 SHARED_FN vec3 followPath(IN(SceneView) scene, PathSettings settings, SampleStream stream,
                           PathState path, INOUT(ReuseTally) tally)
@@ -272,14 +88,20 @@ SHARED_FN vec3 followPath(IN(SceneView) scene, PathSettings settings, SampleStre
     return L;
 }
 
-/// The stream of another purpose at the same sample, for decisions that follow upon earlier ones:
+/// The stream of another purpose at the same sample of a path.
+SHARED_FN SampleStream purposeStream(SampleStream stream, uint purpose)
+{
+    stream.seed ^= purpose * 0x9e3779b9u;  // as makeStream
+    return stream;
+}
+
+/// The same for decisions that follow upon earlier ones:
 /// its numbers do not know those of the frames before. A sequence that is well spread over frames
 /// would be biased here, since what it gives depends on what it gave to the samples that are there.
 SHARED_FN SampleStream decisionStream(SampleStream stream, uint purpose)
 {
     stream.kind = kSamplerIndependent;
-    stream.seed ^= purpose * 0x9e3779b9u;
-    return stream;
+    return purposeStream(stream, purpose);
 }
 
 /// Numbers for the stochastic rounding of what is stored.
@@ -368,8 +190,7 @@ SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings
     draw.mean = 0.0f;
     draw.alpha = 0.0f;
     float sum = 0.0f;
-    SampleStream proposals = stream;
-    proposals.seed ^= kPurposeCandidates * 0x9e3779b9u;
+    const SampleStream proposals = purposeStream(stream, kPurposeCandidates);
     const SampleStream selection = decisionStream(stream, kPurposeSelection);
     for (uint t = 0u; t < candidates; ++t) {
         VertexNumbers numbers;
@@ -443,21 +264,6 @@ SHARED_FN void takeNewSample(IN(SceneView) scene, PathSettings path, ReuseSettin
     result.record.u = ray.pdf > 0.0f && u < kInfinity ? u : 0.0f;
 }
 
-/// A connection of a first hit to an emitter, drawn again from its numbers; its contribution has no
-/// weight yet.
-SHARED_FN ShadowRay viewLight(IN(SceneView) scene, PathSettings settings, IN(ReuseVertex) v,
-                              ReuseLight r)
-{
-    PathState ray;
-    ray.origin = v.vertex.surface.position;
-    ray.direction = vec3(0.0f, 0.0f, 1.0f);
-    ray.beta = vec3(1.0f);
-    ray.pdf = 0.0f;
-    ray.depth = 0u;
-    return connectTo(scene, settings, r.emitter, pmfEmitter(scene, r.emitter),
-                     unpackNumbers(r.numbers), ray, v.vertex);
-}
-
 /// A new connection.
 SHARED_FN void takeNewLight(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
                             SampleStream stream, INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
@@ -474,27 +280,6 @@ SHARED_FN void takeNewLight(IN(SceneView) scene, PathSettings path, IN(ReuseVert
     if (!wayIsOpen(scene, shadow, alphaSeed(stream, 0u, 1u))) return;
     result.direct = shadow.contribution;
     result.light.v = 1.0f - v.c;
-}
-
-// --- the passes, for one pixel ------------------------------------------------------------------
-
-/// Adds an old sample that viewOldSample has found of use.
-SHARED_FN void addOldSample(INOUT(ReuseSums) sums, ReuseView view)
-{
-    sums.around += view.u * view.F;
-    sums.aroundSquares += view.u / view.p * view.F * view.F;
-    sums.weightSum += view.u * view.p;
-}
-
-/// Adds an old connection, of the vertex's share: `r.v` is changed to what it weighs now.
-SHARED_FN float addOldLight(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
-                            INOUT(ReuseLight) r, INOUT(ReuseSums) sums)
-{
-    const vec3 F = viewLight(scene, path, v, r).contribution;
-    r.v *= v.c;
-    sums.direct += r.v * F;
-    sums.directSquares += r.v * F * F;
-    return r.v * luminance(F);
 }
 
 /// Takes a new path and a new connection.

@@ -11,7 +11,7 @@
 
 SHARED_BEGIN
 
-// Which share alpha of the new integral old samples answer for (reuseShare in reuse_path.h).
+// Which share alpha of the new integral old samples answer for (reuseShare in reuse_view.h).
 SHARED_CONST uint kReuseDiscard = 0u;
 SHARED_CONST uint kReuseNaive = 1u;  // no samples are kept but the mean of the pixel
 SHARED_CONST uint kReuseReweighting = 2u;
