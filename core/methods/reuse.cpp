@@ -264,10 +264,14 @@ private:
         for (uint32_t i = 0; source >= 0 && i < params_.records; ++i) {
             shared::ReuseSample r = before_.samples[size_t(source) * params_.records + i];
             shared::ReuseView view;
-            if (!shared::viewOldSample(scene_, path_, settings_, v, r, view)) continue;
-            shared::addOldSample(sums, view);
+            if (!shared::aimOldSample(scene_, settings_, v, r, view)) continue;
+            const vec3 L = r.radiance == shared::kReuseEvaluated
+                               ? shared::evaluateArriving(scene_, path_, v.vertex.surface.position,
+                                                          r, view)
+                               : shared::unpackRgbe(r.radiance);
+            const float brings = shared::addOldSample(sums, view, L);
             r.u = view.u * view.perPlace;
-            samples.add(r, {view.u * view.p, view.u * shared::luminance(view.F)});
+            samples.add(r, {view.u * view.p, brings});
         }
         for (uint32_t i = 0; source >= 0 && i < params_.lights; ++i) {
             shared::ReuseLight r = before_.lights[size_t(source) * params_.lights + i];

@@ -32,7 +32,7 @@ void main()
         }
         const uint to = kReuseNewWords * lane;
         newSamples[to] = packReusePlace(found.record);
-        newSamples[to + 1u] = packReuseLight(found.record);
+        if (found.record.radiance == kReuseEvaluated) newSamples[to + 1u] = packReuseArriving(found.record);
         newSamples[to + 2u] =
             uvec4(found.light.emitter, found.light.numbers, floatBitsToUint(vec2(found.light.v, found.scale)));
         newSamples[to + 3u] = uvec4(floatBitsToUint(found.around), 0u);

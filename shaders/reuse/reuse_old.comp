@@ -61,28 +61,61 @@ ReuseNew loadNew(uint lane)
     return found;
 }
 
-/// Old samples of directions and the new one: adds them up and keeps some.
+ReuseSample oldSample(uint source, uint i)
+{
+    const int at = int(recordIndex(sizeBefore(), source, i));
+    return unpackReuseSample(texelFetch(placesBefore, at), uvec4(0u));
+}
+
+/// Old samples of directions and the new one: adds them up and keeps some. What arrives is evaluated in a loop of its
+/// own, over those that need it: on software devices a branch costs the same whether it is taken or not, and a loop as
+/// much as the lane that needs it most often.
 void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fresh, float xi, inout ReuseSums sums)
 {
     const uint most = push.settings.records;
     float weights[kReuseMostScores];  // v
     float brings[kReuseMostScores];
     float places[kReuseMostScores];  // u as it is stored
+    vec3 responses[kReuseMostScores];
+    uint evaluated = 0u;  // a bit for each
+    const uint count = looks ? most : 0u;
     for (uint i = 0u; i < most; ++i) {
         weights[i] = 0.0;
         brings[i] = 0.0;
         places[i] = 0.0;
-        if (!looks) continue;
-        const int at = int(recordIndex(sizeBefore(), source, i));
-        const uvec4 place = texelFetch(placesBefore, at);
-        if (place.w == 0u) continue;
+    }
+    for (uint i = 0u; i < count; ++i) {
+        const ReuseSample r = oldSample(source, i);
         ReuseView view;
-        const ReuseSample r = unpackReuseSample(place, texelFetch(arrivingBefore, at));
-        if (!viewOldSample(scene, frame.settings, push.settings, v, r, view)) continue;
-        addOldSample(sums, view);
+        if (!aimOldSample(scene, push.settings, v, r, view)) continue;
         weights[i] = view.u * view.p;
-        brings[i] = view.u * luminance(view.F);
         places[i] = view.u * view.perPlace;
+        responses[i] = view.response;
+        if (r.radiance == kReuseEvaluated) {
+            evaluated |= 1u << i;
+        } else {
+            brings[i] = addOldSample(sums, view, unpackRgbe(r.radiance));
+        }
+    }
+    while (evaluated != 0u) {
+        const uint i = uint(findLSB(evaluated));
+        evaluated &= evaluated - 1u;
+        const int at = int(recordIndex(sizeBefore(), source, i));
+        const ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), texelFetch(arrivingBefore, at));
+        const vec3 position = v.vertex.surface.position;
+        ReuseView view;
+        vec3 n;
+        view.distance = kInfinity;
+        view.perPlace = 1.0;
+        if (wayToPlace(scene, r, position, view.direction, n)) {
+            view.distance = length(view.direction);
+            view.direction /= view.distance;
+            view.perPlace = view.distance * view.distance / abs(dot(n, view.direction));
+        }
+        view.response = responses[i];
+        view.u = places[i] / view.perPlace;
+        view.p = weights[i] / view.u;
+        brings[i] = addOldSample(sums, view, evaluateArriving(scene, frame.settings, position, r, view));
     }
     const vec3 mean = sums.around + fresh.scale * fresh.around;
     places[most] = fresh.record.u;
@@ -95,17 +128,14 @@ void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew f
     for (uint i = 0u; i <= most && kept < most; ++i) {
         if (!usableDensity(weights[i])) continue;
         if (kappa > 0.0 && !reuseKeep(sum, weights[i], kappa, xi)) continue;
-        uvec4 place = packReusePlace(fresh.record);
-        uvec4 arriving = packReuseLight(fresh.record);
-        if (i < most) {
-            const int at = int(recordIndex(sizeBefore(), source, i));
-            place = texelFetch(placesBefore, at);
-            arriving = texelFetch(arrivingBefore, at);
-        }
-        place.w = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
+        const int at = int(recordIndex(sizeBefore(), source, min(i, most - 1u)));
+        uvec4 place = texelFetch(placesBefore, at);
+        if (i == most) place = packReusePlace(fresh.record);
+        place.z = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
-        arrivingNow[to] = arriving;
+        if (place.w == kReuseEvaluated)
+            arrivingNow[to] = i == most ? packReuseArriving(fresh.record) : texelFetch(arrivingBefore, at);
     }
     for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
 }
@@ -144,10 +174,11 @@ void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fr
     for (; kept < most; ++kept) lightsNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(0u);
 }
 
-/// One more sample of the pixel, or the first ones: as many as the history stands for.
-void addToFilm(uint pixel, vec3 L, vec3 squares, float weight)
+/// One more sample of the pixel, or (begins) the first ones: as many as the history stands for.
+void addToFilm(uint pixel, bool begins, vec3 L, vec3 squares, float weight)
 {
-    FilmPixel p = loadFilm(pixel);
+    FilmPixel p = FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+    if (!begins) p = loadFilm(pixel);
     if (isColour(L)) {
         addCompensated(p.sum, p.sumLost, weight * L);
         addCompensated(p.squares, p.squaresLost, weight * squares);
@@ -202,10 +233,11 @@ void main()
         meansNow[i] = vec4(L, 0.0);
         squares = L * L;
     }
-    if ((push.settings.flags & kReuseFollows) != 0u) {
-        addToFilm(i, plain, plain * plain, 1.0);
+    const bool begins = (push.settings.flags & kReuseFollows) == 0u;
+    if (begins) {
+        addToFilm(i, true, L, squares, sums.nominal + 1.0);
     } else {
-        addToFilm(i, L, squares, sums.nominal + 1.0);
+        addToFilm(i, false, plain, plain * plain, 1.0);
     }
     count(sums, scatters, looks);
     pixelsNow[i].w = floatBitsToUint(scatters ? min(sums.nominal + 1.0, push.settings.cap) : 0.0);

@@ -63,31 +63,6 @@ SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStre
     return pixel;
 }
 
-/// The rest of a path from its second vertex on, everything that it brings home.
-SHARED_FN vec3 followPath(IN(SceneView) scene, PathSettings settings, SampleStream stream,
-                          PathState path, INOUT(ReuseTally) tally)
-{
-    vec3 L = vec3(0.0f);
-    bool goesOn = true;
-    while (goesOn) {
-        Hit hit;
-        ++tally.closestRays;
-        if (!traceWay(scene, path.origin, path.direction, alphaSeed(stream, path.depth, 0u), hit)) {
-            L += shadeMiss(scene, settings, path);
-            break;
-        }
-        const uint depth = path.depth;
-        const VertexNumbers numbers = drawVertexNumbers(stream, depth);
-        ShadowRay shadow;
-        goesOn = shadeSurface(scene, settings, numbers, hit, path, shadow, L);
-        if (maxComponent(shadow.contribution) > 0.0f) {
-            ++tally.shadowRays;
-            if (wayIsOpen(scene, shadow, alphaSeed(stream, depth, 1u))) L += shadow.contribution;
-        }
-    }
-    return L;
-}
-
 /// The stream of another purpose at the same sample of a path.
 SHARED_FN SampleStream purposeStream(SampleStream stream, uint purpose)
 {
@@ -112,65 +87,7 @@ SHARED_FN vec3 roundingNumbers(SampleStream stream, uint which)
     return vec3(a.x, a.y, streamVec2(stream, 2u * which + 1u).x);
 }
 
-/// Radiance that comes to a first hit along a sampled direction, and what is to be kept of it.
-/// `importance` is what the first hit makes of it, for roulette only.
-SHARED_FN vec3 traceNewSample(IN(SceneView) scene, PathSettings settings, SampleStream stream,
-                              PathState path, float importance, OUT(ReuseSample) record,
-                              OUT(vec3) toPlace, OUT(vec3) normal, INOUT(ReuseTally) tally)
-{
-    record = noReuseSample();
-    toPlace = path.direction;
-    normal = path.direction;
-    Hit hit;
-    ++tally.closestRays;
-    if (!traceWay(scene, path.origin, path.direction, alphaSeed(stream, 0u, 0u), hit)) {
-        record.place = octEncode(path.direction);
-        return shadeMiss(scene, settings, path);
-    }
-    record.slot = hit.slot;
-    record.place = hit.barycentrics;
-    vec3 L = vec3(0.0f);
-    Vertex far;
-    const bool scatters = prepareVertex(scene, settings, hit, path, far, L);
-    toPlace = far.surface.position;
-    normal = far.surface.normal;
-    if (!scatters) return L;
-    const VertexNumbers numbers = drawVertexNumbers(stream, path.depth);
-    if (connects(settings, far)) {
-        const ShadowRay shadow = connect(scene, settings, numbers, path, far);
-        if (maxComponent(shadow.contribution) > 0.0f) {
-            ++tally.shadowRays;
-            if (wayIsOpen(scene, shadow, alphaSeed(stream, path.depth, 1u))) {
-                L += shadow.contribution;
-                record.lightDirection = packOct(shadow.wi);
-                record.lightRadiance = packRgbe(shadow.incident, roundingNumbers(stream, 0u));
-            }
-        }
-    }
-    BsdfSample next;
-    PathState onward = path;
-    onward.beta *= importance;
-    if (!sampleDirection(scene, far, numbers, next)) return L;
-    const float entering = maxComponent(onward.beta * next.weight);
-    if (!follow(settings, numbers, far, next, onward)) return L;
-    // Grey from here on, so that what arrives can be told from what the surface makes of it.
-    const vec3 throughput = onward.beta / importance;
-    const float grey = maxComponent(onward.beta);
-    onward.beta = vec3(grey);
-    const vec3 arriving = followPath(scene, settings, stream, onward, tally) / grey;
-    L += throughput * arriving;
-    if (maxComponent(arriving) > 0.0f) {
-        const vec3 xi = roundingNumbers(stream, 1u);
-        const bool frozen = next.pdf == 0.0f;
-        record.nextDirection = frozen ? kFrozenRadiance : packOct(onward.direction);
-        // grey / entering is one over the chance to survive
-        record.nextRadiance = packRgbe(
-            frozen ? throughput * arriving : arriving * (grey / (entering * next.pdf)), xi);
-    }
-    return L;
-}
-
-/// A direction for a new path: the pick of resampling among k candidates.
+/// A direction for a new path: the pick of resampling among candidates.
 struct ReuseDraw {
     BsdfSample next;
     float omega;  // the weight that it was picked with
@@ -182,7 +99,10 @@ struct ReuseDraw {
 // traced, and what may not is not left to old samples.
 SHARED_CONST float kReuseLeastOmega = 0.05f;
 
+/// Picks a direction at a vertex of the new path; old samples of `v` answer for directions at its
+/// first vertex only. A single candidate is drawn by `numbers`, as where nothing is reused.
 SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                                     IN(Vertex) vertex, bool first, VertexNumbers numbers,
                                      SampleStream stream, uint candidates)
 {
     ReuseDraw draw;
@@ -193,18 +113,14 @@ SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings
     const SampleStream proposals = purposeStream(stream, kPurposeCandidates);
     const SampleStream selection = decisionStream(stream, kPurposeSelection);
     for (uint t = 0u; t < candidates; ++t) {
-        VertexNumbers numbers;
-        numbers.light = vec2(0.0f);
-        numbers.choice = 0.0f;
-        // A single candidate is the path's own direction, as where nothing is reused.
-        numbers.bsdf = candidates == 1u ? streamVec2(stream, kDimensionPath + kDimensionBsdf)
-                                        : streamVec2(proposals, 2u * t);
-        numbers.lobe = candidates == 1u ? streamVec2(stream, kDimensionPath + kDimensionLobe)
-                                        : streamVec2(proposals, 2u * t + 1u);
+        if (candidates > 1u) {
+            numbers.bsdf = streamVec2(proposals, 2u * t);
+            numbers.lobe = streamVec2(proposals, 2u * t + 1u);
+        }
         BsdfSample z;
-        if (!sampleDirection(scene, v.vertex, numbers, z)) continue;
+        if (!sampleDirection(scene, vertex, numbers, z)) continue;
         float alpha = 0.0f;
-        if (v.nominal > 0.0f && z.pdf > 0.0f)
+        if (first && v.nominal > 0.0f && z.pdf > 0.0f)
             alpha = reuseShare(settings, v.c, densityBefore(v, z.wi), z.pdf);
         const float omega = max(1.0f - alpha, kReuseLeastOmega);
         sum += omega;
@@ -229,71 +145,182 @@ SHARED_FN uint candidatesFor(ReuseSettings settings, IN(ReuseVertex) v)
     return 0.25f * moved > 0.1f * v.vertex.bsdf.alpha ? settings.candidates : 1u;
 }
 
-/// One new path from a first hit.
-SHARED_FN void takeNewSample(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                             IN(ReuseVertex) v, SampleStream stream, INOUT(ReuseNew) result,
-                             INOUT(ReuseTally) tally)
-{
-    const ReuseDraw draw = drawNewDirection(scene, settings, v, stream, candidatesFor(settings, v));
-    if (!(draw.mean > 0.0f)) return;
-    PathState ray;
-    ray.direction = toWorld(v.vertex.surface.frame, draw.next.wi);
-    ray.pdf = draw.next.pdf;
-    ray.beta = vec3(1.0f);
-    ray.depth = 1u;
-    float side;
-    if (!sideOf(v.vertex.surface, ray.direction, draw.next.wi.z, side)) return;
-    ray.origin = originOnSide(v.vertex.surface, side);
-    vec3 toPlace;
+/// The place where a new path ends its first way, and how the path goes on from there. From the
+/// place on the path is grey, so that what arrives can be told from what the surface makes of it.
+struct ReusePlace {
+    vec3 position;
     vec3 normal;
-    const vec3 L = traceNewSample(scene, path, stream, ray, maxComponent(draw.next.weight),
-                                  result.record, toPlace, normal, tally);
+    vec3 leaving;      // radiance towards the first hit by emission and connection
+    vec3 throughput;   // of the place, for what arrives from further on
+    float grey;        // of the path after it; 0: the path has ended
+    float perArrival;  // what is stored of radiance that arrives
+};
+
+/// Whether light that leaves a surface hardly depends on the direction over the width of a pixel.
+SHARED_FN bool isRough(Bsdf b)
+{
+    return ((b.parts & kBsdfMicrofacet) == 0u || b.alpha >= kReuseRough) &&
+           ((b.parts & kBsdfCoat) == 0u || b.coatAlpha >= kReuseRough);
+}
+
+/// What is known of a place when it is met.
+SHARED_FN void meetPlace(Hit hit, IN(Vertex) far, bool scatters, bool emits,
+                         INOUT(ReusePlace) place, INOUT(ReuseSample) record)
+{
+    record.slot = hit.slot;
+    record.place = packNumbers(hit.barycentrics);
+    place.position = far.surface.position;
+    place.normal = far.surface.normal;
+    if (emits || far.surface.emitter != kNone || (scatters && !isRough(far.bsdf)))
+        record.radiance = kReuseEvaluated;
+}
+
+/// Turns the path grey when it leaves its place; `entering` is its throughput before roulette.
+SHARED_FN void leavePlace(float importance, float entering, BsdfSample next, vec3 leaving,
+                          INOUT(PathState) path, INOUT(ReusePlace) place,
+                          INOUT(ReuseSample) record)
+{
+    place.leaving = leaving;
+    place.throughput = path.beta / importance;
+    place.grey = maxComponent(path.beta);
+    path.beta = vec3(place.grey);
+    record.nextDirection = next.pdf == 0.0f ? kFrozenRadiance : packOct(path.direction);
+    // grey / entering is one over the chance to survive
+    place.perArrival = next.pdf == 0.0f ? 0.0f : place.grey / (entering * next.pdf);
+}
+
+/// Radiance that comes to the first hit, from what was gathered since the path left its place;
+/// completes the record but for its weight.
+SHARED_FN vec3 endNewPath(SampleStream stream, vec3 gathered, ReusePlace place,
+                          INOUT(ReuseSample) record)
+{
+    vec3 L = gathered;
+    if (place.grey > 0.0f) {
+        const vec3 arriving = gathered / place.grey;
+        const vec3 reflected = place.throughput * arriving;
+        L = place.leaving + reflected;
+        record.nextRadiance =
+            packRgbe(place.perArrival > 0.0f ? arriving * place.perArrival : reflected,
+                     roundingNumbers(stream, 1u));
+    }
+    if (record.radiance != kReuseEvaluated)
+        record.radiance = packRgbe(L, roundingNumbers(stream, 2u));
+    return L;
+}
+
+/// What the new sample counts, and what is stored of that.
+SHARED_FN void weighNewSample(IN(ReuseVertex) v, ReuseDraw draw, ReusePlace place, vec3 L,
+                              INOUT(ReuseNew) result)
+{
     float alpha = draw.alpha;
     float perPlace = 1.0f;
     if (result.record.slot != kNone) {
-        toPlace -= v.vertex.surface.position;
-        const float d2 = dot(toPlace, toPlace);
-        perPlace = d2 * sqrt(d2) / abs(dot(normal, toPlace));
+        const vec3 way = place.position - v.vertex.surface.position;
+        const float d2 = dot(way, way);
+        perPlace = d2 * sqrt(d2) / abs(dot(place.normal, way));
         // What cannot be aimed anew is not left to old samples.
         if (alpha > 0.0f)
-            alpha *= reconnection(toPlace, normal, v.vertex.surface.position, v.positionBefore);
+            alpha *= reconnection(way, place.normal, v.vertex.surface.position, v.positionBefore);
     }
     result.scale = draw.mean * (1.0f - alpha) / draw.omega;
     result.around = draw.next.weight * L;
-    const float u = result.scale / ray.pdf * perPlace;
-    result.record.u = ray.pdf > 0.0f && u < kInfinity ? u : 0.0f;
+    const float u = result.scale / draw.next.pdf * perPlace;
+    result.record.u = draw.next.pdf > 0.0f && u < kInfinity ? u : 0.0f;
 }
 
-/// A new connection.
-SHARED_FN void takeNewLight(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
-                            SampleStream stream, INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
-{
-    if (!connects(path, v.vertex)) return;
-    const VertexNumbers numbers = drawVertexNumbers(stream, 0u);
-    float pmf;
-    if (FEATURE(kFeatureManyEmitters))
-        result.light.emitter = chooseEmitter(scene, path.emitterCount, numbers.choice, pmf);
-    result.light.numbers = packNumbers(numbers.light);
-    const ShadowRay shadow = viewLight(scene, path, v, result.light);
-    if (!(maxComponent(shadow.contribution) > 0.0f)) return;
-    ++tally.shadowRays;
-    if (!wayIsOpen(scene, shadow, alphaSeed(stream, 0u, 1u))) return;
-    result.direct = shadow.contribution;
-    result.light.v = 1.0f - v.c;
-}
-
-/// Takes a new path and a new connection.
+/// Takes a new path from a first hit, and a new connection. One loop over the vertices of the path,
+/// the first hit among them, so that there is one piece of code for each thing that is done at a
+/// vertex: kernels of which the compiler makes copies take longer to compile, and to run.
 SHARED_FN ReuseNew takeNew(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
                            IN(ReuseVertex) v, SampleStream stream, INOUT(ReuseTally) tally)
 {
     ReuseNew result = noReuseNew();
-    ReuseVertex fresh = v;
-    if (settings.strategy == kReuseNaive) {
-        fresh.nominal = 0.0f;
-        fresh.c = 0.0f;
+    ReuseDraw first;
+    first.mean = 0.0f;
+    ReusePlace place;
+    place.position = vec3(0.0f);
+    place.normal = vec3(0.0f);
+    place.grey = 0.0f;
+    vec3 gathered = vec3(0.0f);
+    Vertex vertex = v.vertex;
+    PathState ray;
+    ray.origin = vertex.surface.position;
+    ray.direction = vec3(0.0f, 0.0f, 1.0f);
+    ray.beta = vec3(1.0f);
+    ray.pdf = 0.0f;
+    ray.depth = 0u;
+    while (true) {
+        const uint i = ray.depth;  // 0: the first hit, 1: the place
+        if (i > 0u) {
+            Hit hit;
+            ++tally.closestRays;
+            if (!traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, i, 0u), hit)) {
+                gathered += shadeMiss(scene, path, ray);
+                if (i == 1u) {
+                    result.record.place = packOct(ray.direction);
+                    if (path.environmentEmitter != kNone || path.sunEmitter != kNone)
+                        result.record.radiance = kReuseEvaluated;
+                }
+                break;
+            }
+            const bool scatters = prepareVertex(scene, path, hit, ray, vertex, gathered);
+            if (i == 1u) {
+                meetPlace(hit, vertex, scatters, maxComponent(gathered) > 0.0f, place,
+                          result.record);
+            }
+            if (!scatters) break;
+        }
+        VertexNumbers numbers = drawVertexNumbers(stream, i);
+        if (connects(path, vertex)) {
+            float pmf = 1.0f;
+            uint emitter = 0u;
+            if (FEATURE(kFeatureManyEmitters))
+                emitter = chooseEmitter(scene, path.emitterCount, numbers.choice, pmf);
+            const uint grid = packNumbers(numbers.light);
+            const ShadowRay shadow =
+                connectTo(scene, path, emitter, pmf,
+                          i == 0u ? unpackNumbers(grid) : numbers.light, ray, vertex);
+            if (maxComponent(shadow.contribution) > 0.0f) {
+                ++tally.shadowRays;
+                if (wayIsOpen(scene, shadow, alphaSeed(stream, i, 1u))) {
+                    if (i == 0u) {
+                        result.direct = shadow.contribution;
+                        result.light.emitter = emitter;
+                        result.light.numbers = grid;
+                        result.light.v = 1.0f - v.c;
+                    } else {
+                        gathered += shadow.contribution;
+                    }
+                    if (i == 1u) {
+                        result.record.lightDirection = packOct(shadow.wi);
+                        result.record.lightRadiance =
+                            packRgbe(shadow.incident, roundingNumbers(stream, 0u));
+                    }
+                }
+            }
+        }
+        const ReuseDraw draw =
+            drawNewDirection(scene, settings, v, vertex, i == 0u, numbers, stream,
+                             i == 0u ? candidatesFor(settings, v) : 1u);
+        if (!(draw.mean > 0.0f) || !(maxComponent(draw.next.weight) > 0.0f)) break;
+        if (i == 0u) {
+            first = draw;
+            numbers.lobe.y = 0.0f;  // always goes on
+        }
+        const float importance = maxComponent(first.next.weight);
+        if (i == 1u) ray.beta *= importance;  // for roulette alone
+        const float entering = maxComponent(ray.beta * draw.next.weight);
+        if (!follow(path, numbers, vertex, draw.next, ray)) break;
+        if (i == 0u) ray.beta = vec3(1.0f);
+        if (i == 1u) {
+            leavePlace(importance, entering, draw.next, gathered, ray, place, result.record);
+            gathered = vec3(0.0f);
+        }
     }
-    takeNewSample(scene, path, settings, fresh, stream, result, tally);
-    takeNewLight(scene, path, fresh, stream, result, tally);
+    if (ray.depth > 0u) {
+        const vec3 L = endNewPath(stream, gathered, place, result.record);
+        weighNewSample(v, first, place, L, result);
+    }
     return result;
 }
 

@@ -41,21 +41,26 @@ struct ReusePixel {
 };
 
 /// A sample of the light that comes to a first hit from one direction. `slot` and `place` say
-/// where the ray ended: a triangle and barycentrics, or (kNone) an octahedral direction in which
-/// nothing is met. `u` is the absolute weight: per area on a triangle, per solid angle without.
-/// What light leaves the place is emission, which is looked up, and two pieces of light that arrive
-/// there: from an emitter and from the path's continuation, each as a direction (packOct) and
-/// radiance (packRgbe) over its density, MIS weights as they were.
+/// where the ray ended: a triangle and barycentrics (packNumbers), or (kNone) a direction (packOct)
+/// in which nothing is met. `u` is the absolute weight: per area on a triangle, per solid angle
+/// without. `radiance` (packRgbe) leaves the place for the first hit. Where that depends on the
+/// direction it is found anew (kReuseEvaluated) from emission, which is looked up, and from two
+/// pieces of light that arrive at the place: from an emitter and from the path's continuation, each
+/// as a direction (packOct) and radiance (packRgbe) over its density, MIS weights as they were.
 struct ReuseSample {
     uint slot;
-    vec2 place;
+    uint place;
     float u;  // 0: there is no sample here
+    uint radiance;
     uint lightDirection;
     uint lightRadiance;
     uint nextDirection;  // kFrozenRadiance: the radiance leaves for the first hit as it is
     uint nextRadiance;
 };
 SHARED_CONST uint kReuseSampleWords = 2u;
+
+// packRgbe makes it of nothing below 1e38.
+SHARED_CONST uint kReuseEvaluated = 0xffffffffu;
 
 // packOct never makes it. A path that goes on by a delta lobe has no other direction to be
 // evaluated in.
@@ -73,8 +78,9 @@ SHARED_FN ReuseSample noReuseSample()
 {
     ReuseSample r;
     r.slot = kNone;
-    r.place = vec2(0.0f);
+    r.place = 0u;
     r.u = 0.0f;
+    r.radiance = 0u;
     r.lightDirection = 0u;
     r.lightRadiance = 0u;
     r.nextDirection = 0u;
@@ -188,26 +194,28 @@ SHARED_FN ReusePixel unpackReusePixel(uvec4 w)
     return p;
 }
 
+/// The words of a sample: the first is enough where radiance is not evaluated.
 SHARED_FN uvec4 packReusePlace(ReuseSample r)
 {
-    return uvec4(r.slot, floatAsUint(r.place.x), floatAsUint(r.place.y), floatAsUint(r.u));
+    return uvec4(r.slot, r.place, floatAsUint(r.u), r.radiance);
 }
 
-SHARED_FN uvec4 packReuseLight(ReuseSample r)
+SHARED_FN uvec4 packReuseArriving(ReuseSample r)
 {
     return uvec4(r.lightDirection, r.lightRadiance, r.nextDirection, r.nextRadiance);
 }
 
-SHARED_FN ReuseSample unpackReuseSample(uvec4 place, uvec4 light)
+SHARED_FN ReuseSample unpackReuseSample(uvec4 place, uvec4 arriving)
 {
     ReuseSample r;
     r.slot = place.x;
-    r.place = vec2(uintAsFloat(place.y), uintAsFloat(place.z));
-    r.u = uintAsFloat(place.w);
-    r.lightDirection = light.x;
-    r.lightRadiance = light.y;
-    r.nextDirection = light.z;
-    r.nextRadiance = light.w;
+    r.place = place.y;
+    r.u = uintAsFloat(place.z);
+    r.radiance = place.w;
+    r.lightDirection = arriving.x;
+    r.lightRadiance = arriving.y;
+    r.nextDirection = arriving.z;
+    r.nextRadiance = arriving.w;
     return r;
 }
 

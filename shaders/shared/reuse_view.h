@@ -18,6 +18,11 @@ SHARED_BEGIN
 SHARED_CONST float kReuseNearest = 0.5f;
 SHARED_CONST float kReuseMostStretch = 11.0f;
 
+// GGX width from which on the light that leaves a surface is kept as it is: from frame to frame a
+// first hit moves by less than a pixel, which turns the direction by much less than the lobe is
+// wide.
+SHARED_CONST float kReuseRough = 0.25f;
+
 /// A first hit, and how the samples of the frame before look at it.
 struct ReuseVertex {
     Vertex vertex;
@@ -132,65 +137,83 @@ SHARED_FN vec3 reflectStored(IN(Vertex) vertex, uint direction, uint radiance)
 
 /// An old sample as the new first hit sees it.
 struct ReuseView {
-    vec3 F;          // the integrand
+    vec3 direction;  // to its place, unit, world
+    float distance;
+    vec3 response;   // of the first hit to radiance from there
     float p;         // the density of its direction
     float u;         // absolute weight per solid angle, alpha included
     float perPlace;  // what it is multiplied by to be stored
 };
 
-/// Looks at an old sample from the new first hit. False when it is of no further use.
-SHARED_FN bool viewOldSample(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                             IN(ReuseVertex) v, ReuseSample r, OUT(ReuseView) view)
+/// Way from a position to the place of a sample: true where that is a triangle, of normal n.
+SHARED_FN bool wayToPlace(IN(SceneView) scene, ReuseSample r, vec3 position, OUT(vec3) way,
+                          OUT(vec3) n)
 {
-    view.F = vec3(0.0f);
+    n = vec3(0.0f);
+    way = unpackOct(r.place);
+    if (r.slot == kNone) return false;
+    const vec2 barycentrics = unpackNumbers(r.place);
+    const vec3 a = xyz(fetchTriangleVertex(scene, r.slot, 0u));
+    const vec3 e1 = xyz(fetchTriangleVertex(scene, r.slot, 1u)) - a;
+    const vec3 e2 = xyz(fetchTriangleVertex(scene, r.slot, 2u)) - a;
+    n = normalize(cross(e1, e2));
+    way = a + barycentrics.x * e1 + barycentrics.y * e2 - position;
+    return true;
+}
+
+/// Aims an old sample anew from the new first hit. False when it is of no further use.
+SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                            ReuseSample r, OUT(ReuseView) view)
+{
+    view.distance = kInfinity;
+    view.response = vec3(0.0f);
     view.p = 0.0f;
     view.u = 0.0f;
     view.perPlace = 1.0f;
-    float share = 1.0f;
+    view.direction = vec3(0.0f);
     if (!(r.u > 0.0f)) return false;
+    float share = 1.0f;
+    vec3 n;
+    const vec3 position = v.vertex.surface.position;
+    if (wayToPlace(scene, r, position, view.direction, n)) {
+        share = reconnection(view.direction, n, position, v.positionBefore);
+        if (!(share > 0.0f)) return false;
+        const float d2 = dot(view.direction, view.direction);
+        view.distance = sqrt(d2);
+        view.direction /= view.distance;
+        view.perPlace = d2 / abs(dot(n, view.direction));
+    }
+    float q;
+    // Dark here, a sample may be of use again: its density is not zero.
+    if (!evaluateAt(v, view.direction, view.response, view.p, q)) view.response = vec3(0.0f);
+    view.u = r.u / view.perPlace * (share * reuseShare(settings, v.c, q, view.p));
+    return view.u > 0.0f && view.u < kInfinity;
+}
+
+/// Radiance that comes from the place of a sample whose radiance is evaluated, along
+/// `view.direction`, whose density is `view.p`.
+SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, vec3 position,
+                                ReuseSample r, IN(ReuseView) view)
+{
     PathState ray;
-    ray.origin = v.vertex.surface.position;
+    ray.origin = position;
+    ray.direction = view.direction;
     ray.beta = vec3(1.0f);
+    ray.pdf = view.p;
     ray.depth = 1u;
+    if (r.slot == kNone) return shadeMiss(scene, path, ray);
     Hit hit;
     hit.slot = r.slot;
-    hit.barycentrics = r.place;
-    hit.t = kInfinity;
-    if (r.slot == kNone) {
-        ray.direction = octDecode(r.place);
-    } else {
-        const vec3 a = xyz(fetchTriangleVertex(scene, r.slot, 0u));
-        const vec3 e1 = xyz(fetchTriangleVertex(scene, r.slot, 1u)) - a;
-        const vec3 e2 = xyz(fetchTriangleVertex(scene, r.slot, 2u)) - a;
-        const vec3 n = normalize(cross(e1, e2));
-        const vec3 toPlace = a + r.place.x * e1 + r.place.y * e2 - ray.origin;
-        share = reconnection(toPlace, n, ray.origin, v.positionBefore);
-        if (!(share > 0.0f)) return false;
-        const float d2 = dot(toPlace, toPlace);
-        hit.t = sqrt(d2);
-        ray.direction = toPlace / hit.t;
-        view.perPlace = d2 / abs(dot(n, ray.direction));
-    }
-    vec3 response;
-    float q;
-    const bool goes = evaluateAt(v, ray.direction, response, view.p, q);
-    view.u = r.u / view.perPlace * (share * reuseShare(settings, v.c, q, view.p));
-    if (!(view.u > 0.0f) || !(view.u < kInfinity)) return false;
-    if (!goes) return true;  // dark here, but its density is not zero: it may be of use again
-    ray.pdf = view.p;
+    hit.barycentrics = unpackNumbers(r.place);
+    hit.t = view.distance;
     vec3 L = vec3(0.0f);
-    if (r.slot == kNone) {
-        L = shadeMiss(scene, path, ray);
-    } else {
-        Vertex far;
-        if (prepareVertex(scene, path, hit, ray, far, L)) {
-            L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) +
-                             reflectStored(far, r.nextDirection, r.nextRadiance));
-            if (r.nextDirection == kFrozenRadiance) L += unpackRgbe(r.nextRadiance);
-        }
+    Vertex far;
+    if (prepareVertex(scene, path, hit, ray, far, L)) {
+        L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) +
+                         reflectStored(far, r.nextDirection, r.nextRadiance));
+        if (r.nextDirection == kFrozenRadiance) L += unpackRgbe(r.nextRadiance);
     }
-    view.F = response * L;
-    return true;
+    return L;
 }
 
 /// A connection of a first hit to an emitter, drawn again from its numbers; its contribution has no
@@ -208,12 +231,14 @@ SHARED_FN ShadowRay viewLight(IN(SceneView) scene, PathSettings settings, IN(Reu
                      unpackNumbers(r.numbers), ray, v.vertex);
 }
 
-/// Adds an old sample that viewOldSample has found of use.
-SHARED_FN void addOldSample(INOUT(ReuseSums) sums, ReuseView view)
+/// Adds an old sample by which radiance L comes; returns what it brings (u F).
+SHARED_FN float addOldSample(INOUT(ReuseSums) sums, IN(ReuseView) view, vec3 L)
 {
-    sums.around += view.u * view.F;
-    sums.aroundSquares += view.u / view.p * view.F * view.F;
+    const vec3 F = view.response * L;
+    sums.around += view.u * F;
+    sums.aroundSquares += view.u / view.p * F * F;
     sums.weightSum += view.u * view.p;
+    return view.u * luminance(F);
 }
 
 /// Adds an old connection, of the vertex's share: `r.v` is changed to what it weighs now.
