@@ -63,10 +63,15 @@ bool firstVertex(uvec2 pixel, SampleStream stream, uvec4 here, out ReuseVertex v
 }
 
 /// Takes over the history of pixel `source`; false where there is none.
-bool lookBack(uint source, inout ReuseVertex v)
+bool lookBack(uint source, SampleStream stream, inout ReuseVertex v)
 {
-    if (source == kNone) return false;
+    if (source == kNone) {
+        v.rays = raysDue(push.settings, v.history, 0.0);
+        v.history.credit = firstCredit(stream);
+        return false;
+    }
     const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-    takeHistory(push.cameraBefore, pointOfTriangle(scene, before.slot, before.barycentrics), before.nominal, v);
+    takeHistory(push.settings, push.cameraBefore, pointOfTriangle(scene, before.slot, before.barycentrics),
+                unpackHistory(before.history), v);
     return true;
 }

@@ -45,7 +45,7 @@ FrameRange readFrames(const std::string& text)
 
 AovChoice readAovs(const std::string& text)
 {
-    const std::vector<std::string> known{"depth", "normal", "albedo", "ids"};
+    const std::vector<std::string> known{"depth", "normal", "albedo", "ids", "maps"};
     AovChoice choice;
     const std::vector<std::string> items = splitList(text);
     for (const std::string& item : items) {
@@ -57,10 +57,12 @@ AovChoice readAovs(const std::string& text)
             choice.albedo = true;
         else if (item == "ids")
             choice.ids = true;
+        else if (item == "maps")
+            choice.maps = true;
         else
-            throw CLI::ValidationError("--aov", "'" + item +
-                                                    "' is not one of depth, normal, albedo, ids" +
-                                                    suggestion(item, known));
+            throw CLI::ValidationError(
+                "--aov", "'" + item + "' is not one of depth, normal, albedo, ids, maps" +
+                             suggestion(item, known));
     }
     if (items.empty()) throw CLI::ValidationError("--aov", "the list is empty");
     return choice;
@@ -101,7 +103,7 @@ Subcommand renderCommandLine(CLI::App& root)
     addValue(app, picture, "--width", o->width,
              "width in pixels when --size is absent; the camera decides the height", {1, 65536});
     addRead(app, picture, "--aov", "LIST", o->aovs, readAovs,
-            "more layers of the EXR, from depth,normal,albedo,ids");
+            "more layers of the EXR, from depth,normal,albedo,ids and maps (the method's own)");
     addValue(app, picture, "--exposure", o->exposure, "stops that brighten a PNG", {-40, 40});
     addValue(app, picture, "--tone", o->tone, "tone curve of a PNG");
     addValue(app, stop, "--spp", o->spp,

@@ -40,7 +40,9 @@ struct FrameRange {
 
 struct AovChoice {
     bool depth = false, normal = false, albedo = false, ids = false;
-    bool any() const { return depth || normal || albedo || ids; }
+    bool maps = false;  // the method's own
+    bool firstHits() const { return depth || normal || albedo || ids; }
+    bool any() const { return firstHits() || maps; }
 };
 
 struct RenderOptions {

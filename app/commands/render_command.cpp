@@ -249,7 +249,7 @@ Ended Job::renderFrame(uint32_t index)
     if (outcome.samples > 0) {
         const core::Estimate estimate = renderer_->read(core::Reading::everything);
         core::Aovs aovs;
-        if (o_.aovs.any()) aovs = renderer_->aovs();
+        if (o_.aovs.firstHits()) aovs = renderer_->aovs();
         save(index, estimate, o_.aovs.any() ? &aovs : nullptr);
     }
     return outcome.ended;
@@ -260,7 +260,14 @@ void Job::save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs)
     report_.counters += estimate.counters;
     if (!o_.reference.empty()) report_.rmse = core::imageErrors(estimate.mean, reference_).rmse;
     const std::filesystem::path file = fileOf(index);
-    writePicture(file, estimate, aovs, o_, imageMetadata(report_));
+    std::vector<core::Layer> maps;
+    if (o_.aovs.maps) {
+        std::vector<core::Image> images = renderer_->maps();
+        const auto infos = core::methodNamed(o_.params.id()).maps;
+        for (size_t i = 0; i < images.size(); ++i)
+            maps.push_back({std::string("map.") + infos[i].name, std::move(images[i])});
+    }
+    writePicture(file, estimate, aovs, std::move(maps), o_, imageMetadata(report_));
     const FrameReport& frame = report_.frames.back();
     const std::string text = file.string() + ": " + std::to_string(report_.size.x) + 'x' +
                              std::to_string(report_.size.y) + ", " + std::to_string(frame.spp) +

@@ -14,7 +14,8 @@ namespace app {
 static constexpr double kBytesPerPixel = 48 + 24 + 24 + 48;
 
 void writePicture(const std::filesystem::path& file, const core::Estimate& estimate,
-                  core::Aovs* aovs, const RenderOptions& options, const core::Metadata& metadata)
+                  core::Aovs* aovs, std::vector<core::Layer> maps,
+                  const RenderOptions& options, const core::Metadata& metadata)
 {
     if (!hasExtension(file, ".exr")) {
         core::writePng(file, estimate.mean, static_cast<float>(options.exposure),
@@ -31,6 +32,7 @@ void writePicture(const std::filesystem::path& file, const core::Estimate& estim
         if (options.aovs.albedo) exr.layers.push_back({"albedo", std::move(aovs->albedo)});
         if (options.aovs.ids) exr.layers.push_back({"ids", std::move(aovs->ids)});
     }
+    for (core::Layer& map : maps) exr.layers.push_back(std::move(map));
     core::writeExr(file, exr);
 }
 

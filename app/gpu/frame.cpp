@@ -30,6 +30,7 @@ void Frame::drainCounters(FrameCounts& counts)
     counts.reuse.scatters += found.scatters;
     counts.reuse.withHistory += found.withHistory;
     counts.reuse.weights += found.weightSum / double(shared::kCountedUnit);
+    counts.reuse.paths += found.newPaths;
     counts.reuse.shares += found.shareSum / double(shared::kCountedUnit);
 }
 

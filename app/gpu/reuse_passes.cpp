@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
+#include "core/methods/reuse_maps.h"
 #include "spirv/reuse_hits.h"
 #include "spirv/reuse_new.h"
 #include "spirv/reuse_old.h"
@@ -37,9 +39,11 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
     const uint64_t pixels = uint64_t(size.x) * size.y;
     shared::ReuseSettings wanted = settings;
     const uint64_t fits = context_.device.limits().maxStorageBufferRange / (pixels * kWord);
-    wanted.records = static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, settings.records));
-    wanted.lights = static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, settings.lights));
-    if (wanted.records != settings_.records || wanted.lights != settings_.lights) {
+    wanted.counts = shared::packCounts(
+        static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, recordsOf(settings))),
+        static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, lightsOf(settings))),
+        candidatesOf(settings));
+    if (wanted.counts != settings_.counts) {
         forget();
         stores_ = {};
     }
@@ -47,7 +51,7 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
     size_ = size;
     makeStore(side_);
     if (stores_[1 - side_].size.x == 0) makeStore(1 - side_);
-    makeScratch(tiles);
+    makeScratch(tiles, static_cast<uint32_t>(std::ceil(std::max(settings.rays, 1.0f))));
 }
 
 /// Makes a store one of the present size; larger than needed is good enough.
@@ -67,9 +71,9 @@ void ReusePasses::makeStore(uint32_t side)
     constexpr VkFormat kWords = VK_FORMAT_R32G32B32A32_UINT;
     store.means = {};  // first and last: its size tells whether all could be had
     make(store.pixels, 1, kWords);
-    make(store.places, settings_.records, kWords);
-    make(store.arriving, settings_.records, kWords);
-    make(store.lights, settings_.lights, kWords);
+    make(store.places, recordsOf(settings_), kWords);
+    make(store.arriving, recordsOf(settings_), kWords);
+    make(store.lights, lightsOf(settings_), kWords);
     make(store.means, 1, VK_FORMAT_R32G32B32A32_SFLOAT);
     store.size = size_;
     bindStore(side);
@@ -95,33 +99,52 @@ void ReusePasses::bindStore(uint32_t side)
     reads.bind(shared::kBindMeansBefore, store.means);
 }
 
-void ReusePasses::makeScratch(uint32_t tiles)
+void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays)
 {
     const uint32_t lanes =
         std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, kMaxLanes));
-    if (lanes_ >= lanes) return;
+    if (lanes_ >= lanes && mostRays_ >= rays) return;
     lanes_ = 0;
-    newSamples_ = {};
-    newSamples_ =
-        Buffer(context_.device, "the new samples", uint64_t(lanes) * shared::kReuseNewWords * kWord,
-               VK_FORMAT_R32G32B32A32_UINT);
-    for (auto* sets : {&newSets_, &oldSets_})
-        for (DescriptorSet& set : *sets) set.bind(shared::kBindNewSamples, newSamples_);
+    const uint64_t paths = uint64_t(lanes) * rays;
+    const auto make = [&](Buffer& buffer, uint64_t bytes, VkFormat format) {
+        buffer = {};
+        buffer = Buffer(context_.device, "the new samples", bytes, format);
+    };
+    make(newSamples_, paths * shared::kReuseNewWords * kWord, VK_FORMAT_R32G32B32A32_UINT);
+    make(waiting_, paths * sizeof(uint32_t), VK_FORMAT_UNDEFINED);
+    make(waitingHead_, sizeof(shared::QueueHead), VK_FORMAT_UNDEFINED);
+    make(firstNew_, lanes * sizeof(uint32_t), VK_FORMAT_R32_UINT);
+    for (uint32_t side = 0; side < 2; ++side) {
+        for (DescriptorSet* set : {&newSets_[side], &oldSets_[side]})
+            set->bind(shared::kBindNewSamples, newSamples_);
+        for (DescriptorSet* set : {&hitsSets_[side], &newSets_[side]}) {
+            set->bind(shared::kBindWaiting, waiting_);
+            set->bind(shared::kBindWaitingHead, waitingHead_);
+        }
+        for (DescriptorSet* set : {&hitsSets_[side], &oldSets_[side]})
+            set->bind(shared::kBindFirstNew, firstNew_);
+    }
     lanes_ = lanes;
+    mostRays_ = rays;
 }
 
 void ReusePasses::record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
                          const ReuseConstants& constants, const shared::ReuseBatch& push,
                          uint32_t groups)
 {
-    const auto dispatch = [&](ReuseKernel& kernel, const std::array<DescriptorSet, 2>& sets) {
-        kernel.dispatch(commands, kernel.pipeline(constants),
-                        {&scene.set(), &frame.set(), &sets[side_]}, push, groups);
-        barrier(commands);
+    constexpr shared::QueueHead kNobody{0, 1, 1, 0};
+    vk.CmdUpdateBuffer(commands, waitingHead_.get(), 0, sizeof(kNobody), &kNobody);
+    barrier(commands);
+    const auto sets = [&](const std::array<DescriptorSet, 2>& own) {
+        return KernelSets{&scene.set(), &frame.set(), &own[side_]};
     };
-    dispatch(hits_, hitsSets_);
-    dispatch(new_, newSets_);
-    dispatch(old_, oldSets_);
+    hits_.dispatch(commands, hits_.pipeline(constants), sets(hitsSets_), push, groups);
+    barrier(commands);
+    new_.dispatchIndirect(commands, new_.pipeline(constants), sets(newSets_), push, waitingHead_,
+                          0);
+    barrier(commands);
+    old_.dispatch(commands, old_.pipeline(constants), sets(oldSets_), push, groups);
+    barrier(commands);
 }
 
 bool ReusePasses::compile(const GpuScene& scene, const Frame& frame,
@@ -133,7 +156,12 @@ bool ReusePasses::compile(const GpuScene& scene, const Frame& frame,
     shared::ReuseBatch nothing{};
     nothing.settings = settings_;
     context_.device.submit(
-        [&](VkCommandBuffer commands) { record(commands, scene, frame, constants, nothing, 1); },
+        [&](VkCommandBuffer commands) {
+            record(commands, scene, frame, constants, nothing, 1);
+            // No path waits, but the driver compiles what is dispatched.
+            new_.dispatch(commands, new_.pipeline(constants),
+                          {&scene.set(), &frame.set(), &newSets_[side_]}, nothing, 1);
+        },
         "the compilation of the kernels");
     return true;
 }
@@ -153,6 +181,21 @@ double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseCo
         "sample reuse, tiles " + std::to_string(batch.firstTile) + " to " +
             std::to_string(batch.firstTile + batch.tileCount - 1) + " of " +
             std::to_string(frame.tileCount()));
+}
+
+std::vector<core::Image> ReusePasses::maps(glm::uvec2 size) const
+{
+    const Store& store = stores_[1 - side_];
+    const size_t count = size_t(size.x) * size.y;
+    std::vector<glm::uvec4> pixels(count);
+    std::vector<glm::vec4> maps(count);
+    store.pixels.read(std::as_writable_bytes(std::span(pixels)));
+    store.means.read(std::as_writable_bytes(std::span(maps)));
+    return core::makeReuseMaps(
+        size, [&](size_t i) { return shared::unpackReusePixel(pixels[i]); },
+        [&](size_t i, float nominal) {
+            return shared::unpackReuseMap(maps[i], nominal, settings_.strategy);
+        });
 }
 
 void ReusePasses::commit(const shared::CameraData& camera)

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "app/gpu/base/batch_pace.h"
 #include "app/gpu/context.h"
 #include "app/gpu/tiled_film.h"
+#include "core/image/image.h"
 
 namespace gpu {
 
@@ -47,6 +49,9 @@ public:
     /// The pass is whole: its store is the one to read from now on.
     void commit(const shared::CameraData& camera);
 
+    /// Maps of the last whole pass, as core::reuseMaps() lists them; `size` is that of its picture.
+    std::vector<core::Image> maps(glm::uvec2 size) const;
+
     /// Lanes of the largest batch.
     uint32_t mostLanes() const { return lanes_; }
 
@@ -60,7 +65,7 @@ private:
 
     void makeStore(uint32_t side);
     void bindStore(uint32_t side);
-    void makeScratch(uint32_t tiles);
+    void makeScratch(uint32_t tiles, uint32_t rays);
     void record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
                 const ReuseConstants& constants, const shared::ReuseBatch& push, uint32_t groups);
 
@@ -69,12 +74,12 @@ private:
     // By which store is written.
     std::array<DescriptorSet, 2> hitsSets_, newSets_, oldSets_;
     std::array<Store, 2> stores_;
-    Buffer newSamples_;
+    Buffer newSamples_, waiting_, waitingHead_, firstNew_;
     shared::ReuseSettings settings_{};
-    shared::CameraData camera_{};  // of what is kept; all zero: nothing is
-    glm::uvec2 size_{0};           // of the present picture
-    uint32_t lanes_ = 0;
-    uint32_t side_ = 0;  // of the store that is written
+    shared::CameraData camera_{};        // of what is kept; all zero: nothing is
+    glm::uvec2 size_{0};                 // of the present picture
+    uint32_t lanes_ = 0, mostRays_ = 0;  // that the scratch is for: paths per lane
+    uint32_t side_ = 0;                  // of the store that is written
 };
 
 }  // namespace gpu

@@ -49,6 +49,20 @@ void show(const ActionContext& c, Show what)
     now = now == what && what != Show::color ? Show::color : what;  // the same key goes back
 }
 
+/// The method's maps one after the other, then the picture again.
+void nextMap(const ActionContext& c)
+{
+    ViewParams& view = c.session.settings.view;
+    const size_t count = core::methodNamed(c.session.render.method.id()).maps.size();
+    if (view.show != Show::methodMap) {
+        view.show = Show::methodMap;
+        view.methodMap = 0;
+    } else if (++view.methodMap >= count) {
+        view.show = Show::color;
+        view.methodMap = 0;
+    }
+}
+
 template <Show what> void showAction(const ActionContext& c)
 {
     show(c, what);
@@ -244,6 +258,7 @@ std::span<const Action> actions()
                showAction<Show::difference>},
         Action{"show-error", "Shift+D", "", "show the error against the reference as a map",
                showAction<Show::error>},
+        Action{"next-map", "0", "", "show the method's own maps, one after the other", nextMap},
         Action{"brighter", "E", "", "exposure up by half a stop", [](C c) { exposure(c, 0.5f); }},
         Action{"darker", "Shift+E", "", "exposure down by half a stop",
                [](C c) { exposure(c, -0.5f); }},

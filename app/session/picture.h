@@ -74,7 +74,7 @@ struct RenderRequest {
     bool paused = false;
     double targetFrameSeconds = 1.0 / 30;  // while moving
     uint32_t movingDepth = 3;              // of paths while moving, at most
-    bool wantVariance = false, wantAovs = false;
+    bool wantVariance = false, wantAovs = false, wantMaps = false;
     std::shared_ptr<const Reference> reference;  // of the same view, or none
 
     friend bool operator==(const RenderRequest&, const RenderRequest&) = default;
@@ -94,8 +94,9 @@ struct ErrorPoint {
 struct Picture {
     uint64_t generation = 0;
     core::Image mean;  // RGB radiance; smaller than asked for while moving
-    std::shared_ptr<const core::Image> variance;  // of the mean, RGB; when wanted
-    std::shared_ptr<const core::Aovs> aovs;       // when wanted
+    std::shared_ptr<const core::Image> variance;           // of the mean, RGB; when wanted
+    std::shared_ptr<const core::Aovs> aovs;                // when wanted
+    std::shared_ptr<const std::vector<core::Image>> maps;  // the method's own, when wanted
     core::Camera camera;
     glm::uvec2 fullSize{0};
     RenderParams params;

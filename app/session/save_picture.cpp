@@ -1,8 +1,11 @@
 // A picture of the window as a file. See save_picture.h.
 #include "app/session/save_picture.h"
 
+#include <algorithm>
+
 #include "app/files/stats.h"
 #include "core/base/check.h"
+#include "core/methods/method.h"
 
 namespace app {
 
@@ -34,7 +37,7 @@ PictureFacts factsOf(const Picture& p, const core::World& world,
 }
 
 /// Adds a layer that there is and that fits: first hits may lag behind a resize.
-void addLayer(core::ImageFile& exr, const char* name, const core::Image& image)
+void addLayer(core::ImageFile& exr, const std::string& name, const core::Image& image)
 {
     const core::Image& mean = exr.layers.front().image;
     if (image.width == mean.width && image.height == mean.height && !image.pixels.empty())
@@ -68,6 +71,11 @@ void savePicture(const std::filesystem::path& file, const Picture& picture,
         addLayer(exr, "normal", picture.aovs->normal);
         addLayer(exr, "albedo", picture.aovs->albedo);
         addLayer(exr, "ids", picture.aovs->ids);
+    }
+    if (picture.maps) {
+        const auto infos = core::methodNamed(picture.params.method.id()).maps;
+        for (size_t i = 0; i < std::min(picture.maps->size(), infos.size()); ++i)
+            addLayer(exr, std::string("map.") + infos[i].name, (*picture.maps)[i]);
     }
     core::writeExr(file, exr);
 }

@@ -374,6 +374,7 @@ void Session::order(glm::uvec2 pictureArea)
     wanted.movingDepth = settings.view.movingDepth;
     wanted.wantVariance = settings.view.show == Show::deviation || pendingSave_.has_value();
     wanted.wantAovs = settings.view.show >= Show::depth && settings.view.show <= Show::emitter;
+    wanted.wantMaps = settings.view.show == Show::methodMap;
     if (referenceFits(wanted)) wanted.reference = reference_;
     if (generation_ != 0 && wanted == ordered_) return;
     ordered_ = wanted;

@@ -23,7 +23,8 @@ enum class Show : uint32_t {
     samples,
     deviation,
     difference,
-    error
+    error,
+    methodMap
 };
 
 enum class ColourMap : uint32_t { viridis, magma, grey };
@@ -36,9 +37,9 @@ enum class ErrorKind : uint32_t { absolute, relative, squared };
 
 namespace core {
 template <> struct EnumNames<app::Show> {
-    static constexpr std::array<std::string_view, 11> names{
+    static constexpr std::array<std::string_view, 12> names{
         "color",   "depth",   "normal",    "albedo",     "triangle", "material",
-        "emitter", "samples", "deviation", "difference", "error"};
+        "emitter", "samples", "deviation", "difference", "error",    "method-map"};
 };
 template <> struct EnumNames<app::ColourMap> {
     static constexpr std::array<std::string_view, 3> names{"viridis", "magma", "grey"};
@@ -53,6 +54,7 @@ namespace app {
 /// How the picture is looked at: none of these restarts it, but for `pictureScale`.
 struct ViewParams {
     Show show = Show::color;
+    uint32_t methodMap = 0;
     float exposure = 0;
     Tone tone = Tone::agx;
     ColourMap map = ColourMap::viridis;
@@ -68,8 +70,9 @@ struct ViewParams {
     {
         using core::Field;
         v(Field{"show", "the picture, first hits, sample counts, standard deviation, or error "
-                        "against the reference"},
+                        "against the reference, or a map of the method's own"},
           p.show);
+        v(Field{"method-map", "which of the method's maps, from 0", {0, 63}}, p.methodMap);
         v(Field{"exposure", "brightness of the display in stops", {-20, 20}}, p.exposure);
         v(Field{"tone", "curve from radiance to the display; linear clips"}, p.tone);
         v(Field{"map", "colours of maps; all but grey rise evenly in lightness and suit "

@@ -110,6 +110,8 @@ DisplayInputs PictureView::inputs(const Session& session)
         showAov(inputs, view.show, *picture);
     else if (view.show == Show::samples || view.show == Show::deviation)
         showMap(inputs, session, *picture);
+    else if (view.show == Show::methodMap)
+        showMethodMap(inputs, session, *picture);
     else if (view.show != Show::color)
         showAgainst(inputs, session, *picture);
     return inputs;
@@ -186,6 +188,29 @@ void PictureView::showMap(DisplayInputs& inputs, const Session& session, const P
     s.low = scale_.low;
     s.high = scale_.high;
     s.logarithmic = scale_.logarithmic ? 1 : 0;
+}
+
+void PictureView::showMethodMap(DisplayInputs& inputs, const Session& session,
+                                const Picture& picture)
+{
+    const core::MethodInfo& method = core::methodNamed(picture.params.method.id());
+    if (method.maps.empty()) {
+        problem_ = "the method '" + std::string(method.id()) + "' has no maps of its own";
+        return;
+    }
+    const size_t index = std::min(size_t(session.settings.view.methodMap), method.maps.size() - 1);
+    if (!picture.maps || picture.maps->size() <= index) {
+        problem_ = "the map is on its way";
+        return;
+    }
+    const core::Image& map = (*picture.maps)[index];
+    inputs.a = part(picture.maps, map);
+    shared::DisplaySettings& s = inputs.settings;
+    s.show = shared::kShowScalar;
+    scale_ = {true,  0,     std::max(positiveRange(map).second, 1e-6f),
+              false, false, std::string(method.maps[index].name) + ": " + method.maps[index].help};
+    s.low = scale_.low;
+    s.high = scale_.high;
 }
 
 void PictureView::showAgainst(DisplayInputs& inputs, const Session& session, const Picture& picture)

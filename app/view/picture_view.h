@@ -28,6 +28,7 @@ private:
     using ImagePointer = std::shared_ptr<const core::Image>;
 
     void showMap(DisplayInputs& inputs, const Session& session, const Picture& picture);
+    void showMethodMap(DisplayInputs& inputs, const Session& session, const Picture& picture);
     void showAov(DisplayInputs& inputs, Show show, const Picture& picture);
     void showAgainst(DisplayInputs& inputs, const Session& session, const Picture& picture);
     void showCompare(DisplayInputs& inputs, const Session& session,

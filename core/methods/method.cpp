@@ -24,7 +24,8 @@ std::span<const MethodInfo> methods()
                    .traits = {.keepsOnMove = true},
                    .defaults = ReuseParams{},
                    .make = makeSampleReuse,
-                   .presets = reusePresets()},
+                   .presets = reusePresets(),
+                   .maps = reuseMaps()},
     };
     return kMethods;
 }

@@ -28,6 +28,12 @@ struct MethodPreset {
     const char* help;  // what it is good for, one line
 };
 
+/// A map that a method's renderers make (Renderer::maps).
+struct MapInfo {
+    const char* name;
+    const char* help;  // what it means, one line
+};
+
 struct MethodInfo {
     const char* help;
     Traits traits;
@@ -35,6 +41,7 @@ struct MethodInfo {
     std::unique_ptr<Renderer> (*make)();  // on the CPU; null: `whyNot` says why there is none
     const char* whyNot = nullptr;
     std::span<const MethodPreset> presets{};
+    std::span<const MapInfo> maps{};
 
     std::string_view id() const { return defaults.id(); }
 };
@@ -62,5 +69,6 @@ std::unique_ptr<Renderer> makeAmbientOcclusion();
 std::span<const MethodPreset> aoPresets();
 std::unique_ptr<Renderer> makeSampleReuse();
 std::span<const MethodPreset> reusePresets();
+std::span<const MapInfo> reuseMaps();
 
 }  // namespace core

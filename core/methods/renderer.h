@@ -98,6 +98,9 @@ public:
     virtual RenderProgress progress() const = 0;
     virtual Estimate read(Reading what) = 0;
     virtual Aovs aovs() = 0;
+    /// Pictures of numbers that only the method understands, as MethodInfo::maps lists them: one
+    /// channel, the size of the view. Empty while there is nothing to show.
+    virtual std::vector<Image> maps() { return {}; }
     virtual RenderStats stats() const = 0;
 };
 

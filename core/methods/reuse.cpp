@@ -9,6 +9,7 @@
 #include "core/base/check.h"
 #include "core/methods/method.h"
 #include "core/methods/reuse_figures.h"
+#include "core/methods/reuse_maps.h"
 #include "core/methods/reuse_settings.h"
 #include "core/methods/tiled_renderer.h"
 #include "core/trace/scene_view.h"
@@ -54,7 +55,8 @@ struct Store {
     std::vector<shared::ReusePixel> pixels;
     std::vector<shared::ReuseSample> samples;  // `records` per pixel
     std::vector<shared::ReuseLight> lights;    // `lights` per pixel
-    std::vector<vec3> means;                   // of `naive`
+    std::vector<vec3> means;                   // of strategies that keep one
+    std::vector<shared::ReuseMapPixel> maps;
     shared::CameraData camera{};
     uvec2 size{0};  // 0: there is nothing
 
@@ -62,9 +64,10 @@ struct Store {
     {
         const size_t count = size_t(newSize.x) * newSize.y;
         pixels.resize(count);
-        samples.resize(count * params.records);
-        lights.resize(count * params.lights);
-        means.resize(params.reuse == ReuseStrategy::naive ? count : 0);
+        maps.resize(count);
+        samples.resize(count * recordsKept(params));
+        lights.resize(count * lightsKept(params));
+        means.resize(shared::keepsMeans(uint32_t(params.reuse)) ? count : 0);
         size = newSize;
     }
 };
@@ -138,8 +141,17 @@ public:
     {
         RenderStats stats = TiledRenderer::stats();
         const std::lock_guard lock(figuresMutex_);
-        stats.details = figures_.details(params_.reuse, params_.records);
+        const double pixels = double(film_.size().x) * film_.size().y * std::max(passes_, 1u);
+        stats.details = figures_.details(params_.reuse, recordsKept(params_), pixels);
         return stats;
+    }
+
+    std::vector<Image> maps() override
+    {
+        if (passes_ == 0) return {};
+        return makeReuseMaps(
+            before_.size, [this](size_t i) { return before_.pixels[i]; },
+            [this](size_t i, float) { return before_.maps[i]; });
     }
 
 private:
@@ -167,7 +179,7 @@ private:
         if (film_.progress().samples == had) return;
         std::swap(before_, now_);
         ++passes_;
-        ++samplesBefore_;
+        samplesBefore_ += samplesPerPass(params_);
     }
 
     void count(const ReuseFigures& figures)
@@ -177,6 +189,7 @@ private:
         figures_.withHistory += figures.withHistory;
         figures_.weights += figures.weights;
         figures_.shares += figures.shares;
+        figures_.paths += figures.paths;
     }
 
     void addPixel(uvec2 pixel, Film& film, TileTally& tally, ReuseFigures& figures)
@@ -184,20 +197,24 @@ private:
         const size_t i = size_t(pixel.y) * film.width + pixel.x;
         shared::ReuseTally rays{1, 0};
         const shared::ReuseSums sums = estimate(pixel, i, rays);
+        const float weight = sums.nominal + sums.rays;
+        now_.maps[i] = shared::reuseMap(sums, settings_.strategy);
         if (passes_ > 0) {
             film.add(i, shared::plainRadiance(sums), tally.counters);
-        } else if (params_.reuse == ReuseStrategy::naive) {
-            film.begin(i, now_.means[i], now_.means[i] * now_.means[i], sums.nominal + 1,
-                       tally.counters);
+        } else if (keepsMeans()) {
+            film.begin(i, now_.means[i], now_.means[i] * now_.means[i], weight, tally.counters);
         } else {
-            film.begin(i, shared::reusedRadiance(sums), shared::reusedSquares(sums),
-                       sums.nominal + 1, tally.counters);
+            film.begin(i, shared::reusedRadiance(sums), shared::reusedSquares(sums), weight,
+                       tally.counters);
         }
-        figures.scatters += now_.pixels[i].nominal > 0 ? 1 : 0;
+        const bool scatters = shared::unpackHistory(now_.pixels[i].history).nominal > 0;
+        const uint32_t paths = scatters ? sums.taken : 1;
+        figures.scatters += scatters ? 1 : 0;
         figures.withHistory += sums.nominal > 0 ? 1 : 0;
         figures.weights += double(sums.weightSum);
-        figures.shares += double(sums.nominal / (sums.nominal + 1));
-        ++tally.paths;
+        figures.shares += double(sums.nominal / weight);
+        figures.paths += paths;
+        tally.paths += paths;
         tally.rays += rays.closestRays + rays.shadowRays;
     }
 
@@ -233,62 +250,106 @@ private:
         here = shared::findFirstHit(scene_, ray, stream);
         shared::ReuseVertex v;
         if (!shared::beginReuse(scene_, path_, ray, here, v, sums.seen)) {
-            if (params_.reuse == ReuseStrategy::naive) now_.means[index] = sums.seen;
+            if (keepsMeans()) now_.means[index] = sums.seen;
             return sums;
         }
         vec3 position;
         const ptrdiff_t source = findHistory(v, position);
-        if (source >= 0)
-            shared::takeHistory(before_.camera, position, before_.pixels[size_t(source)].nominal,
+        if (source >= 0) {
+            const uint32_t history = before_.pixels[size_t(source)].history;
+            shared::takeHistory(settings_, before_.camera, position, shared::unpackHistory(history),
                                 v);
-        sums.nominal = v.nominal;
-        here.nominal = std::min(v.nominal + 1, params_.cap);
-        const shared::ReuseNew fresh = shared::takeNew(scene_, path_, settings_, v, stream, tally);
-        if (params_.reuse == ReuseStrategy::naive) {
-            shared::addReuseNew(sums, fresh);
-            const vec3 plain = shared::plainRadiance(sums);
-            now_.means[index] = plain;
-            if (source >= 0) now_.means[index] += v.c * (before_.means[size_t(source)] - plain);
         } else {
-            reuse(v, stream, source, index, fresh, sums);
+            v.rays = shared::raysDue(settings_, v.history, 0);
+            v.history.credit = shared::firstCredit(stream);
         }
+        sums.nominal = v.history.nominal;
+        sums.rays = v.rays;
+        std::array<shared::ReuseNew, shared::kReuseMostRays> fresh;
+        const uint32_t taken = shared::raysTaken(v.history, v.rays);
+        for (uint32_t k = 0; k < taken; ++k)
+            fresh[k] = shared::takeNew(scene_, path_, settings_, v,
+                                       shared::pathStream(stream, v.rays, k), tally);
+        here.history = shared::packHistory(shared::grownHistory(
+            settings_, v.history, v.rays, taken, shared::narrowestLobe(v.vertex.bsdf)));
+        combine(v, stream, source, index, std::span(fresh).first(taken), sums);
         return sums;
     }
 
-    /// Old samples of the pixel `source` (-1: none), and what is kept of them and the new one.
-    void reuse(const shared::ReuseVertex& v, const shared::SampleStream& stream, ptrdiff_t source,
-               size_t index, const shared::ReuseNew& fresh, shared::ReuseSums& sums)
+    /// Old samples of the pixel `source` (-1: none), and what is kept of them and the new ones.
+    void combine(const shared::ReuseVertex& v, const shared::SampleStream& stream, ptrdiff_t source,
+                 size_t index, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums)
     {
         Competition<shared::ReuseSample> samples;
         Competition<shared::ReuseLight> lights;
-        for (uint32_t i = 0; source >= 0 && i < params_.records; ++i) {
-            shared::ReuseSample r = before_.samples[size_t(source) * params_.records + i];
+        const bool looks = source >= 0 && !keepsMeans();
+        if (looks) lookAtOld(v, stream, size_t(source), samples, lights, sums);
+        for (const shared::ReuseNew& n : fresh) {
+            shared::addReuseNew(sums, n);
+            if (n.record.u > 0)
+                samples.add(n.record, {n.scale, n.scale * shared::luminance(n.around)});
+            if (n.light.v > 0)
+                lights.add(n.light, {n.light.v, n.light.v * shared::luminance(n.direct)});
+        }
+        if (keepsMeans()) {
+            vec3 before = source >= 0 ? before_.means[size_t(source)] : vec3(0);
+            if (params_.reuse == ReuseStrategy::svgf && source >= 0)
+                before = meanOfTaps(v.vertex.surface, before);
+            now_.means[index] = shared::naiveMean(sums, before);
+            return;
+        }
+        samples.keep({&now_.samples[index * recordsKept(params_)], recordsKept(params_)},
+                     &shared::ReuseSample::u, settings_, sums.around, keepNumber(stream, 0));
+        lights.keep({&now_.lights[index * lightsKept(params_)], lightsKept(params_)},
+                    &shared::ReuseLight::v, settings_, sums.direct, keepNumber(stream, 1));
+    }
+
+    void lookAtOld(const shared::ReuseVertex& v, const shared::SampleStream& stream, size_t source,
+                   Competition<shared::ReuseSample>& samples,
+                   Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums) const
+    {
+        for (uint32_t i = 0; i < recordsKept(params_); ++i) {
+            shared::ReuseSample r = before_.samples[source * recordsKept(params_) + i];
             shared::ReuseView view;
             if (!shared::aimOldSample(scene_, settings_, v, r, view)) continue;
-            const vec3 L = r.radiance == shared::kReuseEvaluated
-                               ? shared::evaluateArriving(scene_, path_, v.vertex.surface.position,
-                                                          r, view)
-                               : shared::unpackRgbe(r.radiance);
+            if (!shared::survivesRejection(shared::rejectionNumber(stream, i), view)) continue;
+            const vec3 position = v.vertex.surface.position;
+            vec3 L = shared::unpackRgbe(r.radiance);
+            if (r.radiance == shared::kReuseEvaluated)
+                L = shared::evaluateArriving(scene_, path_, position, r, view);
             const float brings = shared::addOldSample(sums, view, L);
             r.u = view.u * view.perPlace;
             samples.add(r, {view.u * view.p, brings});
         }
-        for (uint32_t i = 0; source >= 0 && i < params_.lights; ++i) {
-            shared::ReuseLight r = before_.lights[size_t(source) * params_.lights + i];
+        for (uint32_t i = 0; i < lightsKept(params_); ++i) {
+            shared::ReuseLight r = before_.lights[source * lightsKept(params_) + i];
             if (!(r.v > 0)) continue;
             const float brings = shared::addOldLight(scene_, path_, v, r, sums);
             lights.add(r, {r.v, brings});
         }
-        shared::addReuseNew(sums, fresh);
-        if (fresh.record.u > 0)
-            samples.add(fresh.record, {fresh.scale, fresh.scale * shared::luminance(fresh.around)});
-        if (fresh.light.v > 0)
-            lights.add(fresh.light,
-                       {fresh.light.v, fresh.light.v * shared::luminance(fresh.direct)});
-        samples.keep({&now_.samples[index * params_.records], params_.records},
-                     &shared::ReuseSample::u, settings_, sums.around, keepNumber(stream, 0));
-        lights.keep({&now_.lights[index * params_.lights], params_.lights}, &shared::ReuseLight::v,
-                    settings_, sums.direct, keepNumber(stream, 1));
+    }
+
+    bool keepsMeans() const { return shared::keepsMeans(static_cast<uint32_t>(params_.reuse)); }
+
+    /// Mean of the four pixels around where the first hit was before, of those whose history fits;
+    /// `nearest` where none does.
+    vec3 meanOfTaps(const shared::SurfacePoint& s, vec3 nearest) const
+    {
+        vec2 film;
+        shared::projectToFilm(before_.camera, vec2(before_.size), s.position, film);
+        const float distance = glm::length(s.position - before_.camera.position);
+        glm::vec4 sum(0);
+        for (uint32_t k = 0; k < 4; ++k) {
+            glm::ivec2 at;
+            const float weight = shared::historyTap(film, k, at);
+            if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
+                continue;
+            const size_t source = size_t(at.y) * before_.size.x + size_t(at.x);
+            vec3 position;
+            if (shared::historyFits(scene_, before_.pixels[source], s, distance, position))
+                sum += weight * glm::vec4(before_.means[source], 1);
+        }
+        return sum.w > 0.01f ? vec3(sum) / sum.w : nearest;
     }
 
     static float keepNumber(const shared::SampleStream& stream, uint32_t dimension)
@@ -314,6 +375,19 @@ private:
 std::unique_ptr<Renderer> makeSampleReuse()
 {
     return std::make_unique<SampleReuse>();
+}
+
+std::span<const MapInfo> reuseMaps()
+{
+    static constexpr std::array kMaps{
+        MapInfo{"history", "samples that the history of a pixel stands for (N)"},
+        MapInfo{"alpha", "share of the picture that old samples answer for"},
+        MapInfo{"c", "N / (N + n): the share where the surface's lobe has not turned"},
+        MapInfo{"residual", "share that is left to new paths: 1 - alpha"},
+        MapInfo{"ess", "equal samples that would be as good as the weights are (ESS)"},
+        MapInfo{"rays", "new paths of the last pass"},
+    };
+    return kMaps;
 }
 
 std::span<const MethodPreset> reusePresets()

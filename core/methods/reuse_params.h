@@ -7,10 +7,20 @@
 namespace core {
 
 /// What is done with old samples; the order is that of shared/reuse_records.h.
-enum class ReuseStrategy : uint32_t { discard, naive, reweighting, mis, ra };
+enum class ReuseStrategy : uint32_t {
+    discard,
+    naive,
+    reweighting,
+    mis,
+    ra,
+    rejectionAugmentation,
+    restirGi,
+    svgf
+};
 template <> struct EnumNames<ReuseStrategy> {
-    static constexpr std::array<std::string_view, 5> names{"discard", "naive", "reweighting", "mis",
-                                                           "ra"};
+    static constexpr std::array<std::string_view, 8> names{
+        "discard",   "naive", "reweighting", "mis", "ra", "rejection-augmentation",
+        "restir-gi", "svgf"};
 };
 
 /// Where in its pixel a first hit lies: at the centre while the camera moves and anywhere once it
@@ -27,6 +37,7 @@ struct ReuseParams {
     uint32_t records = 8;
     uint32_t lights = 4;
     uint32_t candidates = 8;
+    float rays = 1;
     float cap = 32;
     float protection = 1;
     PixelJitter jitter = PixelJitter::settled;
@@ -39,8 +50,10 @@ struct ReuseParams {
     {
         v(Field{"reuse",
                 "what old samples are good for: discard them, average them as they are (naive), "
-                "reweight them, weigh them by the balance heuristic (mis), or "
-                "Reweighting-Augmentation (ra)"},
+                "reweight them, weigh them by the balance heuristic (mis), "
+                "Reweighting-Augmentation (ra); for comparison rejection-augmentation, the "
+                "temporal "
+                "half of restir-gi, and the accumulation of svgf"},
           p.reuse);
         v(Field{"records", "samples of arriving light that a pixel keeps", {1, 16}}, p.records);
         v(Field{"lights", "connections to lights that a pixel keeps", {1, 16}}, p.lights);
@@ -48,6 +61,12 @@ struct ReuseParams {
                 "directions among which a new one is chosen where the surface's lobe has moved",
                 {1, 32}},
           p.candidates);
+        v(Field{"rays",
+                "new paths per pixel and view of a camera that moves: below one, pixels with a "
+                "good "
+                "history take turns",
+                {0.1f, 4, true}},
+          p.rays);
         v(Field{"history", "old samples that what is kept may stand for", {1, 1024, true}}, p.cap);
         v(Field{"protection",
                 "how much bright samples are preferred when the store is cut down",

@@ -1,20 +1,39 @@
 // Parameters of sample reuse as the shared text takes them.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/methods/reuse_params.h"
 #include "shared/reuse_records.h"
 
 namespace core {
+
+/// Samples of directions that a pixel keeps; a reservoir has one.
+inline uint32_t recordsKept(const ReuseParams& params)
+{
+    return params.reuse == ReuseStrategy::restirGi ? 1 : params.records;
+}
+
+/// The same of connections to emitters.
+inline uint32_t lightsKept(const ReuseParams& params)
+{
+    return params.reuse == ReuseStrategy::restirGi ? 1 : params.lights;
+}
 
 /// Everything but the flags of a pass and the size of the picture before.
 inline shared::ReuseSettings reuseSettings(const ReuseParams& params)
 {
     shared::ReuseSettings s{};
     s.strategy = static_cast<uint32_t>(params.reuse);
-    s.candidates = params.candidates;
-    s.records = params.records;
-    s.lights = params.lights;
-    s.cap = params.cap;
+    // As their authors have it: one sample that stands for at most twenty; a fifth of what is new.
+    const bool reservoir = params.reuse == ReuseStrategy::restirGi;
+    const float most = reservoir                             ? 20.0f
+                       : params.reuse == ReuseStrategy::svgf ? 4 * std::max(params.rays, 1.0f)
+                                                             : 1023.0f;  // packHistory's limit
+    s.counts = shared::packCounts(recordsKept(params), lightsKept(params), params.candidates);
+    s.rays = params.rays;
+    s.cap = std::min(params.cap, most);
     s.protection = params.protection;
     return s;
 }
@@ -25,6 +44,12 @@ inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass)
     const bool jitters =
         params.jitter == PixelJitter::always || (params.jitter == PixelJitter::settled && pass > 0);
     return (jitters ? shared::kReuseJitters : 0) | (pass > 0 ? shared::kReuseFollows : 0);
+}
+
+/// Indices of samples that a pass uses up.
+inline uint32_t samplesPerPass(const ReuseParams& params)
+{
+    return static_cast<uint32_t>(std::ceil(std::max(params.rays, 1.0f)));
 }
 
 /// What paths need to know; the strategy of the surface model is always MIS.

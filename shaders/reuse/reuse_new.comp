@@ -1,5 +1,5 @@
-// One new path per pixel, whose first direction is resampled where old samples leave the most to it, and one new
-// connection to an emitter.
+// New paths of the pixels that wait for one: the first direction is resampled where old samples leave the most to it;
+// with each a new connection to an emitter. A lane is a path.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -15,20 +15,32 @@ layout(set = kSetKernel, binding = kBindNewSamples, scalar) writeonly buffer New
     uvec4 newSamples[];
 };
 
+layout(set = kSetKernel, binding = kBindWaiting, scalar) readonly buffer WaitingBlock
+{
+    uint waiting[];
+};
+
+layout(set = kSetKernel, binding = kBindWaitingHead, scalar) readonly buffer WaitingHeadBlock
+{
+    QueueHead waitingHead;
+};
+
 void main()
 {
-    uint lane;
-    uvec2 pixel;
+    const uint lane = gl_GlobalInvocationID.x;
     ReuseTally tally = ReuseTally(0u, 0u);
-    if (lanesPixel(lane, pixel)) {
+    if (lane < waitingHead.count) {
+        const uint index = waiting[lane] & 0x3fffffffu;
+        const uvec2 pixel = uvec2(index % frame.settings.imageWidth, index / frame.settings.imageWidth);
         ReuseNew found = noReuseNew();
         ReuseVertex v;
         vec3 seen = vec3(0.0);
         const SampleStream stream = pixelStream(pixel);
-        const uvec4 here = pixelsNow[pixelIndex(pixel)];
+        const uvec4 here = pixelsNow[index];
         if (firstVertex(pixel, stream, here, v, seen)) {
-            lookBack(here.w, v);
-            found = takeNew(scene, frame.settings, push.settings, v, stream, tally);
+            lookBack(here.w, stream, v);
+            found = takeNew(scene, frame.settings, push.settings, v, pathStream(stream, v.rays, waiting[lane] >> 30u),
+                            tally);
         }
         const uint to = kReuseNewWords * lane;
         newSamples[to] = packReusePlace(found.record);

@@ -18,6 +18,7 @@ layout(set = kSetKernel, binding = kBindArrivingBefore) uniform usamplerBuffer a
 layout(set = kSetKernel, binding = kBindLightsBefore) uniform usamplerBuffer lightsBefore;
 layout(set = kSetKernel, binding = kBindMeansBefore) uniform samplerBuffer meansBefore;
 layout(set = kSetKernel, binding = kBindNewSamples) uniform usamplerBuffer newSamples;
+layout(set = kSetKernel, binding = kBindFirstNew) uniform usamplerBuffer firstNew;
 
 layout(set = kSetKernel, binding = kBindPlacesNow, scalar) writeonly buffer PlacesNowBlock
 {
@@ -44,20 +45,26 @@ uvec2 sizeNow()
     return uvec2(frame.settings.imageWidth, frame.settings.imageHeight);
 }
 
-uvec4 newWord(uint lane, uint i)
+/// The new paths of a pixel.
+struct NewPaths {
+    uint first;
+    uint count;
+};
+
+uvec4 newWord(uint which, uint i)
 {
-    return texelFetch(newSamples, int(kReuseNewWords * lane + i));
+    return texelFetch(newSamples, int(kReuseNewWords * which + i));
 }
 
-ReuseNew loadNew(uint lane)
+ReuseNew loadNew(uint which)
 {
-    ReuseNew found;
-    found.record = unpackReuseSample(newWord(lane, 0u), newWord(lane, 1u));
-    const uvec4 light = newWord(lane, 2u);
+    ReuseNew found = noReuseNew();
+    found.record = unpackReuseSample(newWord(which, 0u), uvec4(0u));
+    const uvec4 light = newWord(which, 2u);
     found.light = unpackLightRecord(light);
     found.scale = uintBitsToFloat(light.w);
-    found.around = uintBitsToFloat(newWord(lane, 3u).xyz);
-    found.direct = uintBitsToFloat(newWord(lane, 4u).xyz);
+    found.around = uintBitsToFloat(newWord(which, 3u).xyz);
+    found.direct = uintBitsToFloat(newWord(which, 4u).xyz);
     return found;
 }
 
@@ -70,9 +77,9 @@ ReuseSample oldSample(uint source, uint i)
 /// Old samples of directions and the new one: adds them up and keeps some. What arrives is evaluated in a loop of its
 /// own, over those that need it: on software devices a branch costs the same whether it is taken or not, and a loop as
 /// much as the lane that needs it most often.
-void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fresh, float xi, inout ReuseSums sums)
+void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums)
 {
-    const uint most = push.settings.records;
+    const uint most = recordsOf(push.settings);
     float weights[kReuseMostScores];  // v
     float brings[kReuseMostScores];
     float places[kReuseMostScores];  // u as it is stored
@@ -88,6 +95,7 @@ void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew f
         const ReuseSample r = oldSample(source, i);
         ReuseView view;
         if (!aimOldSample(scene, push.settings, v, r, view)) continue;
+        if (push.settings.strategy == kReuseRejection && !survivesRejection(rejectionNumber(stream, i), view)) continue;
         weights[i] = view.u * view.p;
         places[i] = view.u * view.perPlace;
         responses[i] = view.response;
@@ -117,33 +125,37 @@ void reuseSamples(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew f
         view.p = weights[i] / view.u;
         brings[i] = addOldSample(sums, view, evaluateArriving(scene, frame.settings, position, r, view));
     }
-    const vec3 mean = sums.around + fresh.scale * fresh.around;
-    places[most] = fresh.record.u;
-    weights[most] = fresh.record.u > 0.0 ? fresh.scale : 0.0;
-    brings[most] = fresh.record.u > 0.0 ? fresh.scale * luminance(fresh.around) : 0.0;
-    for (uint i = 0u; i <= most; ++i) weights[i] = reuseScore(push.settings, weights[i], brings[i], mean);
-    const float kappa = reuseThreshold(weights, most + 1u, most);
+    vec3 mean = sums.around;
+    for (uint k = 0u; k < fresh.count; ++k) {
+        const ReuseNew found = loadNew(fresh.first + k);
+        mean += found.scale * found.around;
+        places[most + k] = found.record.u;
+        weights[most + k] = found.record.u > 0.0 ? found.scale : 0.0;
+        brings[most + k] = found.record.u > 0.0 ? found.scale * luminance(found.around) : 0.0;
+    }
+    const uint all = most + fresh.count;
+    for (uint i = 0u; i < all; ++i) weights[i] = reuseScore(push.settings, weights[i], brings[i], mean);
+    const float kappa = reuseThreshold(weights, all, most);
     float sum = 0.0;
     uint kept = 0u;
-    for (uint i = 0u; i <= most && kept < most; ++i) {
+    for (uint i = 0u; i < all && kept < most; ++i) {
         if (!usableDensity(weights[i])) continue;
         if (kappa > 0.0 && !reuseKeep(sum, weights[i], kappa, xi)) continue;
         const int at = int(recordIndex(sizeBefore(), source, min(i, most - 1u)));
-        uvec4 place = texelFetch(placesBefore, at);
-        if (i == most) place = packReusePlace(fresh.record);
+        const uint which = fresh.first + i - most;
+        uvec4 place = i < most ? texelFetch(placesBefore, at) : newWord(which, 0u);
         place.z = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
-        if (place.w == kReuseEvaluated)
-            arrivingNow[to] = i == most ? packReuseArriving(fresh.record) : texelFetch(arrivingBefore, at);
+        if (place.w == kReuseEvaluated) arrivingNow[to] = i < most ? texelFetch(arrivingBefore, at) : newWord(which, 1u);
     }
     for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
 }
 
 /// The same of connections to emitters.
-void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fresh, float xi, inout ReuseSums sums)
+void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums)
 {
-    const uint most = push.settings.lights;
+    const uint most = lightsOf(push.settings);
     float scores[kReuseMostScores];
     float brings[kReuseMostScores];
     float weights[kReuseMostScores];
@@ -156,20 +168,25 @@ void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, ReuseNew fr
         brings[i] = addOldLight(scene, frame.settings, v, r, sums);
         weights[i] = r.v;
     }
-    const vec3 mean = sums.direct + fresh.light.v * fresh.direct;
-    weights[most] = fresh.light.v;
-    brings[most] = fresh.light.v * luminance(fresh.direct);
-    for (uint i = 0u; i <= most; ++i) scores[i] = reuseScore(push.settings, weights[i], brings[i], mean);
-    const float kappa = reuseThreshold(scores, most + 1u, most);
+    vec3 mean = sums.direct;
+    for (uint k = 0u; k < fresh.count; ++k) {
+        const ReuseNew found = loadNew(fresh.first + k);
+        mean += found.light.v * found.direct;
+        weights[most + k] = found.light.v;
+        brings[most + k] = found.light.v * luminance(found.direct);
+    }
+    const uint all = most + fresh.count;
+    for (uint i = 0u; i < all; ++i) scores[i] = reuseScore(push.settings, weights[i], brings[i], mean);
+    const float kappa = reuseThreshold(scores, all, most);
     float sum = 0.0;
     uint kept = 0u;
-    for (uint i = 0u; i <= most && kept < most; ++i) {
+    for (uint i = 0u; i < all && kept < most; ++i) {
         if (!usableDensity(scores[i])) continue;
         if (kappa > 0.0 && !reuseKeep(sum, scores[i], kappa, xi)) continue;
-        ReuseLight light = fresh.light;
-        if (i < most) light = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
-        light.v = weights[i] * (kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0);
-        lightsNow[recordIndex(sizeNow(), pixel, kept++)] = packLightRecord(light);
+        const uvec4 old = texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, min(i, most - 1u))));
+        uvec4 light = i < most ? old : newWord(fresh.first + i - most, 2u);
+        light.z = floatBitsToUint(weights[i] * (kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0));
+        lightsNow[recordIndex(sizeNow(), pixel, kept++)] = light;
     }
     for (; kept < most; ++kept) lightsNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(0u);
 }
@@ -187,10 +204,32 @@ void addToFilm(uint pixel, bool begins, vec3 L, vec3 squares, float weight)
     storeFilm(pixel, p);
 }
 
+/// Mean of the four pixels around where the first hit was before, of those whose history fits; `nearest` where none
+/// does.
+vec3 meanOfTaps(SurfacePoint s, vec3 nearest)
+{
+    const ivec2 size = ivec2(sizeBefore());
+    vec2 film;
+    projectToFilm(push.cameraBefore, vec2(size), s.position, film);
+    const float away = length(s.position - push.cameraBefore.position);
+    vec4 sum = vec4(0.0);
+    for (uint k = 0u; k < 4u; ++k) {
+        ivec2 at;
+        const float weight = historyTap(film, k, at);
+        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
+        const uint source = uint(at.y * size.x + at.x);
+        vec3 position;
+        const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
+        if (historyFits(scene, before, s, away, position))
+            sum += weight * vec4(texelFetch(meansBefore, int(source)).xyz, 1.0);
+    }
+    return sum.w > 0.01 ? sum.xyz / sum.w : nearest;
+}
+
 /// What is told of the picture.
 void count(ReuseSums sums, bool scatters, bool looks)
 {
-    const float c = sums.nominal / (sums.nominal + 1.0);
+    const float c = sums.nominal / (sums.nominal + sums.rays);
     const uint all = subgroupAdd(scatters ? 1u : 0u);
     const uint withHistory = subgroupAdd(looks ? 1u : 0u);
     const uint weights = subgroupAdd(uint(min(sums.weightSum, 64.0) * kCountedUnit + 0.5));
@@ -215,30 +254,38 @@ void main()
     ReuseSums sums = noReuseSums();
     ReuseVertex v;
     const bool scatters = firstVertex(pixel, stream, here, v, sums.seen);
-    const bool looks = scatters && lookBack(here.w, v);
-    if (looks) sums.nominal = v.nominal;
-    ReuseNew fresh = noReuseNew();
-    if (scatters) fresh = loadNew(lane);
-    if (strategy != kReuseNaive && strategy != kReuseDiscard) {
-        reuseSamples(v, looks, here.w, i, fresh, streamFloat(keeping, 0u), sums);
+    const bool looks = scatters && lookBack(here.w, stream, v);
+    NewPaths fresh = NewPaths(0u, 0u);
+    if (scatters) {
+        sums.nominal = v.history.nominal;
+        sums.rays = v.rays;
+        fresh = NewPaths(texelFetch(firstNew, int(lane)).x, raysTaken(v.history, v.rays));
+    }
+    if (!keepsMeans(strategy) && strategy != kReuseDiscard) {
+        reuseSamples(v, stream, looks, here.w, i, fresh, streamFloat(keeping, 0u), sums);
         reuseLights(v, looks, here.w, i, fresh, streamFloat(keeping, 1u), sums);
     }
-    addReuseNew(sums, fresh);
+    for (uint k = 0u; k < fresh.count; ++k) addReuseNew(sums, loadNew(fresh.first + k));
     vec3 L = reusedRadiance(sums);
     vec3 squares = reusedSquares(sums);
     const vec3 plain = plainRadiance(sums);
-    if (strategy == kReuseNaive) {
-        L = plain;
-        if (looks) L += v.c * (texelFetch(meansBefore, int(here.w)).xyz - plain);
-        meansNow[i] = vec4(L, 0.0);
+    if (keepsMeans(strategy)) {
+        vec3 before = looks ? texelFetch(meansBefore, int(here.w)).xyz : vec3(0.0);
+        if (strategy == kReuseSvgf && looks) before = meanOfTaps(v.vertex.surface, before);
+        L = naiveMean(sums, before);
         squares = L * L;
     }
+    meansNow[i] = packReuseMap(L, reuseMap(sums, strategy), strategy);
     const bool begins = (push.settings.flags & kReuseFollows) == 0u;
     if (begins) {
-        addToFilm(i, true, L, squares, sums.nominal + 1.0);
+        addToFilm(i, true, L, squares, sums.nominal + sums.rays);
     } else {
         addToFilm(i, false, plain, plain * plain, 1.0);
     }
     count(sums, scatters, looks);
-    pixelsNow[i].w = floatBitsToUint(scatters ? min(sums.nominal + 1.0, push.settings.cap) : 0.0);
+    ReuseHistory history = noHistory();
+    if (scatters) {
+        history = grownHistory(push.settings, v.history, v.rays, fresh.count, narrowestLobe(v.vertex.bsdf));
+    }
+    pixelsNow[i].w = packHistory(history);
 }

@@ -65,7 +65,10 @@ SHARED_CONST uint kBindPlacesNow = 11u;
 SHARED_CONST uint kBindArrivingNow = 12u;
 SHARED_CONST uint kBindLightsNow = 13u;
 SHARED_CONST uint kBindMeansNow = 14u;
-SHARED_CONST uint kBindNewSamples = 15u;  // ReuseNew per lane, kReuseNewWords each
+SHARED_CONST uint kBindNewSamples = 15u;  // ReuseNew per new path, kReuseNewWords each
+SHARED_CONST uint kBindWaiting = 16u;     // pixels that get a new path, with its number above
+SHARED_CONST uint kBindWaitingHead = 17u;  // QueueHead of these
+SHARED_CONST uint kBindFirstNew = 18u;     // per lane: which of them are the pixel's
 
 // Set 2 of bench_closest and bench_any.
 SHARED_CONST uint kBindRays = 0u;  // texels, two per ray
@@ -77,9 +80,9 @@ SHARED_CONST uint kBindImageB = 1u;
 SHARED_CONST uint kBindDisplayed = 2u;
 
 // The most that any one kernel sees in its three sets.
-SHARED_CONST uint kMostTexelBuffers = 18u;    // reuse_old
+SHARED_CONST uint kMostTexelBuffers = 19u;    // reuse_old
 SHARED_CONST uint kMostStorageBuffers = 10u;  // reuse_old
-SHARED_CONST uint kMostResources = 29u;       // reuse_old
+SHARED_CONST uint kMostResources = 30u;       // reuse_old
 SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
@@ -113,7 +116,7 @@ struct BounceBatch {
     uint begins;  // 1: the paths begin here, and nothing is read
 };
 
-/// A pass of sample reuse over some tiles: one sample per pixel, whose index is the batch's.
+/// A pass of sample reuse over some tiles: `sampleCount` indices of samples, from `firstSample` on.
 struct ReuseBatch {
     Batch batch;
     ReuseSettings settings;
@@ -156,7 +159,7 @@ struct Counters {
     uint withHistory;  // those with a history,
     uint weightSum;    // and over all of them the sum of v and that of c, in units of
     uint shareSum;     // 1 / kCountedUnit
-    uint reserved0;
+    uint newPaths;     // of sample reuse, too
     uint reserved1;
     uint reserved2;
 };

@@ -42,6 +42,15 @@ SHARED_FN ivec2 historyOffset(uint k)
     return ivec2(int(at % 3u) - 1, int(at / 3u) - 1);
 }
 
+/// Tap k < 4 of bilinear interpolation at a point of the film: its pixel and weight.
+SHARED_FN float historyTap(vec2 film, uint k, OUT(ivec2) at)
+{
+    const vec2 low = vec2(floor(film.x - 0.5f), floor(film.y - 0.5f));
+    const vec2 f = film - vec2(0.5f) - low;
+    at = ivec2(int(low.x) + int(k & 1u), int(low.y) + int(k >> 1u));
+    return ((k & 1u) != 0u ? f.x : 1.0f - f.x) * ((k >> 1u) != 0u ? f.y : 1.0f - f.y);
+}
+
 /// A point of a triangle.
 SHARED_FN vec3 pointOfTriangle(IN(SceneView) scene, uint slot, vec2 barycentrics)
 {
@@ -57,7 +66,7 @@ SHARED_FN bool historyFits(IN(SceneView) scene, ReusePixel before, IN(SurfacePoi
                            float distance, OUT(vec3) position)
 {
     position = s.position;
-    if (before.slot == kNone || !(before.nominal > 0.0f)) return false;
+    if (before.slot == kNone || !(unpackHistory(before.history).nominal > 0.0f)) return false;
     const vec3 a = xyz(fetchTriangleVertex(scene, before.slot, 0u));
     const vec4 b = fetchTriangleVertex(scene, before.slot, 1u);
     const vec3 e1 = xyz(b) - a;

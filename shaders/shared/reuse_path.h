@@ -54,7 +54,7 @@ SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStre
     ReusePixel pixel;
     pixel.slot = kNone;
     pixel.barycentrics = vec2(0.0f);
-    pixel.nominal = 0.0f;
+    pixel.history = packHistory(noHistory());
     Hit hit;
     if (traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, 0u, 0u), hit)) {
         pixel.slot = hit.slot;
@@ -95,6 +95,19 @@ struct ReuseDraw {
     float alpha;  // before it is known where the ray ends
 };
 
+SHARED_FN ReuseDraw noReuseDraw()
+{
+    ReuseDraw draw;
+    draw.next.wi = vec3(0.0f);
+    draw.next.pdf = 0.0f;
+    draw.next.weight = vec3(0.0f);
+    draw.next.flags = 0u;
+    draw.omega = 0.0f;
+    draw.mean = 0.0f;
+    draw.alpha = 0.0f;
+    return draw;
+}
+
 // A chance for every candidate: whether a sample may be reused is only known once its ray has been
 // traced, and what may not is not left to old samples.
 SHARED_CONST float kReuseLeastOmega = 0.05f;
@@ -105,10 +118,7 @@ SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings
                                      IN(Vertex) vertex, bool first, VertexNumbers numbers,
                                      SampleStream stream, uint candidates)
 {
-    ReuseDraw draw;
-    draw.omega = 0.0f;
-    draw.mean = 0.0f;
-    draw.alpha = 0.0f;
+    ReuseDraw draw = noReuseDraw();
     float sum = 0.0f;
     const SampleStream proposals = purposeStream(stream, kPurposeCandidates);
     const SampleStream selection = decisionStream(stream, kPurposeSelection);
@@ -120,7 +130,7 @@ SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings
         BsdfSample z;
         if (!sampleDirection(scene, vertex, numbers, z)) continue;
         float alpha = 0.0f;
-        if (first && v.nominal > 0.0f && z.pdf > 0.0f)
+        if (first && v.c > 0.0f && z.pdf > 0.0f)
             alpha = reuseShare(settings, v.c, densityBefore(v, z.wi), z.pdf);
         const float omega = max(1.0f - alpha, kReuseLeastOmega);
         sum += omega;
@@ -138,11 +148,10 @@ SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings
 /// Candidates that pay: several only where the lobe has moved by a good part of its width.
 SHARED_FN uint candidatesFor(ReuseSettings settings, IN(ReuseVertex) v)
 {
-    if (settings.strategy != kReuseRa || !(v.nominal > 0.0f)) return 1u;
-    if ((v.vertex.bsdf.parts & kBsdfMicrofacet) == 0u) return 1u;
-    // Total variation of a microfacet lobe turned by an angle: about a quarter of angle / alpha.
-    const float moved = length(v.vertex.wo - v.woBefore);
-    return 0.25f * moved > 0.1f * v.vertex.bsdf.alpha ? settings.candidates : 1u;
+    const bool augments = settings.strategy == kReuseRa || settings.strategy == kReuseRejection;
+    if (!augments || !(v.c > 0.0f)) return 1u;
+    const float turn = lobeTurn(v.history, length(v.vertex.wo - v.woBefore));
+    return turn > kReuseTurnsALot ? candidatesOf(settings) : 1u;
 }
 
 /// The place where a new path ends its first way, and how the path goes on from there. From the
@@ -163,22 +172,21 @@ SHARED_FN bool isRough(Bsdf b)
            ((b.parts & kBsdfCoat) == 0u || b.coatAlpha >= kReuseRough);
 }
 
-/// What is known of a place when it is met.
-SHARED_FN void meetPlace(Hit hit, IN(Vertex) far, bool scatters, bool emits,
-                         INOUT(ReusePlace) place, INOUT(ReuseSample) record)
+SHARED_FN ReusePlace noReusePlace()
 {
-    record.slot = hit.slot;
-    record.place = packNumbers(hit.barycentrics);
-    place.position = far.surface.position;
-    place.normal = far.surface.normal;
-    if (emits || far.surface.emitter != kNone || (scatters && !isRough(far.bsdf)))
-        record.radiance = kReuseEvaluated;
+    ReusePlace place;
+    place.position = vec3(0.0f);
+    place.normal = vec3(0.0f);
+    place.leaving = vec3(0.0f);
+    place.throughput = vec3(0.0f);
+    place.grey = 0.0f;
+    place.perArrival = 0.0f;
+    return place;
 }
 
 /// Turns the path grey when it leaves its place; `entering` is its throughput before roulette.
 SHARED_FN void leavePlace(float importance, float entering, BsdfSample next, vec3 leaving,
-                          INOUT(PathState) path, INOUT(ReusePlace) place,
-                          INOUT(ReuseSample) record)
+                          INOUT(PathState) path, INOUT(ReusePlace) place, INOUT(ReuseSample) record)
 {
     place.leaving = leaving;
     place.throughput = path.beta / importance;
@@ -222,10 +230,88 @@ SHARED_FN void weighNewSample(IN(ReuseVertex) v, ReuseDraw draw, ReusePlace plac
         if (alpha > 0.0f)
             alpha *= reconnection(way, place.normal, v.vertex.surface.position, v.positionBefore);
     }
-    result.scale = draw.mean * (1.0f - alpha) / draw.omega;
+    result.scale = draw.mean * (1.0f - alpha) / (draw.omega * v.rays);
     result.around = draw.next.weight * L;
     const float u = result.scale / draw.next.pdf * perPlace;
     result.record.u = draw.next.pdf > 0.0f && u < kInfinity ? u : 0.0f;
+}
+
+/// The stream of a pixel's new path number `which` in a pass. Where few paths are taken, the index
+/// is scrambled: every fourth point of a sequence lies in the same quarter of its domain.
+SHARED_FN SampleStream pathStream(SampleStream stream, float rays, uint which)
+{
+    stream.index = rays < 1.0f ? hashUint(stream.index) : stream.index + which;
+    return stream;
+}
+
+/// By what chance old sample `i` survives rejection.
+SHARED_FN float rejectionNumber(SampleStream stream, uint i)
+{
+    return streamFloat(decisionStream(stream, kPurposeResampling), 3u + i);
+}
+
+/// A history's credit where there is none yet.
+SHARED_FN float firstCredit(SampleStream stream)
+{
+    return streamFloat(decisionStream(stream, kPurposeResampling), 2u);
+}
+
+/// Connects a vertex of the new path, `ray.depth` from the first hit, to an emitter.
+SHARED_FN void connectNew(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
+                          IN(Vertex) vertex, IN(PathState) ray, VertexNumbers numbers,
+                          SampleStream stream, INOUT(vec3) gathered, INOUT(ReuseNew) result,
+                          INOUT(ReuseTally) tally)
+{
+    if (!connects(path, vertex)) return;
+    float pmf = 1.0f;
+    uint emitter = 0u;
+    if (FEATURE(kFeatureManyEmitters))
+        emitter = chooseEmitter(scene, path.emitterCount, numbers.choice, pmf);
+    // What is kept is drawn on a grid, so that it can be drawn again.
+    const uint grid = packNumbers(numbers.light);
+    const vec2 u = ray.depth == 0u ? unpackNumbers(grid) : numbers.light;
+    const ShadowRay shadow = connectTo(scene, path, emitter, pmf, u, ray, vertex);
+    if (!(maxComponent(shadow.contribution) > 0.0f)) return;
+    ++tally.shadowRays;
+    if (!wayIsOpen(scene, shadow, alphaSeed(stream, ray.depth, 1u))) return;
+    if (ray.depth == 0u) {
+        result.direct = shadow.contribution;
+        result.light.emitter = emitter;
+        result.light.numbers = grid;
+        result.light.v = (1.0f - v.c) / v.rays;
+    } else {
+        gathered += shadow.contribution;
+    }
+    if (ray.depth == 1u) {
+        result.record.lightDirection = packOct(shadow.wi);
+        result.record.lightRadiance = packRgbe(shadow.incident, roundingNumbers(stream, 0u));
+    }
+}
+
+/// Follows the path to its next vertex; false where it ends. The first vertex it comes to is the
+/// place of the sample.
+SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, SampleStream stream,
+                        INOUT(PathState) ray, INOUT(Vertex) vertex, INOUT(vec3) gathered,
+                        INOUT(ReusePlace) place, INOUT(ReuseSample) record)
+{
+    Hit hit;
+    if (!traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, ray.depth, 0u), hit)) {
+        gathered += shadeMiss(scene, path, ray);
+        if (ray.depth > 1u) return false;
+        record.place = packOct(ray.direction);
+        if (path.environmentEmitter != kNone || path.sunEmitter != kNone)
+            record.radiance = kReuseEvaluated;
+        return false;
+    }
+    const bool scatters = prepareVertex(scene, path, hit, ray, vertex, gathered);
+    if (ray.depth > 1u) return scatters;
+    record.slot = hit.slot;
+    record.place = packNumbers(hit.barycentrics);
+    place.position = vertex.surface.position;
+    place.normal = vertex.surface.normal;
+    const bool emits = vertex.surface.emitter != kNone || maxComponent(gathered) > 0.0f;
+    if (emits || (scatters && !isRough(vertex.bsdf))) record.radiance = kReuseEvaluated;
+    return scatters;
 }
 
 /// Takes a new path from a first hit, and a new connection. One loop over the vertices of the path,
@@ -235,73 +321,22 @@ SHARED_FN ReuseNew takeNew(IN(SceneView) scene, PathSettings path, ReuseSettings
                            IN(ReuseVertex) v, SampleStream stream, INOUT(ReuseTally) tally)
 {
     ReuseNew result = noReuseNew();
-    ReuseDraw first;
-    first.mean = 0.0f;
-    ReusePlace place;
-    place.position = vec3(0.0f);
-    place.normal = vec3(0.0f);
-    place.grey = 0.0f;
+    ReuseDraw first = noReuseDraw();
+    ReusePlace place = noReusePlace();
     vec3 gathered = vec3(0.0f);
     Vertex vertex = v.vertex;
-    PathState ray;
-    ray.origin = vertex.surface.position;
-    ray.direction = vec3(0.0f, 0.0f, 1.0f);
-    ray.beta = vec3(1.0f);
-    ray.pdf = 0.0f;
-    ray.depth = 0u;
+    PathState ray = pathFromHere(vertex.surface.position);
     while (true) {
         const uint i = ray.depth;  // 0: the first hit, 1: the place
         if (i > 0u) {
-            Hit hit;
             ++tally.closestRays;
-            if (!traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, i, 0u), hit)) {
-                gathered += shadeMiss(scene, path, ray);
-                if (i == 1u) {
-                    result.record.place = packOct(ray.direction);
-                    if (path.environmentEmitter != kNone || path.sunEmitter != kNone)
-                        result.record.radiance = kReuseEvaluated;
-                }
-                break;
-            }
-            const bool scatters = prepareVertex(scene, path, hit, ray, vertex, gathered);
-            if (i == 1u) {
-                meetPlace(hit, vertex, scatters, maxComponent(gathered) > 0.0f, place,
-                          result.record);
-            }
-            if (!scatters) break;
+            if (!meetNext(scene, path, stream, ray, vertex, gathered, place, result.record)) break;
         }
         VertexNumbers numbers = drawVertexNumbers(stream, i);
-        if (connects(path, vertex)) {
-            float pmf = 1.0f;
-            uint emitter = 0u;
-            if (FEATURE(kFeatureManyEmitters))
-                emitter = chooseEmitter(scene, path.emitterCount, numbers.choice, pmf);
-            const uint grid = packNumbers(numbers.light);
-            const ShadowRay shadow =
-                connectTo(scene, path, emitter, pmf,
-                          i == 0u ? unpackNumbers(grid) : numbers.light, ray, vertex);
-            if (maxComponent(shadow.contribution) > 0.0f) {
-                ++tally.shadowRays;
-                if (wayIsOpen(scene, shadow, alphaSeed(stream, i, 1u))) {
-                    if (i == 0u) {
-                        result.direct = shadow.contribution;
-                        result.light.emitter = emitter;
-                        result.light.numbers = grid;
-                        result.light.v = 1.0f - v.c;
-                    } else {
-                        gathered += shadow.contribution;
-                    }
-                    if (i == 1u) {
-                        result.record.lightDirection = packOct(shadow.wi);
-                        result.record.lightRadiance =
-                            packRgbe(shadow.incident, roundingNumbers(stream, 0u));
-                    }
-                }
-            }
-        }
+        connectNew(scene, path, v, vertex, ray, numbers, stream, gathered, result, tally);
+        const uint candidates = i == 0u ? candidatesFor(settings, v) : 1u;
         const ReuseDraw draw =
-            drawNewDirection(scene, settings, v, vertex, i == 0u, numbers, stream,
-                             i == 0u ? candidatesFor(settings, v) : 1u);
+            drawNewDirection(scene, settings, v, vertex, i == 0u, numbers, stream, candidates);
         if (!(draw.mean > 0.0f) || !(maxComponent(draw.next.weight) > 0.0f)) break;
         if (i == 0u) {
             first = draw;

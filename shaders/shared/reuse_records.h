@@ -17,28 +17,137 @@ SHARED_CONST uint kReuseNaive = 1u;  // no samples are kept but the mean of the 
 SHARED_CONST uint kReuseReweighting = 2u;
 SHARED_CONST uint kReuseMis = 3u;
 SHARED_CONST uint kReuseRa = 4u;
+SHARED_CONST uint kReuseRejection = 5u;  // Rejection-Augmentation: drops what RA would dim
+SHARED_CONST uint kReuseRestir = 6u;     // the balance heuristic, of which one sample survives
+SHARED_CONST uint kReuseSvgf = 7u;       // as naive, of four pixels, and forgets sooner
 
 SHARED_CONST uint kReuseJitters = 1u;  // first hits lie anywhere in the pixel, not at its centre
 SHARED_CONST uint kReuseFollows = 2u;  // adds to a picture that has begun; else begins it
 
-/// How samples are reused; the same for all pixels. Each pass takes one new path per pixel (n = 1).
+/// Whether what is kept of a pixel is the mean of what was seen there, and no samples.
+SHARED_FN bool keepsMeans(uint strategy)
+{
+    return strategy == kReuseNaive || strategy == kReuseSvgf;
+}
+
+/// How samples are reused; the same for all pixels.
 struct ReuseSettings {
     uint strategy;
-    uint candidates;   // k: directions among which each of them is resampled
-    uint records;      // K: samples kept per pixel
-    uint lights;       // the same of connections to emitters
+    uint counts;       // recordsOf, lightsOf, candidatesOf: 8 bits each
+    float rays;        // n: new paths per pixel and pass
     float cap;         // of the nominal number N of samples that the kept ones stand for
     float protection;  // eta: how much a sample's brightness counts when the store is cut down
     uint flags;        // kReuseJitters, kReuseFollows
     uint sizeBefore;   // of the picture that left the history: width in 16 bits, height above
+    uint reserved;
 };
 
-/// The first hit of a pixel and how much history it has.
+SHARED_FN uint packCounts(uint records, uint lights, uint candidates)
+{
+    return records | (lights << 8u) | (candidates << 16u);
+}
+
+/// K: samples kept per pixel.
+SHARED_FN uint recordsOf(ReuseSettings settings)
+{
+    return settings.counts & 0xffu;
+}
+
+/// The same of connections to emitters.
+SHARED_FN uint lightsOf(ReuseSettings settings)
+{
+    return (settings.counts >> 8u) & 0xffu;
+}
+
+/// k: directions among which a new one is resampled.
+SHARED_FN uint candidatesOf(ReuseSettings settings)
+{
+    return settings.counts >> 16u;
+}
+
+// Below so many samples in its history a pixel gets a path in every pass, however few are asked
+// for: each is a large part of the picture.
+SHARED_CONST float kReuseYoung = 8.0f;
+SHARED_CONST uint kReuseMostRays = 4u;  // of a pixel in one pass
+
+/// How much history a pixel has. Nothing of it depends on what was sampled.
+struct ReuseHistory {
+    float nominal;  // N
+    float credit;   // of [0,1): what is left of paths that were due to the pixel
+    float width;    // GGX width of the narrowest lobe at the first hit; 1 without
+};
+
+/// The first hit of a pixel and its history. (While a pass runs on the device, the history's word
+/// holds where it is to be found.)
 struct ReusePixel {
     uint slot;  // of the triangle; kNone: nothing is hit
     vec2 barycentrics;
-    float nominal;  // N: does not depend on what was sampled
+    uint history;  // packHistory
 };
+
+SHARED_FN uint packHistory(ReuseHistory h)
+{
+    return uint(h.nominal * 16.0f + 0.5f) | (min(uint(h.credit * 1024.0f), 1023u) << 14u) |
+           (uint(min(h.width, 1.0f) * 255.0f) << 24u);
+}
+
+SHARED_FN ReuseHistory unpackHistory(uint word)
+{
+    ReuseHistory h;
+    h.nominal = float(word & 0x3fffu) * (1.0f / 16.0f);
+    h.credit = float((word >> 14u) & 0x3ffu) * (1.0f / 1024.0f);
+    h.width = float(word >> 24u) * (1.0f / 255.0f);
+    return h;
+}
+
+SHARED_FN ReuseHistory noHistory()
+{
+    ReuseHistory h;
+    h.nominal = 0.0f;
+    h.credit = 0.0f;
+    h.width = 1.0f;
+    return h;
+}
+
+/// What a pixel's history becomes by a pass that was due `rays` paths and took `taken`.
+SHARED_FN ReuseHistory grownHistory(ReuseSettings settings, ReuseHistory h, float rays, uint taken,
+                                    float width)
+{
+    h.nominal = min(h.nominal + rays, settings.cap);
+    h.credit = clamp(h.credit + rays - float(taken), 0.0f, 1.0f);
+    h.width = width;
+    return h;
+}
+
+// How much of its lobe a first hit may lose by turning (total variation) before it gets a path in
+// every pass, and before its directions are resampled: what old samples no longer answer for is
+// left to new ones, and must not wait for them.
+SHARED_CONST float kReuseTurnsALittle = 0.02f;
+SHARED_CONST float kReuseTurnsALot = 0.1f;
+
+/// The total variation between a first hit's narrowest lobe and that of the frame before, roughly:
+/// for a microfacet lobe a quarter of angle / alpha. `turned` is the length between the unit
+/// directions to the camera.
+SHARED_FN float lobeTurn(ReuseHistory h, float turned)
+{
+    return 0.25f * turned / max(h.width, 1.0e-6f);
+}
+
+/// Paths that are due to a pixel in this pass, on average.
+SHARED_FN float raysDue(ReuseSettings settings, ReuseHistory h, float turned)
+{
+    if ((settings.flags & kReuseFollows) != 0u) return 1.0f;
+    const bool few = settings.rays < 1.0f && h.nominal >= kReuseYoung &&
+                     lobeTurn(h, turned) < kReuseTurnsALittle;
+    return few ? settings.rays : max(settings.rays, 1.0f);
+}
+
+/// And how many of them it takes now. The rest is kept as credit: how often a history is renewed
+/// is then as even as can be, which leaves no noise of its own in the picture.
+SHARED_FN uint raysTaken(ReuseHistory h, float rays)
+{
+    return min(uint(h.credit + rays), kReuseMostRays);
+}
 
 /// A sample of the light that comes to a first hit from one direction. `slot` and `place` say
 /// where the ray ended: a triangle and barycentrics (packNumbers), or (kNone) a direction (packOct)
@@ -88,101 +197,18 @@ SHARED_FN ReuseSample noReuseSample()
     return r;
 }
 
-/// What a new path and a new connection have brought to a pixel, from one kernel to the next. The
-/// sample's weight times its integrand is `scale` times `around`; that of the connection `light.v`
-/// times `direct`.
-struct ReuseNew {
-    ReuseSample record;  // to be kept; of weight 0 where it cannot be
-    ReuseLight light;
-    float scale;  // what old samples leave to the new one
-    vec3 around;  // what the path alone would estimate, where there was one candidate
-    vec3 direct;
-};
-SHARED_CONST uint kReuseNewWords = 5u;
-
-SHARED_FN ReuseNew noReuseNew()
-{
-    ReuseNew n;
-    n.record = noReuseSample();
-    n.light.emitter = 0u;
-    n.light.numbers = 0u;
-    n.light.v = 0.0f;
-    n.scale = 0.0f;
-    n.around = vec3(0.0f);
-    n.direct = vec3(0.0f);
-    return n;
-}
-
-/// What a pass has found at one pixel. Light that comes to the first hit is found in two ways:
-/// `around`, in directions of the surface model, and `direct`, by connections to emitters.
-struct ReuseSums {
-    vec3 seen;           // towards the camera without any scattering
-    vec3 around;         // by old samples and new
-    vec3 aroundSquares;  // of what single paths would have brought, on average
-    vec3 direct;
-    vec3 directSquares;
-    vec3 plain;       // by the new path and connection alone
-    float weightSum;  // of v, of all samples of directions
-    float nominal;    // N of the history; 0 without
-};
-
-SHARED_FN ReuseSums noReuseSums()
-{
-    ReuseSums s;
-    s.seen = vec3(0.0f);
-    s.around = vec3(0.0f);
-    s.aroundSquares = vec3(0.0f);
-    s.direct = vec3(0.0f);
-    s.directSquares = vec3(0.0f);
-    s.plain = vec3(0.0f);
-    s.weightSum = 0.0f;
-    s.nominal = 0.0f;
-    return s;
-}
-
-/// Adds what is new to what old samples of nominal number `s.nominal` have brought.
-SHARED_FN void addReuseNew(INOUT(ReuseSums) s, ReuseNew n)
-{
-    const float share = 1.0f / (s.nominal + 1.0f);
-    s.around += n.scale * n.around;
-    s.aroundSquares += share * n.around * n.around;
-    s.direct += n.light.v * n.direct;
-    s.directSquares += n.light.v * n.direct * n.direct;
-    s.plain = n.around + n.direct;
-    s.weightSum += n.scale;
-}
-
-/// Radiance by old samples and new.
-SHARED_FN vec3 reusedRadiance(IN(ReuseSums) s)
-{
-    return s.seen + s.around + s.direct;
-}
-
-/// Radiance by the new path alone.
-SHARED_FN vec3 plainRadiance(IN(ReuseSums) s)
-{
-    return s.seen + s.plain;
-}
-
-/// Mean square of the radiance that single paths find, for the variance that is told.
-SHARED_FN vec3 reusedSquares(IN(ReuseSums) s)
-{
-    const vec3 mean = reusedRadiance(s);
-    return mean * mean + max(s.aroundSquares - s.around * s.around, vec3(0.0f)) +
-           max(s.directSquares - s.direct * s.direct, vec3(0.0f));
-}
-
 /// How much a sample matters when the store is cut down: its weight v, and what it brings (u F)
-/// beside what the pixel has on average. Any score keeps the rest unbiased.
+/// beside what the pixel has on average. Any score keeps the rest unbiased. A reservoir goes by
+/// what samples bring alone.
 SHARED_FN float reuseScore(ReuseSettings settings, float v, float brings, vec3 mean)
 {
+    if (settings.strategy == kReuseRestir) return brings;
     return v + settings.protection * brings / max(luminance(mean), 1.0e-30f);
 }
 
 SHARED_FN uvec4 packReusePixel(ReusePixel p)
 {
-    return uvec4(p.slot, floatAsUint(p.barycentrics.x), floatAsUint(p.barycentrics.y),
-                 floatAsUint(p.nominal));
+    return uvec4(p.slot, floatAsUint(p.barycentrics.x), floatAsUint(p.barycentrics.y), p.history);
 }
 
 SHARED_FN ReusePixel unpackReusePixel(uvec4 w)
@@ -190,7 +216,7 @@ SHARED_FN ReusePixel unpackReusePixel(uvec4 w)
     ReusePixel p;
     p.slot = w.x;
     p.barycentrics = vec2(uintAsFloat(w.y), uintAsFloat(w.z));
-    p.nominal = uintAsFloat(w.w);
+    p.history = w.w;
     return p;
 }
 

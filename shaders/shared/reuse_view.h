@@ -8,7 +8,7 @@
 #include "path.h"
 #include "reuse.h"
 #include "reuse_history.h"
-#include "reuse_records.h"
+#include "reuse_sums.h"
 
 SHARED_BEGIN
 
@@ -29,8 +29,9 @@ struct ReuseVertex {
     vec3 woBefore;           // towards the camera of the frame before, in the surface's frame
     LobeChoice lobesBefore;  // at woBefore
     vec3 positionBefore;     // of the first hit that the history belongs to
-    float nominal;           // N; 0 without history
-    float c;                 // N / (N + n)
+    ReuseHistory history;
+    float rays;  // n: new paths that are due
+    float c;     // N / (N + n); 0 without history
 };
 
 /// The first hit as the camera sees it; adds what is seen directly to L. False where nothing is
@@ -44,7 +45,8 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
     v.lobesBefore.diffuse = 0.0f;
     v.lobesBefore.through = 1.0f;
     v.positionBefore = vec3(0.0f);
-    v.nominal = 0.0f;
+    v.history = noHistory();
+    v.rays = 1.0f;
     v.c = 0.0f;
     if (pixel.slot == kNone) {
         L += shadeMiss(scene, path, ray);
@@ -58,24 +60,36 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
 }
 
 /// Takes over the history of a pixel of the frame before, which fits.
-SHARED_FN void takeHistory(CameraData cameraBefore, vec3 positionBefore, float nominal,
-                           INOUT(ReuseVertex) v)
+SHARED_FN void takeHistory(ReuseSettings settings, CameraData cameraBefore, vec3 positionBefore,
+                           ReuseHistory history, INOUT(ReuseVertex) v)
 {
     v.woBefore =
         toLocal(v.vertex.surface.frame, towardsCamera(cameraBefore, v.vertex.surface.position));
     v.lobesBefore = lobesAt(v.vertex.bsdf, v.woBefore);
     v.positionBefore = positionBefore;
-    v.nominal = nominal;
-    v.c = nominal / (nominal + 1.0f);
+    v.history = history;
+    v.rays = raysDue(settings, history, length(v.vertex.wo - v.woBefore));
+    v.c = history.nominal / (history.nominal + v.rays);
+}
+
+/// Width of the narrowest lobe of a surface that has a density; 1 without.
+SHARED_FN float narrowestLobe(Bsdf b)
+{
+    float width = 1.0f;
+    if ((b.parts & kBsdfMicrofacet) != 0u && b.alpha > 0.0f) width = min(width, b.alpha);
+    if ((b.parts & kBsdfCoat) != 0u && b.coatAlpha > 0.0f) width = min(width, b.coatAlpha);
+    return width;
 }
 
 /// The share of the new integral that old samples answer for at a direction of densities q (old)
 /// and p (new). One function for old samples and for candidates.
 SHARED_FN float reuseShare(ReuseSettings settings, float c, float q, float p)
 {
-    if (settings.strategy == kReuseRa) return reuseAlpha(c, q, p);
+    if (settings.strategy == kReuseRa || settings.strategy == kReuseRejection)
+        return reuseAlpha(c, q, p);
     if (!usableDensity(q) || !usableDensity(p)) return 0.0f;
-    if (settings.strategy == kReuseMis) return c * q / (c * q + (1.0f - c) * p);
+    if (settings.strategy == kReuseMis || settings.strategy == kReuseRestir)
+        return c * q / (c * q + (1.0f - c) * p);
     return settings.strategy == kReuseReweighting ? c : 0.0f;
 }
 
@@ -99,7 +113,7 @@ SHARED_FN float reconnection(vec3 toPlace, vec3 n, vec3 position, vec3 positionB
 /// The density with which the frame before would have drawn a direction (in the surface's frame).
 SHARED_FN float densityBefore(IN(ReuseVertex) v, vec3 wi)
 {
-    if (!(v.nominal > 0.0f)) return 0.0f;
+    if (!(v.c > 0.0f)) return 0.0f;
     vec3 unused;
     float q;
     evalPdfLobes(v.vertex.bsdf, v.lobesBefore, v.woBefore, wi, unused, q);
@@ -143,6 +157,7 @@ struct ReuseView {
     float p;         // the density of its direction
     float u;         // absolute weight per solid angle, alpha included
     float perPlace;  // what it is multiplied by to be stored
+    float survival;  // probability to be kept: 1 but for Rejection-Augmentation
 };
 
 /// Way from a position to the place of a sample: true where that is a triangle, of normal n.
@@ -170,6 +185,7 @@ SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(Reus
     view.p = 0.0f;
     view.u = 0.0f;
     view.perPlace = 1.0f;
+    view.survival = 1.0f;
     view.direction = vec3(0.0f);
     if (!(r.u > 0.0f)) return false;
     float share = 1.0f;
@@ -187,7 +203,17 @@ SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(Reus
     // Dark here, a sample may be of use again: its density is not zero.
     if (!evaluateAt(v, view.direction, view.response, view.p, q)) view.response = vec3(0.0f);
     view.u = r.u / view.perPlace * (share * reuseShare(settings, v.c, q, view.p));
+    if (settings.strategy == kReuseRejection && v.c * q > view.p)
+        view.survival = view.p / (v.c * q);
     return view.u > 0.0f && view.u < kInfinity;
+}
+
+/// Drops an old sample or pays for those that are: `xi` is uniform. False where it is dropped.
+SHARED_FN bool survivesRejection(float xi, INOUT(ReuseView) view)
+{
+    if (!(xi < view.survival)) return false;
+    view.u /= view.survival;
+    return true;
 }
 
 /// Radiance that comes from the place of a sample whose radiance is evaluated, along
@@ -216,19 +242,25 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, vec3 pos
     return L;
 }
 
+/// A path that begins at a first hit; it has no direction yet.
+SHARED_FN PathState pathFromHere(vec3 position)
+{
+    PathState ray;
+    ray.origin = position;
+    ray.direction = vec3(0.0f, 0.0f, 1.0f);
+    ray.beta = vec3(1.0f);
+    ray.pdf = 0.0f;
+    ray.depth = 0u;
+    return ray;
+}
+
 /// A connection of a first hit to an emitter, drawn again from its numbers; its contribution has no
 /// weight yet.
 SHARED_FN ShadowRay viewLight(IN(SceneView) scene, PathSettings settings, IN(ReuseVertex) v,
                               ReuseLight r)
 {
-    PathState ray;
-    ray.origin = v.vertex.surface.position;
-    ray.direction = vec3(0.0f, 0.0f, 1.0f);
-    ray.beta = vec3(1.0f);
-    ray.pdf = 0.0f;
-    ray.depth = 0u;
     return connectTo(scene, settings, r.emitter, pmfEmitter(scene, r.emitter),
-                     unpackNumbers(r.numbers), ray, v.vertex);
+                     unpackNumbers(r.numbers), pathFromHere(v.vertex.surface.position), v.vertex);
 }
 
 /// Adds an old sample by which radiance L comes; returns what it brings (u F).
@@ -238,6 +270,8 @@ SHARED_FN float addOldSample(INOUT(ReuseSums) sums, IN(ReuseView) view, vec3 L)
     sums.around += view.u * F;
     sums.aroundSquares += view.u / view.p * F * F;
     sums.weightSum += view.u * view.p;
+    sums.weightSquares += view.u * view.p * view.u * view.p;
+    sums.oldShare = sums.weightSum;
     return view.u * luminance(F);
 }
 

@@ -61,13 +61,23 @@ public:
     core::Estimate read(core::Reading what) override { return film_.read(what); }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
 
+    std::vector<core::Image> maps() override
+    {
+        if (rounds_ == 0) return {};
+        return passes_.maps({film_.frame().width(), film_.frame().height()});
+    }
+
     core::RenderStats stats() const override
     {
         core::RenderStats stats = context_.stats();
         stats.buildSeconds = scene_ ? scene_->buildSeconds() : 0;
         stats.compileSeconds = compileSeconds_;
-        stats.details = film_.counts().reuse.details(params_.reuse, passes_.settings().records);
+        const core::ReuseFigures& figures = film_.counts().reuse;
+        const double pixels = double(film_.frame().width()) * film_.frame().height();
+        stats.details = figures.details(params_.reuse, recordsOf(passes_.settings()),
+                                        pixels * std::max(rounds_, 1u));
         film_.addTo(stats);
+        stats.paths = static_cast<uint64_t>(figures.paths);
         return stats;
     }
 
@@ -82,7 +92,7 @@ private:
         if (!last) return;
         passes_.commit(film_.frame().data().camera);
         ++rounds_;
-        ++samplesBefore_;
+        samplesBefore_ += core::samplesPerPass(params_);
     }
 
     Context context_;  // first: everything below is made on its device

@@ -45,6 +45,14 @@ void aovRows(const core::Aovs& aovs, float u, float v)
     }
 }
 
+void mapRows(const Picture& picture, float u, float v)
+{
+    const auto infos = core::methodNamed(picture.params.method.id()).maps;
+    for (size_t i = 0; i < std::min(picture.maps->size(), infos.size()); ++i)
+        if (const float* value = valueAt((*picture.maps)[i], u, v))
+            row(infos[i].name, format("%.4g", static_cast<double>(*value)));
+}
+
 }  // namespace
 
 void drawInspector(const UiContext& c)
@@ -71,6 +79,7 @@ void drawInspector(const UiContext& c)
         if (const float* value = valueAt(reference->mean, u, v)) row("reference", rgbText(value));
     }
     if (picture->aovs) aovRows(*picture->aovs, u, v);
+    if (picture->maps) mapRows(*picture, u, v);
     ImGui::EndTooltip();
 }
 

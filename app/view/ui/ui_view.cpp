@@ -21,6 +21,20 @@ void group(const char* title)
     dimText(title);
 }
 
+/// The choice among the method's maps, and what the chosen one means.
+void editMethodMap(const UiContext& c, ViewParams& view)
+{
+    const auto maps = core::methodNamed(c.session.render.method.id()).maps;
+    if (maps.empty()) return;
+    const size_t now = std::min(size_t(view.methodMap), maps.size() - 1);
+    if (ImGui::BeginCombo("method map", maps[now].name)) {
+        for (size_t i = 0; i < maps.size(); ++i)
+            if (ImGui::Selectable(maps[i].name, i == now)) view.methodMap = uint32_t(i);
+        ImGui::EndCombo();
+    }
+    dimText(maps[now].help);
+}
+
 }  // namespace
 
 void drawViewSection(const UiContext& c)
@@ -31,6 +45,7 @@ void drawViewSection(const UiContext& c)
         editParams(view, options, [&](const core::Field& field) { return among(field, names); });
     };
     some({"show", "exposure", "tone"});
+    if (view.show == Show::methodMap) editMethodMap(c, view);
     if (!c.frame.problem.empty()) {
         ImGui::PushStyleColor(ImGuiCol_Text, kWarningColour);
         ImGui::TextWrapped("%s", c.frame.problem.c_str());

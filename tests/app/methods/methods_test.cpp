@@ -172,6 +172,23 @@ TEST_P(EveryMethod, FirstHitsAreThoseOfTheWorldAndDoNotDisturbThePicture)
     EXPECT_GE(aovs.ids.at(20, 15)[0], 0.0f);
 }
 
+TEST_P(EveryMethod, MapsAreWhatTheTableSays)
+{
+    const auto world = asset("cornell-glossy");
+    renderer().setWorld(world, {});
+    renderer().setView({world->cameras.at(0), {40, 30}, info().defaults}, core::Start::anew);
+    EXPECT_TRUE(renderer().maps().empty());
+    renderer().advance({.samples = 1}, {});
+    const std::vector<core::Image> maps = renderer().maps();
+    ASSERT_EQ(maps.size(), info().maps.size());
+    for (size_t i = 0; i < maps.size(); ++i) {
+        EXPECT_GT(std::string_view(info().maps[i].help).size(), 10u);
+        ASSERT_EQ(glm::uvec3(maps[i].width, maps[i].height, maps[i].channels),
+                  glm::uvec3(40, 30, 1));
+        for (const float x : maps[i].pixels) ASSERT_TRUE(std::isfinite(x)) << info().maps[i].name;
+    }
+}
+
 /// What a picture says of itself is enough to ask for it again.
 TEST_P(EveryMethod, MetadataLeadBackToTheParameters)
 {

@@ -33,9 +33,10 @@ core::Camera swung(const core::World& world, double degrees)
     return core::lookAt(target + turned, target, {0, 1, 0}, camera.yfov);
 }
 
-ReuseParams with(ReuseStrategy reuse, uint32_t seed)
+ReuseParams with(ReuseStrategy reuse, uint32_t seed, float rays = 1)
 {
     ReuseParams params;
+    params.rays = rays;
     params.reuse = reuse;
     params.seed = seed;
     params.sampler = core::SamplerKind::independent;
@@ -130,19 +131,47 @@ TEST_P(ReuseMethod, AMoveLeavesTheMeanAsItIs)
     constexpr double kBound = 0.005;
     begin("cornell-moderate", {24, 24});
     const double expected = meanOf(reference(2048).mean);
-    for (const ReuseStrategy strategy :
-         {ReuseStrategy::ra, ReuseStrategy::mis, ReuseStrategy::reweighting}) {
+    struct Case {
+        ReuseStrategy strategy;
+        float rays;
+    };
+    for (const auto [strategy, rays] :
+         {Case{ReuseStrategy::ra, 1}, Case{ReuseStrategy::mis, 1},
+          Case{ReuseStrategy::reweighting, 1}, Case{ReuseStrategy::ra, 2.5f},
+          Case{ReuseStrategy::rejectionAugmentation, 1}, Case{ReuseStrategy::restirGi, 1}}) {
         tests::Moments means;
         for (uint32_t flight = 0; flight < kFlights; ++flight) {
-            const core::Estimate e = fly(with(strategy, 100 + flight), kFrames, 1.5);
+            const core::Estimate e = fly(with(strategy, 100 + flight, rays), kFrames, 1.5);
             EXPECT_TRUE(e.counters.clean());
             means.add(meanOf(e.mean));
         }
         const double error = std::sqrt(means.varianceOfMean());
         EXPECT_LT(std::abs(means.mean() - expected), kBound * expected + tests::kScore * error)
-            << core::enumName(strategy);
+            << core::enumName(strategy) << ", rays " << rays;
         EXPECT_LT(error, 0.01 * expected) << core::enumName(strategy) << " is underpowered";
     }
+}
+
+/// Below one path per pixel, those with a good history take turns: the mean stays, too, and so many
+/// are really spared.
+TEST_P(ReuseMethod, FewPathsLeaveTheMeanAsItIs)
+{
+    constexpr uint32_t kFlights = 24, kFrames = 24;
+    begin("cornell-diffuse", {24, 24});
+    const double expected = meanOf(reference(2048).mean);
+    uint64_t paths[2];
+    for (const bool few : {false, true}) {
+        tests::Moments means;
+        for (uint32_t flight = 0; flight < kFlights; ++flight) {
+            fly(with(ReuseStrategy::ra, 300 + flight, few ? 0.25f : 1), kFrames, 0.25);
+            means.add(meanOf(renderer_->read(core::Reading::mean).mean));
+        }
+        paths[few ? 1 : 0] = renderer_->stats().paths;
+        const double error = std::sqrt(means.varianceOfMean());
+        EXPECT_LT(std::abs(means.mean() - expected), 0.005 * expected + tests::kScore * error);
+        EXPECT_LT(error, 0.01 * expected);
+    }
+    EXPECT_LT(double(paths[1]), 0.7 * double(paths[0]));
 }
 
 TEST_P(ReuseMethod, OldSamplesTakeTheNoiseAway)
@@ -157,6 +186,9 @@ TEST_P(ReuseMethod, OldSamplesTakeTheNoiseAway)
     EXPECT_LT(error(ReuseStrategy::ra), 0.15 * discard);
     EXPECT_LT(error(ReuseStrategy::mis), 0.15 * discard);
     EXPECT_LT(error(ReuseStrategy::naive), 0.15 * discard);
+    EXPECT_LT(error(ReuseStrategy::rejectionAugmentation), 0.2 * discard);
+    EXPECT_LT(error(ReuseStrategy::svgf), 0.35 * discard);  // forgets after five
+    EXPECT_LT(error(ReuseStrategy::restirGi), 0.5 * discard);
 }
 
 /// Where nothing of before can be seen, the picture is that of Discard, to the bit.
@@ -183,6 +215,33 @@ TEST_P(ReuseMethod, ATeleportIsDiscard)
             ASSERT_EQ(reused.mean.pixels[3 * i + c], discarded.mean.pixels[3 * i + c]) << i;
     }
     EXPECT_GT(alone, reused.weight.pixels.size() / 2);
+}
+
+/// What the maps say of a flight fits together, and with the picture's weights.
+TEST_P(ReuseMethod, MapsTellWhatWasReused)
+{
+    begin("cornell-diffuse", {24, 20});
+    for (const ReuseStrategy strategy : {ReuseStrategy::ra, ReuseStrategy::naive}) {
+        const core::Estimate e = fly(with(strategy, 4), 4, 0.5);
+        const std::vector<core::Image> maps = renderer_->maps();
+        ASSERT_EQ(maps.size(), core::reuseMaps().size());
+        const auto at = [&](size_t map, size_t pixel) { return maps[map].pixels.at(pixel); };
+        size_t remember = 0;
+        for (size_t i = 0; i < e.weight.pixels.size(); ++i) {
+            const float history = at(0, i), alpha = at(1, i), c = at(2, i);
+            if (history > 0) {
+                EXPECT_NEAR(history, e.weight.pixels[i], 1e-3);
+            }
+            EXPECT_NEAR(c, 1 - 1 / e.weight.pixels[i], 1e-3);
+            EXPECT_NEAR(at(3, i), 1 - alpha, 1e-6);
+            if (history <= 1) {
+                EXPECT_EQ(alpha, 0);
+            }
+            EXPECT_EQ(at(5, i), history > 0 ? 1 : 0);
+            remember += history == 4;
+        }
+        EXPECT_GT(remember, e.weight.pixels.size() / 2);
+    }
 }
 
 TEST_P(ReuseMethod, OtherParametersAndScenesBeginAnew)
@@ -264,18 +323,21 @@ TEST_P(ReuseMethod, AStopGoesOnToThePlainPicture)
 
 TEST_P(ReuseMethod, ItIsWhatTheCpuFinds)
 {
-    begin("cornell-moderate", {40, 30});
-    const ReuseParams params = with(ReuseStrategy::ra, 12);
-    const core::Image here = fly(params, 6, 1).mean;
-    renderer_ = app::makeRenderer("reuse", {.device = app::DeviceKind::cpu});
-    renderer_->setWorld(world_, {});
-    const core::Image there = fly(params, 6, 1).mean;
-    // Rays that graze an edge may fall to either side of it.
-    size_t off = 0;
-    for (size_t i = 0; i < here.pixels.size(); ++i)
-        off += std::abs(here.pixels[i] - there.pixels[i]) > 1e-3f * (there.pixels[i] + 0.01f);
-    EXPECT_LT(off, here.pixels.size() / 50);
-    EXPECT_NEAR(meanOf(here), meanOf(there), 1e-2 * meanOf(there));
+    for (const float rays : {1.0f, 0.3f, 2.5f}) {
+        renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
+        begin("cornell-moderate", {40, 30});
+        const ReuseParams params = with(ReuseStrategy::ra, 12, rays);
+        const core::Image here = fly(params, 14, 0.25).mean;
+        renderer_ = app::makeRenderer("reuse", {.device = app::DeviceKind::cpu});
+        renderer_->setWorld(world_, {});
+        const core::Image there = fly(params, 14, 0.25).mean;
+        // Rays that graze an edge may fall to either side of it.
+        size_t off = 0;
+        for (size_t i = 0; i < here.pixels.size(); ++i)
+            off += std::abs(here.pixels[i] - there.pixels[i]) > 1e-3f * (there.pixels[i] + 0.01f);
+        EXPECT_LT(off, here.pixels.size() / 50) << rays;
+        EXPECT_NEAR(meanOf(here), meanOf(there), 1e-2 * meanOf(there)) << rays;
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Device, ReuseMethod,

@@ -1,0 +1,162 @@
+// What a pass of sample reuse adds up at a pixel: old samples and new ones, and what is told of
+// them.
+#ifndef REKINDLE_SHARED_REUSE_SUMS_H
+#define REKINDLE_SHARED_REUSE_SUMS_H
+
+#include "reuse_records.h"
+
+SHARED_BEGIN
+
+/// What a new path and a new connection have brought to a pixel, from one kernel to the next. The
+/// sample's weight times its integrand is `scale` times `around`; that of the connection `light.v`
+/// times `direct`. A pixel may have several in one pass.
+struct ReuseNew {
+    ReuseSample record;  // to be kept; of weight 0 where it cannot be
+    ReuseLight light;
+    float scale;  // what old samples leave to the new one
+    vec3 around;  // what the path alone would estimate, where there was one candidate
+    vec3 direct;
+};
+SHARED_CONST uint kReuseNewWords = 5u;
+
+SHARED_FN ReuseNew noReuseNew()
+{
+    ReuseNew n;
+    n.record = noReuseSample();
+    n.light.emitter = 0u;
+    n.light.numbers = 0u;
+    n.light.v = 0.0f;
+    n.scale = 0.0f;
+    n.around = vec3(0.0f);
+    n.direct = vec3(0.0f);
+    return n;
+}
+
+/// What a pass has found at one pixel. Light that comes to the first hit is found in two ways:
+/// `around`, in directions of the surface model, and `direct`, by connections to emitters.
+struct ReuseSums {
+    vec3 seen;           // towards the camera without any scattering
+    vec3 around;         // by old samples and new
+    vec3 aroundSquares;  // of what single paths would have brought, on average
+    vec3 direct;
+    vec3 directSquares;
+    vec3 plain;           // by the new path and connection alone
+    float weightSum;      // of v, of all samples of directions
+    float weightSquares;  // and of its squares
+    float oldShare;       // of weightSum by old samples
+    float nominal;        // N of the history; 0 without
+    float rays;           // n: new paths that are due
+    uint taken;           // and those that there are
+};
+
+SHARED_FN ReuseSums noReuseSums()
+{
+    ReuseSums s;
+    s.seen = vec3(0.0f);
+    s.around = vec3(0.0f);
+    s.aroundSquares = vec3(0.0f);
+    s.direct = vec3(0.0f);
+    s.directSquares = vec3(0.0f);
+    s.plain = vec3(0.0f);
+    s.weightSum = 0.0f;
+    s.weightSquares = 0.0f;
+    s.oldShare = 0.0f;
+    s.nominal = 0.0f;
+    s.rays = 1.0f;
+    s.taken = 0u;
+    return s;
+}
+
+/// Adds what is new to what old samples of nominal number `s.nominal` have brought.
+SHARED_FN void addReuseNew(INOUT(ReuseSums) s, ReuseNew n)
+{
+    const float share = 1.0f / (s.nominal + s.rays);
+    s.around += n.scale * n.around;
+    s.aroundSquares += share * n.around * n.around;
+    s.direct += n.light.v * n.direct;
+    s.directSquares += n.light.v * n.direct * n.direct;
+    s.plain += n.around + n.direct;
+    ++s.taken;
+    s.weightSum += n.scale;
+    s.weightSquares += n.scale * n.scale;
+}
+
+/// Radiance by old samples and new.
+SHARED_FN vec3 reusedRadiance(IN(ReuseSums) s)
+{
+    return s.seen + s.around + s.direct;
+}
+
+/// Radiance by the new paths alone, where there are any.
+SHARED_FN vec3 plainRadiance(IN(ReuseSums) s)
+{
+    return s.seen + s.plain / float(max(s.taken, 1u));
+}
+
+/// The mean that `naive` goes on with: `before` is that of the history.
+SHARED_FN vec3 naiveMean(IN(ReuseSums) s, vec3 before)
+{
+    if (!(s.nominal > 0.0f)) return plainRadiance(s);
+    const float share = float(s.taken) / (s.nominal + s.rays);
+    return before + min(share, 1.0f) * (plainRadiance(s) - before);
+}
+
+/// Mean square of the radiance that single paths find, for the variance that is told.
+SHARED_FN vec3 reusedSquares(IN(ReuseSums) s)
+{
+    const vec3 mean = reusedRadiance(s);
+    return mean * mean + max(s.aroundSquares - s.around * s.around, vec3(0.0f)) +
+           max(s.directSquares - s.direct * s.direct, vec3(0.0f));
+}
+
+/// What views of a pixel's reuse show. `old`: the share of the picture that old samples answer for
+/// (alpha, averaged over directions); `c`: N / (N + n); `effective`: number of equal samples that
+/// would be as good as the weights are (Kong 1992); `taken`: new paths.
+struct ReuseMapPixel {
+    float old;
+    float c;
+    float effective;
+    uint taken;
+};
+
+SHARED_FN ReuseMapPixel reuseMap(IN(ReuseSums) s, uint strategy)
+{
+    ReuseMapPixel m;
+    m.c = s.nominal / (s.nominal + s.rays);
+    m.old = s.oldShare;
+    m.effective = s.weightSquares > 0.0f ? s.weightSum * s.weightSum / s.weightSquares : 0.0f;
+    m.taken = s.taken;
+    if (keepsMeans(strategy)) {
+        m.old = s.taken > 0u ? m.c : (s.nominal > 0.0f ? 1.0f : 0.0f);
+        m.effective = s.nominal + float(s.taken);
+    }
+    return m;
+}
+
+/// As it lies in memory, behind the mean of strategies that keep one: `mean` may be anything.
+SHARED_FN vec4 packReuseMap(vec3 mean, ReuseMapPixel m, uint strategy)
+{
+    // In the mantissa of a number of [1,2): devices may flush denormal ones.
+    const uint word = 0x3f800000u | uint(min(m.c, 1.0f) * 16383.0f) | (min(m.taken, 15u) << 14u);
+    if (!keepsMeans(strategy)) mean = vec3(m.old, m.effective, 0.0f);
+    return vec4(mean, uintAsFloat(word));
+}
+
+SHARED_FN ReuseMapPixel unpackReuseMap(vec4 w, float nominal, uint strategy)
+{
+    const uint word = floatAsUint(w.w);
+    ReuseMapPixel m;
+    m.c = float(word & 0x3fffu) * (1.0f / 16383.0f);
+    m.taken = (word >> 14u) & 15u;
+    m.old = w.x;
+    m.effective = w.y;
+    if (keepsMeans(strategy)) {
+        m.old = m.c;
+        m.effective = nominal;
+    }
+    return m;
+}
+
+SHARED_END
+
+#endif
