@@ -14,8 +14,8 @@ namespace app {
 static constexpr double kBytesPerPixel = 48 + 24 + 24 + 48;
 
 void writePicture(const std::filesystem::path& file, const core::Estimate& estimate,
-                  core::Aovs* aovs, std::vector<core::Layer> maps,
-                  const RenderOptions& options, const core::Metadata& metadata)
+                  core::Aovs* aovs, std::vector<core::Layer> maps, const RenderOptions& options,
+                  const core::Metadata& metadata)
 {
     if (!hasExtension(file, ".exr")) {
         core::writePng(file, estimate.mean, static_cast<float>(options.exposure),

@@ -10,12 +10,11 @@
 namespace app {
 
 /// Writes the mean of an estimate (at least one sample) with what `options` say about layers,
-/// exposure and tone. `aovs` may be absent: then there are none in the file; `maps` are layers of the
-/// method's own. The file appears only
-/// when complete. Throws core::Error.
+/// exposure and tone. `aovs` may be absent: then there are none in the file; `maps` are layers of
+/// the method's own. The file appears only when complete. Throws core::Error.
 void writePicture(const std::filesystem::path& file, const core::Estimate& estimate,
-                  core::Aovs* aovs, std::vector<core::Layer> maps,
-                  const RenderOptions& options, const core::Metadata& metadata);
+                  core::Aovs* aovs, std::vector<core::Layer> maps, const RenderOptions& options,
+                  const core::Metadata& metadata);
 
 /// Throws core::Error (command line) when a picture of that size cannot be held in this machine's
 /// memory.

@@ -65,8 +65,8 @@ SHARED_CONST uint kBindPlacesNow = 11u;
 SHARED_CONST uint kBindArrivingNow = 12u;
 SHARED_CONST uint kBindLightsNow = 13u;
 SHARED_CONST uint kBindMeansNow = 14u;
-SHARED_CONST uint kBindNewSamples = 15u;  // ReuseNew per new path, kReuseNewWords each
-SHARED_CONST uint kBindWaiting = 16u;     // pixels that get a new path, with its number above
+SHARED_CONST uint kBindNewSamples = 15u;   // ReuseNew per new path, kReuseNewWords each
+SHARED_CONST uint kBindWaiting = 16u;      // pixels that get a new path, with its number above
 SHARED_CONST uint kBindWaitingHead = 17u;  // QueueHead of these
 SHARED_CONST uint kBindFirstNew = 18u;     // per lane: which of them are the pixel's
 
