@@ -207,8 +207,9 @@ void PictureView::showMethodMap(DisplayInputs& inputs, const Session& session,
     inputs.a = part(picture.maps, map);
     shared::DisplaySettings& s = inputs.settings;
     s.show = shared::kShowScalar;
-    scale_ = {true,  0,     std::max(positiveRange(map).second, 1e-6f),
-              false, false, std::string(method.maps[index].name) + ": " + method.maps[index].help};
+    const core::MapInfo& info = method.maps[index];
+    const float high = info.high > 0 ? info.high : std::max(positiveRange(map).second, 1e-6f);
+    scale_ = {true, 0, high, false, false, std::string(info.name) + ": " + info.help};
     s.low = scale_.low;
     s.high = scale_.high;
 }

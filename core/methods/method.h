@@ -32,6 +32,7 @@ struct MethodPreset {
 struct MapInfo {
     const char* name;
     const char* help;  // what it means, one line
+    float high = 0;    // value at the upper end of the colours; 0: the largest there is
 };
 
 struct MethodInfo {

@@ -219,14 +219,15 @@ private:
     }
 
     /// The pixel of the view before whose history belongs to this first hit; -1: there is none.
-    ptrdiff_t findHistory(const shared::ReuseVertex& v, vec3& position) const
+    ptrdiff_t findHistory(const shared::ReuseVertex& v, const shared::SampleStream& stream,
+                          vec3& position) const
     {
         if (before_.size.x == 0 || params_.reuse == ReuseStrategy::discard) return -1;
         vec2 film;
         const vec3 here = v.vertex.surface.position;
         if (!shared::projectToFilm(before_.camera, vec2(before_.size), here, film)) return -1;
         const float distance = glm::length(here - before_.camera.position);
-        const glm::ivec2 middle(glm::floor(film));
+        const glm::ivec2 middle = shared::historyPixel(film, shared::tapNumbers(stream));
         for (uint32_t k = 0; k < 9; ++k) {
             const glm::ivec2 at = middle + shared::historyOffset(k);
             if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
@@ -254,7 +255,7 @@ private:
             return sums;
         }
         vec3 position;
-        const ptrdiff_t source = findHistory(v, position);
+        const ptrdiff_t source = findHistory(v, stream, position);
         if (source >= 0) {
             const uint32_t history = before_.pixels[size_t(source)].history;
             shared::takeHistory(settings_, before_.camera, position, shared::unpackHistory(history),
@@ -381,9 +382,9 @@ std::span<const MapInfo> reuseMaps()
 {
     static constexpr std::array kMaps{
         MapInfo{"history", "samples that the history of a pixel stands for (N)"},
-        MapInfo{"alpha", "share of the picture that old samples answer for"},
-        MapInfo{"c", "N / (N + n): the share where the surface's lobe has not turned"},
-        MapInfo{"residual", "share that is left to new paths: 1 - alpha"},
+        MapInfo{"alpha", "share of the picture that old samples answer for", 1},
+        MapInfo{"c", "N / (N + n): the share where the surface's lobe has not turned", 1},
+        MapInfo{"residual", "share that is left to new paths: 1 - alpha", 1},
         MapInfo{"ess", "equal samples that would be as good as the weights are (ESS)"},
         MapInfo{"rays", "new paths of the last pass"},
     };

@@ -27,13 +27,13 @@ layout(set = kSetKernel, binding = kBindFirstNew, scalar) writeonly buffer First
 };
 
 /// The first of nine pixels whose first hit belongs to the surface at s; kNone where there is none.
-uint findSource(SurfacePoint s)
+uint findSource(SurfacePoint s, SampleStream stream)
 {
     const ivec2 size = ivec2(sizeBefore());
     vec2 film;
     if (!projectToFilm(push.cameraBefore, vec2(size), s.position, film)) return kNone;
     const float away = length(s.position - push.cameraBefore.position);
-    const ivec2 middle = ivec2(floor(film));
+    const ivec2 middle = historyPixel(film, tapNumbers(stream));
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);
         if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
@@ -89,7 +89,7 @@ void main()
         alone = here.slot == kNone ? 1u : 0u;
         if (here.slot != kNone) {
             const SurfacePoint s = makeSurfacePoint(scene, Hit(0.0, here.barycentrics, here.slot), ray.direction);
-            if (push.cameraBefore.tanHalfHeight > 0.0) words.w = findSource(s);
+            if (push.cameraBefore.tanHalfHeight > 0.0) words.w = findSource(s, stream);
             count = pathsOf(words.w, s, stream);
         }
         pixelsNow[pixelIndex(pixel)] = words;

@@ -34,8 +34,17 @@ SHARED_FN vec3 towardsCamera(CameraData camera, vec3 position)
     return camera.orthographic != 0u ? -camera.forward : normalize(camera.position - position);
 }
 
-/// Pixels that are looked at for a history, one after the other, k < 9: the one that the first hit
-/// projects to, then those around it.
+/// The pixel to look at first for the history of what was at `film`: one of the four around, each
+/// as often as bilinear interpolation weighs it. The nearest would lose every motion by less than
+/// half a pixel a frame; in the end a history would be used many pixels from where it was taken
+/// (measured: means that are .6 to 1.4 % too dark).
+SHARED_FN ivec2 historyPixel(vec2 film, vec2 xi)
+{
+    return ivec2(int(floor(film.x + xi.x - 0.5f)), int(floor(film.y + xi.y - 0.5f)));
+}
+
+/// Pixels that are looked at for a history, one after the other, k < 9: that of historyPixel, then
+/// those around it.
 SHARED_FN ivec2 historyOffset(uint k)
 {
     const uint at = k == 0u ? 4u : (k <= 4u ? k - 1u : k);

@@ -244,6 +244,12 @@ SHARED_FN SampleStream pathStream(SampleStream stream, float rays, uint which)
     return stream;
 }
 
+/// By what chance a history is taken from one of four pixels. Candidates have dimensions below 32.
+SHARED_FN vec2 tapNumbers(SampleStream stream)
+{
+    return streamVec2(decisionStream(stream, kPurposeSelection), 40u);
+}
+
 /// By what chance old sample `i` survives rejection.
 SHARED_FN float rejectionNumber(SampleStream stream, uint i)
 {
