@@ -6,6 +6,7 @@
 #include <new>
 
 #include "app/args/args.h"
+#include "app/bench/bench_flythrough.h"
 #include "app/bench/bench_throughput.h"
 #include "app/commands/compare.h"
 #include "app/commands/devices_command.h"
@@ -29,6 +30,10 @@ struct Run {
     int operator()(const app::ThroughputOptions& o) const
     {
         return app::benchThroughput(o, std::cout);
+    }
+    int operator()(const app::FlightBenchOptions& o) const
+    {
+        return app::benchFlythrough(o, std::cout);
     }
     int operator()(const app::LabOptions& o) const { return app::labCommand(o, std::cout); }
     int operator()(const app::ViewOptions& o) const { return app::viewCommand(o); }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
-#include <sstream>
 #include <utility>
 
 #include "app/args/args_options.h"
@@ -19,15 +18,6 @@ void require(bool present, const std::string& command, const std::string& what)
 {
     if (!present)
         badCommandLine(command + ": " + what + " is missing — see rekindle " + command + " --help");
-}
-
-std::vector<std::string> splitList(const std::string& text)
-{
-    std::vector<std::string> items;
-    std::istringstream stream(text);
-    for (std::string item; std::getline(stream, item, ',');)
-        if (!item.empty()) items.push_back(item);
-    return items;
 }
 
 /// "3-12" or "7" to a range of frames.
@@ -279,13 +269,17 @@ static std::vector<Subcommand> addCommands(CLI::App& root)
                                      infoCommandLine(root),
                                      devicesCommandLine(root),
                                      labCommandLine(root)};
-    CLI::App& bench = *root.add_subcommand("bench", "measurements: bench throughput SCENE");
-    bench.footer("Example: rekindle bench throughput room.glb");
+    CLI::App& bench = *root.add_subcommand(
+        "bench", "measurements: bench throughput SCENE, bench flythrough SCENE... -o DIR");
+    bench.footer("Example: rekindle bench throughput room.glb\n"
+                 "         rekindle bench flythrough room.glb -o flythrough --quick");
     bench.require_subcommand(0, 1);
     commands.push_back(throughputCommandLine(bench));
-    commands.push_back({&bench, "rekindle bench throughput SCENE [options]", []() -> Command {
+    commands.push_back(flythroughCommandLine(bench));
+    commands.push_back({&bench, "rekindle bench MEASUREMENT [options]", []() -> Command {
                             badCommandLine(
-                                "bench: which measurement? This version has: throughput");
+                                "bench: which measurement? This version has: throughput, "
+                                "flythrough");
                         }});
     root.require_subcommand(0, 1);
     commands.push_back(rootCommandLine(root));

@@ -90,6 +90,26 @@ struct ThroughputOptions {
     double seconds = 2;      // per measured figure
 };
 
+/// Flights through scenes with every strategy of sample reuse.
+struct FlightBenchOptions {
+    std::vector<SceneOptions> scenes;  // at least one
+    std::filesystem::path output;      // a folder
+    DeviceKind device = DeviceKind::cpu;
+    int deviceIndex = -1;
+    std::optional<glm::uvec2> size;
+    uint32_t width = 0;  // when `size` is absent: height from the camera's aspect
+    std::string camera;  // name, index or file; empty: the scene's first
+    std::filesystem::path path;
+    uint32_t frames = 0;        // of the longest flight
+    std::vector<double> steps;  // degrees per frame, or frames of the path; ascending
+    uint32_t seeds = 0;
+    uint64_t referenceSpp = 0;
+    double exposure = 0;                          // stops of the pictures
+    std::vector<core::ReuseStrategy> strategies;  // ascending, Discard first
+    core::AnyParams params;                       // of reuse, what all strategies have in common
+    bool quick = false, quiet = false;
+};
+
 /// The laboratory of sample reuse.
 struct LabOptions {
     std::filesystem::path output;  // a folder
@@ -131,8 +151,9 @@ struct Printed {
     std::string text;
 };
 
-using Command = std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions,
-                             ThroughputOptions, LabOptions, ViewOptions, Printed>;
+using Command =
+    std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions, ThroughputOptions,
+                 FlightBenchOptions, LabOptions, ViewOptions, Printed>;
 
 /// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
 Command parseArguments(int argc, const char* const* argv);

@@ -1,5 +1,7 @@
 // --method and the methods' parameters as options. A parameter is read when the whole command line
 // is known, since its range may depend on the method.
+#include <algorithm>
+
 #include "app/args/args_options.h"
 #include "core/base/check.h"
 
@@ -76,6 +78,19 @@ std::shared_ptr<MethodArguments> addMethod(CLI::App& app)
                          arguments);
         });
     }
+    return arguments;
+}
+
+std::shared_ptr<MethodArguments> addParametersOf(CLI::App& app, std::string_view method,
+                                                 const std::vector<std::string_view>& without)
+{
+    const auto arguments = std::make_shared<MethodArguments>();
+    arguments->method = method;
+    core::AnyParams::visit(
+        core::methodNamed(method).defaults, [&](const core::Field& field, const auto& value) {
+            if (std::ranges::find(without, field.name) == without.end())
+                addParameter(app, "Parameters of the method", field, value, arguments);
+        });
     return arguments;
 }
 

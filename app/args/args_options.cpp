@@ -82,10 +82,24 @@ std::vector<std::string> optionNames(const CLI::App& app)
     throw core::Error(message, core::ExitCode::commandLine);
 }
 
+std::vector<std::string> splitList(const std::string& text)
+{
+    std::vector<std::string> items;
+    std::istringstream stream(text);
+    for (std::string item; std::getline(stream, item, ',');)
+        if (!item.empty()) items.push_back(item);
+    return items;
+}
+
 void addSceneOptions(CLI::App& app, SceneOptions& scene)
 {
-    const std::string group = "Loading";
     addValue(app, "Arguments", "SCENE", scene.file, "glTF 2.0 file, .gltf or .glb");
+    addLoadingOptions(app, scene);
+}
+
+void addLoadingOptions(CLI::App& app, SceneOptions& scene)
+{
+    const std::string group = "Loading";
     addValue(app, group, "--at", scene.at, "instant of the scene's first animation, in seconds",
              {0, 1e9});
     app.add_flag("--strict", scene.load.strict, "refuse a scene with any warning")->group(group);

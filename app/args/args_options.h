@@ -117,14 +117,24 @@ struct MethodArguments {
 /// several methods have is one option.
 std::shared_ptr<MethodArguments> addMethod(CLI::App& app);
 
+/// Adds the parameters of one method, those named in `without` left out; the method is given.
+std::shared_ptr<MethodArguments> addParametersOf(CLI::App& app, std::string_view method,
+                                                 const std::vector<std::string_view>& without);
+
 /// Throws core::Error (command line) when the method does not run on such a device.
 void requireRuns(const core::AnyParams& params, DeviceKind device);
 
 /// What every command that loads a scene has: SCENE and the group "Loading".
 void addSceneOptions(CLI::App& app, SceneOptions& scene);
 
+/// The group alone, for commands that take several scenes.
+void addLoadingOptions(CLI::App& app, SceneOptions& scene);
+
 /// "640x360" to a size. Throws as CLI11 does for a wrong value.
 glm::uvec2 readSize(const std::string& text);
+
+/// The items of "a,b,c" that are not empty.
+std::vector<std::string> splitList(const std::string& text);
 
 [[noreturn]] void badCommandLine(const std::string& message);
 
@@ -139,6 +149,8 @@ struct Subcommand {
 Subcommand viewCommandLine(CLI::App& app, const std::string& usage);
 
 Subcommand labCommandLine(CLI::App& root);
+
+Subcommand flythroughCommandLine(CLI::App& bench);
 
 /// Help of a command in at most 100 columns: usage, what it does, options by group, and the
 /// example.

@@ -1,19 +1,16 @@
-// Interleaved rounds and medians, so that other work on the machine affects all alike. Work done by
-// this process is timed in CPU seconds over the number of cores, which is what undisturbed cores
-// would take; a real GPU by its own clock.
+// Interleaved rounds and medians, so that other work on the machine affects all alike.
 #include "app/bench/bench_throughput.h"
 
 #include <algorithm>
-#include <ctime>
 #include <functional>
 #include <map>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "app/base/log.h"
+#include "app/bench/bench_clock.h"
 #include "app/bench/bench_rays.h"
 #include "app/files/load.h"
 #include "app/files/params_json.h"
@@ -28,32 +25,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kMinRounds = 5, kMaxRounds = 101;
-
-double cpuSeconds()
-{
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-unsigned cores()
-{
-    return std::max(1u, std::thread::hardware_concurrency());
-}
-
-/// Seconds that `work` takes on all cores of this process.
-double onHost(const std::function<void()>& work)
-{
-    const double start = cpuSeconds();
-    work();
-    return (cpuSeconds() - start) / cores();
-}
-
-double median(std::vector<double> values)
-{
-    std::ranges::sort(values);
-    return values[values.size() / 2];
-}
 
 /// One figure: `run` does `amount` of work and returns the seconds.
 struct Figure {

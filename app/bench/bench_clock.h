@@ -1,0 +1,19 @@
+// How measurements are timed. Work done by this process (the CPU renderers, Vulkan in software) is
+// timed in CPU seconds over the number of cores, which is what undisturbed cores would take; a real
+// GPU by its own clock.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+namespace app {
+
+unsigned cores();
+
+/// Seconds that `work` takes on all cores of this process.
+double onHost(const std::function<void()>& work);
+
+/// The middle one, the upper of two; `values` are not empty.
+double median(std::vector<double> values);
+
+}  // namespace app

@@ -1,0 +1,172 @@
+// See flight_files.h.
+#include "app/bench/flight_files.h"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "app/base/read_value.h"
+#include "app/files/params_json.h"
+#include "app/files/stats.h"
+
+namespace app::flight {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Columns of JSON and CSV alike.
+Json rowJson(const std::string& scene, const Row& row)
+{
+    const PictureErrors& e = row.errors;
+    return {{"scene", scene},
+            {"strategy", row.strategy},
+            {"n", row.samples},
+            {"step", row.step},
+            {"distance", row.distance},
+            {"frame", row.frame},
+            {"rays", row.rays},
+            {"seconds", row.seconds},
+            {"variance", e.variance},
+            {"rmse", std::sqrt(std::max(0.0, e.mse.value))},
+            {"relmse", e.relMse.value},
+            {"relmse_se", e.relMse.error},
+            {"mean_signed_error", e.signedError.value},
+            {"mean_signed_error_se", e.signedError.error},
+            {"pictures", e.pictures},
+            {"relmse_ratio", row.ratio.value},
+            {"relmse_ratio_se", row.ratio.error},
+            {"equal_time_ratio", row.timeRatio}};
+}
+
+Json sceneJson(const SceneResult& scene)
+{
+    Json shots = Json::array();
+    for (const Shot& shot : scene.shots)
+        shots.push_back({{"name", shot.name},
+                         {"n", shot.samples},
+                         {"seconds", shot.seconds},
+                         {"relmse", shot.relMse},
+                         {"file", shot.file.string()},
+                         {"part", shot.part.string()}});
+    return {{"scene", scene.name},
+            {"file", scene.file.string()},
+            {"triangles", scene.triangles},
+            {"size", {scene.size.x, scene.size.y}},
+            {"way", scene.way},
+            {"step_unit", scene.unit},
+            {"mean_reference", scene.radiance},
+            {"reference_relmse", scene.referenceRelMse},
+            {"reference_seconds", scene.referenceSeconds},
+            {"reference_kept", scene.referenceKept},
+            {"shown_step", scene.shownStep},
+            {"pictures", shots}};
+}
+
+Json sweepJson(const Results& r, const SweepPoint& p)
+{
+    return {{"scene", r.sweptScene},
+            {"strategy", r.sweptStrategy},
+            {"parameter", p.parameter},
+            {"value", p.value},
+            {"step", p.step},
+            {"frame", r.longest()},
+            {"seconds", p.seconds},
+            {"relmse", p.errors.relMse.value},
+            {"relmse_ratio", p.ratio.value},
+            {"relmse_ratio_se", p.ratio.error},
+            {"mean_signed_error", p.errors.signedError.value},
+            {"mean_signed_error_se", p.errors.signedError.error}};
+}
+
+std::string padded(const std::string& text, size_t width)
+{
+    return text.size() < width ? text + std::string(width - text.size(), ' ') : text;
+}
+
+std::string number(const char* pattern, double value)
+{
+    if (!std::isfinite(value)) return "-";
+    char text[48];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
+}  // namespace
+
+std::string resultsJson(const Results& r)
+{
+    Json rows = Json::array(), scenes = Json::array(), sweeps = Json::array(),
+         leftOut = Json::object();
+    for (const SceneResult& scene : r.scenes) {
+        scenes.push_back(sceneJson(scene));
+        for (const Row& row : scene.rows) rows.push_back(rowJson(scene.name, row));
+        for (const Row& row : scene.atRest)
+            if (row.samples > 1) rows.push_back(rowJson(scene.name, row));
+    }
+    for (const SweepPoint& point : r.sweeps) sweeps.push_back(sweepJson(r, point));
+    for (const auto& [name, why] : r.leftOut) leftOut[name] = why;
+    return jsonLines({{"schema", 1},
+                      {"command", "bench flythrough"},
+                      {"version", r.version},
+                      {"commit", r.commit},
+                      {"device", r.device},
+                      {"driver", r.driver},
+                      {"clock", r.clock},
+                      {"quick", r.quick},
+                      {"interrupted", r.interrupted},
+                      {"seconds", r.seconds},
+                      {"strategies", r.strategies},
+                      {"left_out", leftOut},
+                      {"steps", r.steps},
+                      {"frames", r.frames},
+                      {"seeds", r.seeds},
+                      {"reference_spp", r.referenceSpp},
+                      {"params", paramsJson(r.params)},
+                      {"scenes", scenes},
+                      {"rows", rows},
+                      {"sweeps", sweeps}});
+}
+
+std::string rowsCsv(const Results& r)
+{
+    std::string csv;
+    for (const SceneResult& scene : r.scenes)
+        for (const Row& row : scene.rows) {
+            const Json json = rowJson(scene.name, row);
+            std::string head, line;
+            for (const auto& [key, value] : json.items()) {
+                head += (head.empty() ? "" : ",") + key;
+                if (!line.empty()) line += ',';
+                line += value.is_string() ? value.get<std::string>() : value.dump();
+            }
+            if (csv.empty()) csv = head + '\n';
+            csv += line + '\n';
+        }
+    return csv;
+}
+
+std::string resultsTable(const Results& r)
+{
+    std::string text;
+    for (const SceneResult& scene : r.scenes) {
+        const uint32_t frame = r.longest();
+        text += scene.name + ", after " + std::to_string(frame) + " frames with steps of " +
+                numberText(scene.shownStep) + ' ' + scene.unit + ":\n" + padded("", 24) +
+                "relMSE/discard  at equal time  mean signed error       ms/frame\n";
+        for (const std::string& strategy : r.strategies) {
+            const Row* row = rowOf(scene, strategy, scene.shownStep, frame);
+            if (row == nullptr) continue;
+            const Measured& bias = row->errors.signedError;
+            text += "  " + padded(strategy, 22) + padded(number("%.3g", row->ratio.value), 16) +
+                    padded(number("%.3g", row->timeRatio), 15) +
+                    padded(number("%+.2f %%", 100 * bias.value / scene.radiance) +
+                               number(" +- %.2f %%", 100 * bias.error / scene.radiance),
+                           24) +
+                    number("%.3g", 1e3 * row->seconds) + '\n';
+        }
+    }
+    return text;
+}
+
+}  // namespace app::flight

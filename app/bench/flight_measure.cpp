@@ -1,0 +1,277 @@
+// See flight_measure.h.
+#include "app/bench/flight_measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "app/base/program_version.h"
+#include "app/base/read_value.h"
+#include "app/bench/bench_clock.h"
+#include "app/files/load.h"
+#include "core/base/check.h"
+
+namespace app::flight {
+
+namespace {
+
+constexpr uint32_t kAtRest[] = {1, 2, 4};  // n of Discard, to know its error after any time
+const std::string kDiscard(core::enumName(core::ReuseStrategy::discard));
+
+/// Frames after which flights are looked at: one, and each power of `factor` up to the longest.
+std::vector<uint32_t> measuredFrames(uint32_t longest, uint32_t factor)
+{
+    std::vector<uint32_t> frames;
+    for (uint64_t frame = 1; frame < longest; frame *= factor)
+        frames.push_back(static_cast<uint32_t>(frame));
+    frames.push_back(longest);
+    return frames;
+}
+
+/// The file's name without its ending, with a number behind it where a scene before has it already.
+std::string nameOf(const std::filesystem::path& file, const std::vector<SceneResult>& before)
+{
+    const std::string stem = file.stem().string();
+    const auto taken = [&](const std::string& name) {
+        return std::ranges::any_of(before, [&](const SceneResult& s) { return s.name == name; });
+    };
+    std::string name = stem;
+    for (int i = 2; taken(name); ++i) name = stem + "-" + std::to_string(i);
+    return name;
+}
+
+/// a / b with the standard errors of both.
+Measured quotient(const Measured& a, const Measured& b)
+{
+    const double value = a.value / b.value;
+    return {value, std::abs(value) * std::hypot(a.error / a.value, b.error / b.value)};
+}
+
+}  // namespace
+
+Measurement::Measurement(const FlightBenchOptions& options, Say progress, Say warn,
+                         std::stop_token stop)
+    : o_(options), progress_(std::move(progress)), warn_(std::move(warn)), stop_(std::move(stop)),
+      pilot_({.device = options.device, .deviceIndex = options.deviceIndex})
+{
+    results_.version = kVersion;
+    results_.commit = kCommit;
+    results_.clock = pilot_.clock();
+    core::ReuseParams params = options.params.as<core::ReuseParams>();
+    // One place in the pixel for all frames and their reference: they measure the same picture.
+    if (params.jitter == core::PixelJitter::settled) params.jitter = core::PixelJitter::never;
+    results_.params = params;
+    results_.steps = options.steps;
+    results_.frames = measuredFrames(options.frames, options.quick ? 4 : 2);
+    results_.seeds = options.seeds;
+    results_.referenceSpp = options.referenceSpp;
+    results_.quick = options.quick;
+}
+
+void Measurement::Cell::add(Landing landing)
+{
+    errors.add(landing.picture);
+    seconds.push_back(landing.seconds);
+    rays = landing.rays;
+    if (first.pixels.empty()) first = std::move(landing.picture);
+}
+
+core::ReuseParams Measurement::paramsOf(const std::string& strategy) const
+{
+    core::ReuseParams params = results_.params.as<core::ReuseParams>();
+    const std::string problem = readValue(strategy, {}, params.reuse);
+    CHECK(problem.empty());
+    return params;
+}
+
+std::optional<Landing> Measurement::fly(core::ReuseParams params, double step, uint32_t frames,
+                                        uint32_t samples)
+{
+    params.seed += flights_++;
+    return pilot_.fly(*flight_, {step, frames, samples, params}, stop_);
+}
+
+/// Loads the scene and finds or makes its reference. False: stopped.
+bool Measurement::load(size_t index)
+{
+    const SceneOptions& options = o_.scenes[index];
+    const core::Progress progress = [this](const char* stage, double) { progress_(stage); };
+    world_ = loadWorld(options, 0, progress, stop_).world;
+    for (const std::string& line : warningLines(world_->warnings))
+        warn_(options.file.string() + ": " + line);
+    const core::Camera camera = chooseCamera(*world_, o_.camera);
+    scene_ = {};
+    scene_.name = nameOf(options.file, results_.scenes);
+    scene_.file = options.file;
+    scene_.triangles = world_->triangles.size();
+    scene_.size = o_.size ? *o_.size : core::sizeForWidth(camera, o_.width);
+    flight_ = o_.path.empty() ? Flight::around(world_, camera, scene_.size, o_.steps.back())
+                              : Flight::along(readCameraPath(o_.path, camera, world_->placement));
+    scene_.way = flight_->words();
+    scene_.unit = flight_->unit();
+    pilot_.setWorld(world_, progress);
+    pilot_.setSize(scene_.size);
+    discard_.clear();
+    discardSeconds_.clear();
+
+    const std::string size = std::to_string(scene_.size.x) + 'x' + std::to_string(scene_.size.y);
+    const std::filesystem::path file =
+        o_.output / "references" /
+        (scene_.name + '-' + size + '-' + std::to_string(o_.referenceSpp) + "spp.exr");
+    const ReferenceOrder order{
+        file, {flight_->end(), scene_.size, results_.params}, options.at, o_.referenceSpp};
+    const auto part = [this](double done) {
+        char text[32];
+        std::snprintf(text, sizeof text, "reference, %.0f %%", 100 * done);
+        progress_(scene_.name + ": " + text);
+    };
+    reference_ = reference(order, pilot_.renderer(), *world_, part, stop_);
+    if (!reference_) return false;
+    scene_.radiance = reference_->radiance;
+    scene_.referenceSeconds = reference_->seconds;
+    scene_.referenceKept = reference_->kept;
+    scene_.referenceRelMse = noiseOf(reference_->mean, reference_->variance);
+    const core::RenderStats stats = pilot_.renderer().stats();
+    results_.device = stats.device;
+    results_.driver = stats.driver;
+    return true;
+}
+
+/// Flies each strategy for two frames: kernels are compiled before times are taken, and one that
+/// cannot work here is left out, with the reason.
+void Measurement::chooseStrategies()
+{
+    results_.strategies.clear();
+    results_.leftOut.clear();
+    for (const core::ReuseStrategy strategy : o_.strategies) {
+        const std::string name(core::enumName(strategy));
+        try {
+            fly(paramsOf(name), o_.steps.front(), 2, 1);
+            results_.strategies.push_back(name);
+        } catch (const core::Error& error) {
+            if (name == kDiscard || error.code() == core::ExitCode::deviceLost) throw;
+            results_.leftOut.emplace_back(name, error.what());
+            warn_(name + " is left out: " + error.what());
+        }
+    }
+}
+
+/// One picture of Discard for each n, after a move.
+bool Measurement::measureDiscard(double step, uint32_t frame, std::vector<double>& seconds)
+{
+    for (const uint32_t n : kAtRest) {
+        if (n > 1 && frame != results_.longest()) continue;
+        std::optional<Landing> landing = fly(paramsOf(kDiscard), step, std::min(frame, 2u), n);
+        if (!landing) return false;
+        if (n == 1) seconds.push_back(landing->seconds);
+        discard_.try_emplace(n, *reference_).first->second.add(std::move(*landing));
+    }
+    return true;
+}
+
+/// All strategies in one place, seed by seed. False: stopped, and nothing was added.
+bool Measurement::measureCell(double step, uint32_t frame)
+{
+    Cells cells;
+    std::vector<double> discardSeconds;
+    for (uint32_t seed = 0; seed < o_.seeds; ++seed) {
+        if (!measureDiscard(step, frame, discardSeconds)) return false;
+        for (const std::string& strategy : results_.strategies) {
+            if (strategy == kDiscard) continue;
+            std::optional<Landing> landing = fly(paramsOf(strategy), step, frame, 1);
+            if (!landing) return false;
+            cells.try_emplace(strategy, *reference_).first->second.add(std::move(*landing));
+        }
+    }
+    discardSeconds_[{step, frame}] = median(discardSeconds);
+    for (auto& [strategy, cell] : cells)
+        scene_.rows.push_back({.strategy = strategy,
+                               .step = step,
+                               .distance = flight_->distance(step),
+                               .frame = frame,
+                               .rays = cell.rays,
+                               .seconds = median(cell.seconds),
+                               .errors = cell.errors.errors()});
+    if (step == scene_.shownStep && frame == results_.longest()) takeShots(cells);
+    return true;
+}
+
+void Measurement::measureScene(size_t index)
+{
+    if (!load(index)) return;
+    if (index == 0) chooseStrategies();
+    std::vector<double> steps;
+    for (const double step : results_.steps) {
+        const std::string why = flight_->whyNot(step, results_.longest());
+        if (why.empty())
+            steps.push_back(step);
+        else
+            warn_(scene_.name + ": " + why);
+    }
+    if (steps.empty())
+        throw core::Error(scene_.file.string() + ": " +
+                          flight_->whyNot(results_.steps.front(), results_.longest()));
+    scene_.shownStep = steps[steps.size() / 2];
+    bool goesOn = true;
+    size_t done = 0;
+    for (const double step : steps)
+        for (const uint32_t frame : results_.frames) {
+            progress_(scene_.name + ": steps of " + numberText(step) + ", " +
+                      std::to_string(frame) + " frames (" + std::to_string(++done) + " of " +
+                      std::to_string(steps.size() * results_.frames.size()) + ")");
+            goesOn = goesOn && measureCell(step, frame);
+        }
+    finishScene();
+}
+
+/// What needs all of the scene: everything relative to Discard, and Discard's own rows.
+void Measurement::finishScene()
+{
+    if (scene_.rows.empty() && discardSeconds_.empty()) return;
+    for (const auto& [n, cell] : discard_)
+        scene_.atRest.push_back({.strategy = kDiscard,
+                                 .samples = n,
+                                 .rays = cell.rays,
+                                 .seconds = median(cell.seconds),
+                                 .errors = cell.errors.errors()});
+    const Row& unit = scene_.atRest.front();
+    std::vector<Row> rows;
+    for (const auto& [place, seconds] : discardSeconds_) {
+        rows.push_back(unit);
+        rows.back().step = place.first;
+        rows.back().frame = place.second;
+        rows.back().distance = flight_->distance(place.first);
+        rows.back().seconds = seconds;
+    }
+    for (Row& row : scene_.atRest) row.ratio = quotient(row.errors.relMse, unit.errors.relMse);
+    rows.insert(rows.end(), scene_.rows.begin(), scene_.rows.end());
+    for (Row& row : rows) {
+        row.ratio = row.strategy == kDiscard ? Measured{1, 0}
+                                             : quotient(row.errors.relMse, unit.errors.relMse);
+        // In units of what Discard took in the same rounds.
+        const double slowness = unit.seconds / discardSeconds_.at({row.step, row.frame});
+        row.timeRatio =
+            row.strategy == kDiscard
+                ? 1
+                : equalTimeRatio(scene_.atRest, row.seconds * slowness, row.errors.relMse.value);
+    }
+    scene_.rows = std::move(rows);
+    results_.scenes.push_back(scene_);
+}
+
+double equalTimeRatio(const std::vector<Row>& atRest, double seconds, double relMse)
+{
+    const auto known = [](const Row& row) {
+        return row.seconds > 0 && row.errors.relMse.value > 0;
+    };
+    if (atRest.size() < 2 || !std::ranges::all_of(atRest, known) || !(seconds > 0)) return kUnknown;
+    size_t i = 0;
+    while (i + 2 < atRest.size() && atRest[i + 1].seconds < seconds) ++i;
+    const Row &a = atRest[i], &b = atRest[i + 1];
+    const double slope =
+        std::log(b.errors.relMse.value / a.errors.relMse.value) / std::log(b.seconds / a.seconds);
+    const double error = a.errors.relMse.value * std::exp(slope * std::log(seconds / a.seconds));
+    return std::isfinite(error) ? relMse / error : kUnknown;
+}
+
+}  // namespace app::flight

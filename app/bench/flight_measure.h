@@ -1,0 +1,88 @@
+// All flights through one scene after another. What takes turns within one seed is the strategies,
+// so that other work on the machine slows all of them alike.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <stop_token>
+#include <string>
+
+#include "app/args/args.h"
+#include "app/bench/flight_pilot.h"
+#include "app/bench/flight_reference.h"
+#include "app/bench/flight_results.h"
+
+namespace app::flight {
+
+using Say = std::function<void(const std::string&)>;
+
+class Measurement {
+public:
+    /// `progress` takes what is being done, `warn` what a person should know.
+    Measurement(const FlightBenchOptions& options, Say progress, Say warn, std::stop_token stop);
+
+    /// Everything that can be measured of the scene number `index`, into results(). What a stop
+    /// left unfinished is not in them. Throws core::Error.
+    void measureScene(size_t index);
+
+    /// Flights with one parameter changed, through the scene that was measured last.
+    void sweep();
+
+    Results& results() { return results_; }
+
+private:
+    /// Errors and times of one strategy in one place.
+    struct Cell {
+        ErrorSum errors;
+        std::vector<double> seconds;
+        double rays = 0;
+        core::Image first;  // of the pictures
+
+        explicit Cell(const FlightReference& reference) : errors(reference.mean, reference.variance)
+        {}
+        void add(Landing landing);
+    };
+    using Cells = std::map<std::string, Cell>;
+
+    bool load(size_t index);
+    void chooseStrategies();
+    bool measureCell(double step, uint32_t frame);
+    bool measureDiscard(double step, uint32_t frame, std::vector<double>& seconds);
+    void finishScene();
+    void takeShots(const Cells& cells);
+    void addShot(const std::string& name, uint32_t samples, const Landing& landing);
+    std::optional<Landing> fly(core::ReuseParams params, double step, uint32_t frames,
+                               uint32_t samples);
+    core::ReuseParams paramsOf(const std::string& strategy) const;
+    bool sweepParameter(const std::string& name, const std::vector<double>& values, double step);
+
+    const FlightBenchOptions& o_;
+    Say progress_, warn_;
+    std::stop_token stop_;
+    Pilot pilot_;
+    Results results_;
+    uint32_t flights_ = 0;  // so far: each has a seed of its own
+
+    // Of the present scene.
+    std::shared_ptr<const core::World> world_;
+    std::optional<Flight> flight_;
+    std::optional<FlightReference> reference_;
+    std::map<uint32_t, Cell> discard_;  // by n; of all flights: it does not depend on them
+    std::map<std::pair<double, uint32_t>, double> discardSeconds_;  // by step and frame
+    glm::uvec2 corner_{0}, part_{0};  // of the shots, what is shown larger
+    SceneResult scene_;
+};
+
+/// The parameters of reuse that a sweep changes, with their values: halved and doubled from
+/// `params` on, as far as their range allows, ascending. What decides what is seen and not how well
+/// is left out.
+std::map<std::string, std::vector<double>> sweptValues(const core::ReuseParams& params, bool quick);
+
+/// `params` with one of them changed.
+core::ReuseParams withValue(core::ReuseParams params, const std::string& name, double value);
+
+/// Error over that of Discard in as much time: `atRest` are Discard's points (seconds, relMSE) for
+/// growing n; between them and beyond, a power of the time.
+double equalTimeRatio(const std::vector<Row>& atRest, double seconds, double relMse);
+
+}  // namespace app::flight

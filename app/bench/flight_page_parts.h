@@ -1,0 +1,35 @@
+// The parts of the page on flights and the words they share. Only flight_page*.cpp include this.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/bench/flight_results.h"
+#include "app/report/svg.h"
+
+namespace app::flight {
+
+/// Four plots: relMSE over that of Discard and the signed error, over frames and over steps.
+std::string scenePlots(const Results& results, const SceneResult& scene);
+
+/// The same over frames for every step, for who wants to know more.
+std::string morePlots(const Results& results, const SceneResult& scene);
+
+/// One plot per parameter.
+std::string sweepPlots(const Results& results);
+
+/// The pictures side by side, and under each the part of it that is shown larger.
+std::string shotsMarkup(const SceneResult& scene, const std::filesystem::path& folder);
+
+/// How the curve of a strategy looks: the same on the whole page.
+struct Look {
+    std::string style;  // colour class, dashed beyond the colours that there are
+    report::Shape shape = report::Shape::circle;
+};
+Look lookOf(const std::string& strategy);
+
+/// "4 degrees".
+std::string stepText(const SceneResult& scene, double step);
+
+}  // namespace app::flight

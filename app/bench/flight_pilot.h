@@ -1,0 +1,48 @@
+// One renderer of sample reuse that flies: frame after frame, each beginning with what the one
+// before has left.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "app/bench/flight.h"
+#include "app/methods/methods.h"
+#include "core/methods/renderer.h"
+
+namespace app::flight {
+
+/// A flight and what it is flown with.
+struct Plan {
+    double step = 1;
+    uint32_t frames = 1;   // the last one shows the flight's end
+    uint32_t samples = 1;  // paths per pixel and frame
+    core::ReuseParams params;
+};
+
+struct Landing {
+    core::Image picture;  // of the last frame, as all that follows
+    double rays = 0, seconds = 0;
+};
+
+class Pilot {
+public:
+    explicit Pilot(const Target& target);
+
+    void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress);
+    void setSize(glm::uvec2 size) { size_ = size; }
+    core::Renderer& renderer() { return *renderer_; }
+
+    /// "cpu seconds / cores" or "device time".
+    const char* clock() const;
+
+    /// Nothing when `stop` came first. Throws core::Error.
+    std::optional<Landing> fly(const Flight& flight, const Plan& plan, std::stop_token stop);
+
+private:
+    std::unique_ptr<core::Renderer> renderer_;
+    bool hostClock_ = true;
+    glm::uvec2 size_{0};
+};
+
+}  // namespace app::flight

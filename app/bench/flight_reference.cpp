@@ -1,0 +1,111 @@
+// See flight_reference.h.
+#include "app/bench/flight_reference.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "app/base/json_file.h"
+#include "app/base/program_version.h"
+#include "app/files/camera_file.h"
+#include "app/files/params_json.h"
+#include "core/base/check.h"
+#include "core/base/time.h"
+
+namespace app::flight {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kKey = "rekindle:reference";  // of the metadata
+constexpr const char* kSeconds = "rekindle:seconds";
+constexpr uint32_t kSeed = 0xf1196e75;  // one that no flight has
+constexpr double kStepSeconds = 0.25;
+
+/// Plain path tracing where the flights look.
+core::AnyParams plainParams(const core::AnyParams& params)
+{
+    core::ReuseParams plain = params.as<core::ReuseParams>();
+    plain.reuse = core::ReuseStrategy::discard;
+    plain.sampler = core::SamplerKind::independent;
+    plain.seed = kSeed;
+    return plain;
+}
+
+std::string keyOf(const ReferenceOrder& order, const core::World& world)
+{
+    const core::ReuseParams& p = order.view.params.as<core::ReuseParams>();
+    return jsonText({{"version", kVersion},
+                     {"scene", world.scene->hash},
+                     {"at", order.at},
+                     {"camera", cameraJson(order.view.camera, world.placement)},
+                     {"size", {order.view.size.x, order.view.size.y}},
+                     {"max-depth", p.maxDepth},
+                     {"roulette-depth", p.rouletteDepth},
+                     {"jitter", std::string(core::enumName(p.jitter))},
+                     {"spp", order.samples}});
+}
+
+double meanOf(const core::Image& image)
+{
+    double sum = 0;
+    for (const float x : image.pixels) sum += static_cast<double>(x);
+    return sum / static_cast<double>(image.pixels.size());
+}
+
+/// What is kept, if it is what is wanted. A file that cannot be read is no more than out of date.
+std::optional<FlightReference> readKept(const fs::path& file, const std::string& key,
+                                        glm::uvec2 size)
+{
+    std::error_code none;
+    if (!fs::exists(file, none)) return {};
+    try {
+        const core::ImageFile kept = core::readExr(file);
+        const auto found = kept.metadata.find(kKey);
+        if (found == kept.metadata.end() || found->second != key) return {};
+        FlightReference r{kept.layer(""), kept.layer("variance"), 0, 0, true};
+        if (r.mean.width != size.x || r.mean.height != size.y || r.mean.channels != 3 ||
+            r.variance.pixels.size() != r.mean.pixels.size())
+            return {};
+        r.radiance = meanOf(r.mean);
+        const auto seconds = kept.metadata.find(kSeconds);
+        if (seconds != kept.metadata.end()) readValue(seconds->second, {}, r.seconds);
+        return r;
+    } catch (const core::Error&) {
+        return {};
+    }
+}
+
+}  // namespace
+
+std::optional<FlightReference> reference(const ReferenceOrder& order, core::Renderer& renderer,
+                                         const core::World& world,
+                                         const std::function<void(double)>& progress,
+                                         std::stop_token stop)
+{
+    CHECK(order.samples >= 2);
+    const std::string key = keyOf(order, world);
+    if (auto kept = readKept(order.file, key, order.view.size)) return kept;
+    core::View view = order.view;
+    view.params = plainParams(view.params);
+    const core::Clock::time_point start = core::Clock::now();
+    renderer.setView(view, core::Start::anew);
+    for (uint64_t done = 0; done < order.samples; done = renderer.progress().samples) {
+        const uint64_t left = std::min<uint64_t>(order.samples - done, 1u << 20u);
+        renderer.advance({static_cast<uint32_t>(left), kStepSeconds}, stop);
+        if (stop.stop_requested()) return {};
+        progress(static_cast<double>(done) / static_cast<double>(order.samples));
+    }
+    core::Estimate estimate = renderer.read(core::Reading::everything);
+    FlightReference r{std::move(estimate.mean), std::move(estimate.variance), 0,
+                      core::secondsSince(start), false};
+    r.radiance = meanOf(r.mean);
+    std::error_code error;
+    fs::create_directories(order.file.parent_path(), error);
+    core::writeExr(order.file, {{{"", r.mean}, {"variance", r.variance}},
+                                {{kKey, key}, {kSeconds, numberText(r.seconds)}}});
+    return r;
+}
+
+}  // namespace app::flight

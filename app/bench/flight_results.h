@@ -1,0 +1,95 @@
+// What flights have shown: what JSON, tables and pages are made of.
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "app/bench/flight_error.h"
+#include "core/methods/any_params.h"
+
+namespace app::flight {
+
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// A strategy after `frame` frames, `step` between two.
+struct Row {
+    std::string strategy;
+    uint32_t samples = 1;  // n: paths per pixel and frame
+    double step = 0;       // 0: the first view of a flight
+    double distance = 0;   // of one step, metres
+    uint32_t frame = 1;
+    double rays = 0;     // of the last frame
+    double seconds = 0;  // of the last frame; median of the seeds
+    PictureErrors errors{};
+    Measured ratio{};      // relMSE over that of Discard with one path per pixel and frame
+    double timeRatio = 0;  // relMSE over that of Discard in as much time
+};
+
+/// A parameter at one value, after the longest flight with steps of `step`.
+struct SweepPoint {
+    std::string parameter;
+    double value = 0, step = 0;
+    bool standard = false;  // the value that all other flights have
+    double seconds = 0;
+    PictureErrors errors;
+    Measured ratio;
+};
+
+/// A picture of the last frame, and the part of it that is shown larger.
+struct Shot {
+    std::string name;      // "reference", or the strategy
+    uint32_t samples = 1;  // n
+    double seconds = 0, relMse = 0;
+    std::filesystem::path file, part;  // from the folder of the page
+};
+
+struct SceneResult {
+    std::string name;            // short, different for every scene
+    std::filesystem::path file;  // as it was named
+    size_t triangles = 0;
+    glm::uvec2 size{0};
+    std::string way, unit;  // words: where the camera went, of a step
+    double radiance = 0;    // mean of the reference
+    double referenceRelMse = 0;
+    double referenceSeconds = 0;
+    bool referenceKept = false;
+    std::vector<Row> rows;
+    std::vector<Row> atRest;  // Discard with n of 1, 2, 4
+    double shownStep = 0;     // of the shots
+    std::vector<Shot> shots;
+};
+
+struct Results {
+    std::string version, commit, device, driver, clock;
+    std::vector<std::string> strategies;
+    std::vector<std::pair<std::string, std::string>> leftOut;  // name, why
+    core::AnyParams params;
+    std::vector<double> steps;
+    std::vector<uint32_t> frames;  // after which a flight is looked at
+    uint32_t seeds = 0;
+    uint64_t referenceSpp = 0;
+    bool quick = false, interrupted = false;
+    double seconds = 0;
+    std::vector<SceneResult> scenes;
+    std::string sweptScene, sweptStrategy;
+    std::vector<SweepPoint> sweeps;
+
+    uint32_t longest() const { return frames.empty() ? 0 : frames.back(); }
+};
+
+/// The row of a strategy; null when there is none.
+inline const Row* rowOf(const SceneResult& scene, const std::string& strategy, double step,
+                        uint32_t frame)
+{
+    for (const Row& row : scene.rows)
+        if (row.strategy == strategy && row.step == step && row.frame == frame) return &row;
+    return nullptr;
+}
+
+}  // namespace app::flight
