@@ -1,13 +1,11 @@
-// See flight_error.h. Seeds are few and tiles are many: the standard error of the signed error
-// comes from how much the means of tiles vary between seeds, which knows what is common to
-// neighbours.
+// See flight_error.h.
 #include "app/bench/flight_error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/base/check.h"
-#include "core/image/metrics.h"
 
 namespace app::flight {
 
@@ -23,13 +21,11 @@ double varianceOf(double sum, double squares, double count)
     return std::max(0.0, (squares - sum * sum / count) / (count - 1));
 }
 
-Measured meanOf(const std::vector<double>& values)
+double medianOf(std::vector<double>& values)
 {
-    double sum = 0, squares = 0;
-    for (const double x : values) sum += x;
-    const auto count = static_cast<double>(values.size());
-    for (const double x : values) squares += (x - sum / count) * (x - sum / count);
-    return {sum / count, count < 2 ? kNaN : std::sqrt(squares / (count - 1) / count)};
+    const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
 }
 
 }  // namespace
@@ -63,53 +59,79 @@ ErrorSum::ErrorSum(const core::Image& reference, const core::Image& variance)
     const auto count = static_cast<double>(size);
     noise_ /= count;
     signedNoise_ /= count * count;
-    const size_t tiles =
-        size_t((reference.width + kTile - 1) / kTile) * ((reference.height + kTile - 1) / kTile);
-    tileSums_.resize(tiles);
-    tileSquares_.resize(tiles);
+}
+
+void ErrorSum::Tiled::add(const std::vector<double>& tiles)
+{
+    sums.resize(tiles.size());
+    squares.resize(tiles.size());
+    for (size_t t = 0; t < tiles.size(); ++t) {
+        sums[t] += tiles[t];
+        squares[t] += tiles[t] * tiles[t];
+    }
+}
+
+Measured ErrorSum::Tiled::mean(double pictures) const
+{
+    Measured m{0, pictures < 2 ? kNaN : 0};
+    for (size_t t = 0; t < sums.size(); ++t) {
+        m.value += sums[t] / pictures;
+        if (pictures > 1) m.error += varianceOf(sums[t], squares[t], pictures) / pictures;
+    }
+    m.error = std::sqrt(m.error);
+    return m;
 }
 
 void ErrorSum::add(const core::Image& picture)
 {
-    const core::ImageErrors errors = core::imageErrors(picture, reference_);
-    mse_.push_back(errors.rmse * errors.rmse - noise_);
-    relMse_.push_back(errors.relMse - relativeNoise_);
-    signed_.push_back(errors.meanSignedError);
-    const uint32_t across = (picture.width + kTile - 1) / kTile;
-    std::vector<double> tiles(tileSums_.size());
+    CHECK(picture.width == reference_.width && picture.height == reference_.height &&
+          picture.channels == 3);
+    const uint32_t across = (picture.width + kTile - 1) / kTile,
+                   down = (picture.height + kTile - 1) / kTile;
+    std::vector<double> mse(size_t(across) * down), relMse(mse), differences(mse), ofPixels;
+    ofPixels.reserve(size_t(picture.width) * picture.height);
+    const double part = 1 / static_cast<double>(sums_.size());
     for (uint32_t y = 0; y < picture.height; ++y)
-        for (uint32_t x = 0; x < picture.width; ++x)
+        for (uint32_t x = 0; x < picture.width; ++x) {
+            const size_t tile = size_t(y / kTile) * across + x / kTile;
+            double ofPixel = 0;
             for (uint32_t c = 0; c < 3; ++c) {
                 const size_t i = (size_t(y) * picture.width + x) * 3 + c;
-                const double value = static_cast<double>(picture.pixels[i]);
+                const auto value = static_cast<double>(picture.pixels[i]),
+                           r = static_cast<double>(reference_.pixels[i]);
+                const double d = value - r;
                 sums_[i] += value;
                 squares_[i] += value * value;
-                tiles[size_t(y / kTile) * across + x / kTile] +=
-                    value - static_cast<double>(reference_.pixels[i]);
+                differences[tile] += d * part;
+                mse[tile] += d * d * part;
+                ofPixel += d * d / (r * r + kRelativeFloor);
             }
-    for (size_t t = 0; t < tiles.size(); ++t) {
-        tileSums_[t] += tiles[t];
-        tileSquares_[t] += tiles[t] * tiles[t];
-    }
+            relMse[tile] += ofPixel * part;
+            ofPixels.push_back(ofPixel / 3);
+        }
+    ++pictures_;
+    typical_ += medianOf(ofPixels);
+    mse_.add(mse);
+    relMse_.add(relMse);
+    signed_.add(differences);
 }
 
 PictureErrors ErrorSum::errors() const
 {
-    CHECK(!mse_.empty());
+    CHECK(pictures_ > 0);
+    const double count = pictures_, values = static_cast<double>(sums_.size());
     PictureErrors e;
-    e.pictures = pictures();
-    e.mse = meanOf(mse_);
-    e.relMse = meanOf(relMse_);
-    e.signedError = meanOf(signed_);
-    const double count = e.pictures, values = static_cast<double>(sums_.size());
-    e.variance = e.pictures < 2 ? kNaN : 0;
-    if (e.pictures < 2) return e;
-    for (size_t i = 0; i < sums_.size(); ++i)
+    e.pictures = pictures_;
+    e.mse = mse_.mean(count);
+    e.mse.value -= noise_;
+    e.relMse = relMse_.mean(count);
+    e.relMse.value -= relativeNoise_;
+    e.signedError = signed_.mean(count);
+    e.signedError.error = std::hypot(e.signedError.error, std::sqrt(signedNoise_));
+    e.typical = typical_ / count;
+    e.variance = pictures_ < 2 ? kNaN : 0;
+    for (size_t i = 0; pictures_ > 1 && i < sums_.size(); ++i)
         e.variance += varianceOf(sums_[i], squares_[i], count) / values;
-    double ofMean = signedNoise_;
-    for (size_t t = 0; t < tileSums_.size(); ++t)
-        ofMean += varianceOf(tileSums_[t], tileSquares_[t], count) / count / (values * values);
-    e.signedError.error = std::sqrt(ofMean);
     return e;
 }
 

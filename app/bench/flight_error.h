@@ -14,11 +14,14 @@ struct Measured {
 };
 
 /// Means over all pixels and channels and over the pictures, defined as in core/image/metrics.h; of
-/// `mse` and `relMse` what the reference's own variance adds is taken off.
+/// `mse` and `relMse` what the reference's own variance adds is taken off. Seeds are few and tiles
+/// are many: standard errors come from how much the sums of tiles vary between the pictures, which
+/// knows what neighbours have in common and single bright pixels; that of `signedError` has the
+/// reference's noise in it, too.
 struct PictureErrors {
-    Measured mse, relMse;
-    Measured signedError;  // its error: between the pictures, in tiles, and of the reference
-    double variance = 0;   // between the pictures
+    Measured mse, relMse, signedError;
+    double typical = 0;   // relative squared error of a typical pixel: median, mean of the pictures
+    double variance = 0;  // between the pictures
     uint32_t pictures = 0;
 };
 
@@ -33,18 +36,26 @@ public:
     /// Another picture of the reference's size, with a seed that no other has.
     void add(const core::Image& picture);
 
-    uint32_t pictures() const { return static_cast<uint32_t>(mse_.size()); }
-
     /// At least one picture. Standard errors and variance are NaN with less than two.
     PictureErrors errors() const;
 
 private:
+    /// Sums over pictures of a quantity that is a mean over the picture: of each tile's part of it,
+    /// and of its square.
+    struct Tiled {
+        std::vector<double> sums, squares;
+
+        void add(const std::vector<double>& tiles);
+        Measured mean(double pictures) const;
+    };
+
     const core::Image& reference_;
     double noise_ = 0, relativeNoise_ = 0;  // of the reference, in mse and relMse
     double signedNoise_ = 0;                // of its mean: variance
-    std::vector<double> mse_, relMse_, signed_;
-    std::vector<double> sums_, squares_;          // of each value
-    std::vector<double> tileSums_, tileSquares_;  // of each tile's sum of differences
+    uint32_t pictures_ = 0;
+    double typical_ = 0;                  // sum
+    std::vector<double> sums_, squares_;  // of each value
+    Tiled mse_, relMse_, signed_;
 };
 
 }  // namespace app::flight

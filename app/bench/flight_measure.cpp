@@ -234,7 +234,7 @@ void Measurement::finishScene()
                                  .rays = cell.rays,
                                  .seconds = median(cell.seconds),
                                  .errors = cell.errors.errors()});
-    const Row& unit = scene_.atRest.front();
+    const Row unit = scene_.atRest.front();
     std::vector<Row> rows;
     for (const auto& [place, seconds] : discardSeconds_) {
         rows.push_back(unit);
@@ -243,17 +243,21 @@ void Measurement::finishScene()
         rows.back().distance = flight_->distance(place.first);
         rows.back().seconds = seconds;
     }
-    for (Row& row : scene_.atRest) row.ratio = quotient(row.errors.relMse, unit.errors.relMse);
     rows.insert(rows.end(), scene_.rows.begin(), scene_.rows.end());
+    for (std::vector<Row>* all : {&rows, &scene_.atRest})
+        for (Row& row : *all) {
+            const bool same = row.strategy == kDiscard && row.samples == 1;
+            row.ratio = same ? Measured{1, 0} : quotient(row.errors.relMse, unit.errors.relMse);
+            row.mseRatio = row.errors.mse.value / unit.errors.mse.value;
+            row.typicalRatio = row.errors.typical / unit.errors.typical;
+            row.timeRatio = same ? 1 : kUnknown;
+        }
     for (Row& row : rows) {
-        row.ratio = row.strategy == kDiscard ? Measured{1, 0}
-                                             : quotient(row.errors.relMse, unit.errors.relMse);
+        if (row.strategy == kDiscard) continue;
         // In units of what Discard took in the same rounds.
         const double slowness = unit.seconds / discardSeconds_.at({row.step, row.frame});
         row.timeRatio =
-            row.strategy == kDiscard
-                ? 1
-                : equalTimeRatio(scene_.atRest, row.seconds * slowness, row.errors.relMse.value);
+            equalTimeRatio(scene_.atRest, row.seconds * slowness, row.errors.relMse.value);
     }
     scene_.rows = std::move(rows);
     results_.scenes.push_back(scene_);

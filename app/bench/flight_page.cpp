@@ -143,25 +143,26 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
     std::string rows;
     for (const std::string& strategy : r.strategies) {
         const Row* row = shownRow(r, scene, strategy);
-        if (row == nullptr) continue;
         const Row* discard = shownRow(r, scene, r.strategies.front());
+        if (row == nullptr || discard == nullptr) continue;
         const PictureErrors& e = row->errors;
-        const double slowness = discard ? row->seconds / discard->seconds : kUnknown;
+        const double slowness = row->seconds / discard->seconds;
         rows += "<tr>" + nameCell(strategy) + numberCell(shortNumber(e.relMse.value)) +
                 numberCell(measured(row->ratio.value, row->ratio.error)) +
+                numberCell(shortNumber(row->typicalRatio)) +
                 numberCell(shortNumber(row->timeRatio)) +
                 numberCell(signedText(scene, e.signedError), isBiased(e.signedError)) +
-                numberCell(shortNumber(std::sqrt(std::max(0.0, e.mse.value)))) +
-                numberCell(shortNumber(e.variance)) +
+                numberCell(shortNumber(row->mseRatio)) +
+                numberCell(shortNumber(e.variance / discard->errors.variance)) +
                 numberCell(shortNumber(row->rays / (double(scene.size.x) * scene.size.y))) +
                 numberCell(shortNumber(1e3 * row->seconds)) + numberCell(shortNumber(slowness, 2)) +
                 "</tr>\n";
     }
     return tableMarkup("<th>strategy</th>" + numberHead("relMSE") + numberHead("over discard") +
-                           numberHead("at equal time") + numberHead("signed error") +
-                           numberHead("RMSE") + numberHead("variance") +
-                           numberHead("rays per pixel") + numberHead("ms per frame") +
-                           numberHead("time / discard"),
+                           numberHead("typical pixel") + numberHead("at equal time") +
+                           numberHead("signed error") + numberHead("MSE ratio") +
+                           numberHead("variance ratio") + numberHead("rays per pixel") +
+                           numberHead("ms per frame") + numberHead("time / discard"),
                        rows);
 }
 
@@ -219,19 +220,20 @@ std::string methodSection(const Results& r)
     return section(
         "method", "How this was measured",
         "<ul>\n<li>Errors are means over all pixels and channels: relMSE = mean(d²/(r²+0.01)), "
-        "RMSE = √mean(d²), signed error = mean(d), with d = picture − reference. It is given in "
-        "per cent of the reference's mean.</li>\n"
+        "MSE = mean(d²), signed error = mean(d) in per cent of the reference's mean, with d = "
+        "picture − reference. A few bright pixels decide most of the means; the error of a "
+        "typical pixel is the median of d²/(r²+0.01) over pixels.</li>\n"
         "<li>The reference is a picture of " +
             std::to_string(r.referenceSpp) +
             " independent paths per pixel by plain path tracing through the same points of the "
             "pixels as the flights look through. What its own noise adds to squared errors is "
             "taken off, with its measured variance.</li>\n<li>" +
             std::to_string(r.seeds) +
-            " flights of each kind with seeds of their own. Bars and ± are standard errors: of "
-            "relMSE between the flights; of the signed error from how much the sums of tiles of "
-            "8×8 pixels vary between flights, and from the reference's noise. Red is further than "
-            "four of them away from zero. Variance is that between the flights, mean over "
-            "pixels.</li>\n"
+            " flights of each kind with seeds of their own. Bars and ± are standard errors, from "
+            "how "
+            "much the parts of tiles of 8×8 pixels vary between flights, and for the signed error "
+            "from the reference's noise, too. Red is further than four of them away from zero. "
+            "Variance is that between the flights, mean over pixels.</li>\n"
             "<li>All flights end in the same view, whatever their length and step. Discard depends "
             "on neither and was measured once for each of them, so that it is the best known "
             "number of all.</li>\n"

@@ -10,7 +10,8 @@
 
 namespace app::flight {
 
-/// Four plots: relMSE over that of Discard and the signed error, over frames and over steps.
+/// relMSE and the error of a typical pixel over those of Discard, and the signed error: each over
+/// frames and over steps.
 std::string scenePlots(const Results& results, const SceneResult& scene);
 
 /// The same over frames for every step, for who wants to know more.

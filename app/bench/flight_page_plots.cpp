@@ -30,6 +30,12 @@ Measured ratioOf(const Row& row)
     return row.ratio;
 }
 
+/// Without an error: a median has none that is known.
+Measured typicalOf(const Row& row)
+{
+    return {row.typicalRatio, 0};
+}
+
 Value signedPercent(const SceneResult& scene)
 {
     return [radiance = scene.radiance](const Row& row) {
@@ -94,7 +100,7 @@ Axis frameAxis(const Results& results)
 }
 
 /// Ratios below nothing come from noise; the axis stays where it can be read.
-Axis ratioAxis(const std::vector<Curve>& all)
+Axis ratioAxis(const std::string& of, const std::vector<Curve>& all)
 {
     double low = 0.5, high = 1;
     for (const Curve& curve : all)
@@ -103,7 +109,7 @@ Axis ratioAxis(const std::vector<Curve>& all)
                 low = std::min(low, p.y);
                 high = std::max(high, p.y);
             }
-    return logAxis("relMSE / that of discard", std::max(low, 1e-4), high);
+    return logAxis(of + " / that of discard", std::max(low, 1e-4), high);
 }
 
 std::string figure(const Plot& plot)
@@ -111,9 +117,10 @@ std::string figure(const Plot& plot)
     return "<figure>" + plot.element() + "</figure>\n";
 }
 
-std::string ratioPlot(const std::string& title, const Axis& x, const std::vector<Curve>& all)
+std::string ratioPlot(const std::string& title, const std::string& of, const Axis& x,
+                      const std::vector<Curve>& all)
 {
-    Plot plot(title, x, ratioAxis(all), kWidth, kHeight);
+    Plot plot(title, x, ratioAxis(of, all), kWidth, kHeight);
     draw(plot, all);
     return figure(plot);
 }
@@ -127,17 +134,6 @@ std::string signedPlot(const std::string& title, const Axis& x, const std::vecto
     return figure(plot);
 }
 
-std::string overFrames(const Results& results, const SceneResult& scene, double step)
-{
-    const auto place = [](const Row& row) { return double(row.frame); };
-    const auto wanted = [step](const Row& row) { return row.step == step; };
-    const std::string of = ", steps of " + stepText(scene, step);
-    return ratioPlot("Error over frames" + of, frameAxis(results),
-                     curves(results, scene, ratioOf, place, wanted)) +
-           signedPlot("Signed error over frames" + of, frameAxis(results),
-                      curves(results, scene, signedPercent(scene), place, wanted));
-}
-
 std::vector<double> stepsOf(const SceneResult& scene)
 {
     std::vector<double> steps;
@@ -147,18 +143,45 @@ std::vector<double> stepsOf(const SceneResult& scene)
     return steps;
 }
 
-std::string overSteps(const Results& results, const SceneResult& scene)
+/// Which rows stand along which axis.
+struct Along {
+    std::string words;  // of titles
+    Axis axis;
+    std::function<double(const Row&)> place;
+    std::function<bool(const Row&)> wanted;
+};
+
+Along alongFrames(const Results& r, const SceneResult& scene, double step)
 {
-    const std::vector<double> steps = stepsOf(scene);
-    if (steps.size() < 2) return {};
-    const Axis axis = logAxisAt("step, " + scene.unit, ticksAt(steps));
-    const auto place = [](const Row& row) { return row.step; };
-    const uint32_t frame = results.longest();
-    const auto wanted = [frame](const Row& row) { return row.frame == frame; };
-    const std::string of = " over steps, frame " + std::to_string(frame);
-    return ratioPlot("Error" + of, axis, curves(results, scene, ratioOf, place, wanted)) +
-           signedPlot("Signed error" + of, axis,
-                      curves(results, scene, signedPercent(scene), place, wanted));
+    return {"over frames, steps of " + stepText(scene, step), frameAxis(r),
+            [](const Row& row) { return double(row.frame); },
+            [step](const Row& row) { return row.step == step; }};
+}
+
+Along alongSteps(const Results& r, const SceneResult& scene)
+{
+    return {"over steps, frame " + std::to_string(r.longest()),
+            logAxisAt("step, " + scene.unit, ticksAt(stepsOf(scene))),
+            [](const Row& row) { return row.step; },
+            [frame = r.longest()](const Row& row) { return row.frame == frame; }};
+}
+
+std::string relMsePlot(const Results& r, const SceneResult& scene, const Along& along)
+{
+    return ratioPlot("Error " + along.words, "relMSE", along.axis,
+                     curves(r, scene, ratioOf, along.place, along.wanted));
+}
+
+std::string typicalPlot(const Results& r, const SceneResult& scene, const Along& along)
+{
+    return ratioPlot("Error of a typical pixel " + along.words, "median", along.axis,
+                     curves(r, scene, typicalOf, along.place, along.wanted));
+}
+
+std::string biasPlot(const Results& r, const SceneResult& scene, const Along& along)
+{
+    return signedPlot("Signed error " + along.words, along.axis,
+                      curves(r, scene, signedPercent(scene), along.place, along.wanted));
 }
 
 std::string pairs(const std::string& figures)
@@ -185,16 +208,24 @@ std::string stepText(const SceneResult& scene, double step)
     return numberText(step) + ' ' + scene.unit;
 }
 
-std::string scenePlots(const Results& results, const SceneResult& scene)
+std::string scenePlots(const Results& r, const SceneResult& scene)
 {
-    return pairs(overFrames(results, scene, scene.shownStep) + overSteps(results, scene));
+    std::vector<Along> both{alongFrames(r, scene, scene.shownStep)};
+    if (stepsOf(scene).size() > 1) both.push_back(alongSteps(r, scene));
+    std::string figures;
+    for (const auto plot : {relMsePlot, typicalPlot, biasPlot})
+        for (const Along& along : both) figures += plot(r, scene, along);
+    return pairs(figures);
 }
 
 std::string morePlots(const Results& results, const SceneResult& scene)
 {
     std::string figures;
     for (const double step : stepsOf(scene))
-        if (step != scene.shownStep) figures += overFrames(results, scene, step);
+        if (step != scene.shownStep) {
+            const Along along = alongFrames(results, scene, step);
+            figures += relMsePlot(results, scene, along) + biasPlot(results, scene, along);
+        }
     if (figures.empty()) return {};
     return "<details><summary>Over frames, for the other steps</summary>\n" + pairs(figures) +
            "</details>\n";

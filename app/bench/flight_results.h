@@ -27,7 +27,9 @@ struct Row {
     double rays = 0;     // of the last frame
     double seconds = 0;  // of the last frame; median of the seeds
     PictureErrors errors{};
-    Measured ratio{};      // relMSE over that of Discard with one path per pixel and frame
+    // Over those of Discard with one path per pixel and frame.
+    Measured ratio{};  // of relMSE
+    double mseRatio = 0, typicalRatio = 0;
     double timeRatio = 0;  // relMSE over that of Discard in as much time
 };
 
