@@ -153,7 +153,8 @@ Subcommand flythroughCommandLine(CLI::App& bench)
            },
            "glTF 2.0 files, .gltf or .glb")
         ->group("Arguments")
-        ->expected(-1)
+        ->expected(1, 1000)
+        ->allow_extra_args()
         ->type_name("FILE");
     const std::string output = "Output";
     addValue(app, output, "-o,--output", o->output,

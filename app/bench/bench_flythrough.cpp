@@ -45,7 +45,7 @@ int benchFlythrough(const FlightBenchOptions& options, std::ostream& out)
     Log log(options.quiet);
     flight::Measurement measurement(
         options, [&log](const std::string& text) { log.progressText(text); },
-        [&log](const std::string& text) { log.warning(text); }, interrupt.token());
+        [&log](const std::string& text) { log.warning(text); }, log.callback(), interrupt.token());
     flight::Results& results = measurement.results();
     for (size_t i = 0; i < options.scenes.size() && !interrupt.requested(); ++i) {
         try {

@@ -62,7 +62,7 @@ Flight Flight::around(const std::shared_ptr<const core::World>& world, const cor
     const dvec3 right = glm::normalize(glm::cross(end.forward, end.up));
     const core::EmbreeRays rays(world);
     const double wished = std::min(std::max(kOpening, 0.55 * widest), 80.0);
-    for (const double part : {1.0, 0.5, 0.25, 0.1}) {
+    for (const double part : {1.0, 0.5, 0.25, 0.1, 0.03}) {
         // The circle lies to the right of the camera, to the left, above, below.
         for (const dvec3& about : {end.up, -end.up, right, -right}) {
             flight.opening_ = glm::radians(part * wished);

@@ -21,11 +21,15 @@ double varianceOf(double sum, double squares, double count)
     return std::max(0.0, (squares - sum * sum / count) / (count - 1));
 }
 
-double medianOf(std::vector<double>& values)
+/// Mean without the thousandth of the values that is largest, one at least.
+double trimmedMean(std::vector<double>& values)
 {
-    const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    const size_t kept = values.size() - std::max<size_t>(1, values.size() / 1000);
+    const auto end = values.begin() + static_cast<ptrdiff_t>(kept);
+    std::nth_element(values.begin(), end, values.end());
+    double sum = 0;
+    for (auto x = values.begin(); x != end; ++x) sum += *x;
+    return sum / static_cast<double>(std::max<size_t>(1, kept));
 }
 
 }  // namespace
@@ -110,7 +114,9 @@ void ErrorSum::add(const core::Image& picture)
             ofPixels.push_back(ofPixel / 3);
         }
     ++pictures_;
-    typical_ += medianOf(ofPixels);
+    const double trimmed = trimmedMean(ofPixels);
+    trimmed_ += trimmed;
+    trimmedSquares_ += trimmed * trimmed;
     mse_.add(mse);
     relMse_.add(relMse);
     signed_.add(differences);
@@ -128,7 +134,9 @@ PictureErrors ErrorSum::errors() const
     e.relMse.value -= relativeNoise_;
     e.signedError = signed_.mean(count);
     e.signedError.error = std::hypot(e.signedError.error, std::sqrt(signedNoise_));
-    e.typical = typical_ / count;
+    e.trimmed = {trimmed_ / count - relativeNoise_,
+                 pictures_ < 2 ? kNaN
+                               : std::sqrt(varianceOf(trimmed_, trimmedSquares_, count) / count)};
     e.variance = pictures_ < 2 ? kNaN : 0;
     for (size_t i = 0; pictures_ > 1 && i < sums_.size(); ++i)
         e.variance += varianceOf(sums_[i], squares_[i], count) / values;

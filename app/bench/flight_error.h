@@ -20,7 +20,9 @@ struct Measured {
 /// reference's noise in it, too.
 struct PictureErrors {
     Measured mse, relMse, signedError;
-    double typical = 0;   // relative squared error of a typical pixel: median, mean of the pictures
+    // relMSE without the thousandth of the pixels in which it is largest, without fireflies; its
+    // error: between the pictures
+    Measured trimmed;
     double variance = 0;  // between the pictures
     uint32_t pictures = 0;
 };
@@ -53,8 +55,8 @@ private:
     double noise_ = 0, relativeNoise_ = 0;  // of the reference, in mse and relMse
     double signedNoise_ = 0;                // of its mean: variance
     uint32_t pictures_ = 0;
-    double typical_ = 0;                  // sum
-    std::vector<double> sums_, squares_;  // of each value
+    double trimmed_ = 0, trimmedSquares_ = 0;  // sums
+    std::vector<double> sums_, squares_;       // of each value
     Tiled mse_, relMse_, signed_;
 };
 

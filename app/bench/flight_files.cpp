@@ -33,12 +33,13 @@ Json rowJson(const std::string& scene, const Row& row)
             {"relmse_se", e.relMse.error},
             {"mean_signed_error", e.signedError.value},
             {"mean_signed_error_se", e.signedError.error},
-            {"typical_error", e.typical},
+            {"relmse_trimmed", e.trimmed.value},
             {"pictures", e.pictures},
             {"relmse_ratio", row.ratio.value},
             {"relmse_ratio_se", row.ratio.error},
             {"mse_ratio", row.mseRatio},
-            {"typical_ratio", row.typicalRatio},
+            {"trimmed_ratio", row.trimmedRatio.value},
+            {"trimmed_ratio_se", row.trimmedRatio.error},
             {"equal_time_ratio", row.timeRatio}};
 }
 
@@ -78,6 +79,8 @@ Json sweepJson(const Results& r, const SweepPoint& p)
             {"relmse", p.errors.relMse.value},
             {"relmse_ratio", p.ratio.value},
             {"relmse_ratio_se", p.ratio.error},
+            {"trimmed_ratio", p.trimmedRatio.value},
+            {"trimmed_ratio_se", p.trimmedRatio.error},
             {"mean_signed_error", p.errors.signedError.value},
             {"mean_signed_error_se", p.errors.signedError.error}};
 }
@@ -156,13 +159,13 @@ std::string resultsTable(const Results& r)
         const uint32_t frame = r.longest();
         text += scene.name + ", after " + std::to_string(frame) + " frames with steps of " +
                 numberText(scene.shownStep) + ' ' + scene.unit + ":\n" + padded("", 24) +
-                "relMSE/discard  typical pixel  at equal time  mean signed error    ms/frame\n";
+                "relMSE/discard  no fireflies   at equal time  mean signed error    ms/frame\n";
         for (const std::string& strategy : r.strategies) {
             const Row* row = rowOf(scene, strategy, scene.shownStep, frame);
             if (row == nullptr) continue;
             const Measured& bias = row->errors.signedError;
             text += "  " + padded(strategy, 22) + padded(number("%.3g", row->ratio.value), 16) +
-                    padded(number("%.3g", row->typicalRatio), 15) +
+                    padded(number("%.3g", row->trimmedRatio.value), 15) +
                     padded(number("%.3g", row->timeRatio), 15) +
                     padded(number("%+.2f %%", 100 * bias.value / scene.radiance) +
                                number(" +- %.2f %%", 100 * bias.error / scene.radiance),

@@ -50,8 +50,9 @@ Measured quotient(const Measured& a, const Measured& b)
 }  // namespace
 
 Measurement::Measurement(const FlightBenchOptions& options, Say progress, Say warn,
-                         std::stop_token stop)
-    : o_(options), progress_(std::move(progress)), warn_(std::move(warn)), stop_(std::move(stop)),
+                         core::Progress loading, std::stop_token stop)
+    : o_(options), progress_(std::move(progress)), warn_(std::move(warn)),
+      loading_(std::move(loading)), stop_(std::move(stop)),
       pilot_({.device = options.device, .deviceIndex = options.deviceIndex})
 {
     results_.version = kVersion;
@@ -91,12 +92,11 @@ std::optional<Landing> Measurement::fly(core::ReuseParams params, double step, u
     return pilot_.fly(*flight_, {step, frames, samples, params}, stop_);
 }
 
-/// Loads the scene and finds or makes its reference. False: stopped.
-bool Measurement::load(size_t index)
+/// Everything that can be refused before work begins.
+void Measurement::load(size_t index)
 {
     const SceneOptions& options = o_.scenes[index];
-    const core::Progress progress = [this](const char* stage, double) { progress_(stage); };
-    world_ = loadWorld(options, 0, progress, stop_).world;
+    world_ = loadWorld(options, 0, loading_, stop_).world;
     for (const std::string& line : warningLines(world_->warnings))
         warn_(options.file.string() + ": " + line);
     const core::Camera camera = chooseCamera(*world_, o_.camera);
@@ -109,17 +109,39 @@ bool Measurement::load(size_t index)
                               : Flight::along(readCameraPath(o_.path, camera, world_->placement));
     scene_.way = flight_->words();
     scene_.unit = flight_->unit();
-    pilot_.setWorld(world_, progress);
+    chooseSteps();
+    pilot_.setWorld(world_, loading_);
     pilot_.setSize(scene_.size);
     discard_.clear();
     discardSeconds_.clear();
+}
 
+/// Those that the flight has room for; throws core::Error when it has none for any.
+void Measurement::chooseSteps()
+{
+    steps_.clear();
+    std::vector<std::string> refused;
+    for (const double step : results_.steps) {
+        const std::string why = flight_->whyNot(step, results_.longest());
+        if (why.empty())
+            steps_.push_back(step);
+        else
+            refused.push_back(scene_.file.string() + ": " + why);
+    }
+    if (steps_.empty()) throw core::Error(refused.front());
+    for (const std::string& why : refused) warn_(why);
+    scene_.shownStep = steps_[steps_.size() / 2];
+}
+
+/// False: stopped.
+bool Measurement::findReference(size_t index)
+{
     const std::string size = std::to_string(scene_.size.x) + 'x' + std::to_string(scene_.size.y);
     const std::filesystem::path file =
         o_.output / "references" /
         (scene_.name + '-' + size + '-' + std::to_string(o_.referenceSpp) + "spp.exr");
     const ReferenceOrder order{
-        file, {flight_->end(), scene_.size, results_.params}, options.at, o_.referenceSpp};
+        file, {flight_->end(), scene_.size, results_.params}, o_.scenes[index].at, o_.referenceSpp};
     const auto part = [this](double done) {
         char text[32];
         std::snprintf(text, sizeof text, "reference, %.0f %%", 100 * done);
@@ -198,27 +220,16 @@ bool Measurement::measureCell(double step, uint32_t frame)
 
 void Measurement::measureScene(size_t index)
 {
-    if (!load(index)) return;
+    load(index);
+    if (!findReference(index)) return;
     if (index == 0) chooseStrategies();
-    std::vector<double> steps;
-    for (const double step : results_.steps) {
-        const std::string why = flight_->whyNot(step, results_.longest());
-        if (why.empty())
-            steps.push_back(step);
-        else
-            warn_(scene_.name + ": " + why);
-    }
-    if (steps.empty())
-        throw core::Error(scene_.file.string() + ": " +
-                          flight_->whyNot(results_.steps.front(), results_.longest()));
-    scene_.shownStep = steps[steps.size() / 2];
     bool goesOn = true;
     size_t done = 0;
-    for (const double step : steps)
+    for (const double step : steps_)
         for (const uint32_t frame : results_.frames) {
             progress_(scene_.name + ": steps of " + numberText(step) + ", " +
                       std::to_string(frame) + " frames (" + std::to_string(++done) + " of " +
-                      std::to_string(steps.size() * results_.frames.size()) + ")");
+                      std::to_string(steps_.size() * results_.frames.size()) + ")");
             goesOn = goesOn && measureCell(step, frame);
         }
     finishScene();
@@ -249,7 +260,8 @@ void Measurement::finishScene()
             const bool same = row.strategy == kDiscard && row.samples == 1;
             row.ratio = same ? Measured{1, 0} : quotient(row.errors.relMse, unit.errors.relMse);
             row.mseRatio = row.errors.mse.value / unit.errors.mse.value;
-            row.typicalRatio = row.errors.typical / unit.errors.typical;
+            row.trimmedRatio =
+                same ? Measured{1, 0} : quotient(row.errors.trimmed, unit.errors.trimmed);
             row.timeRatio = same ? 1 : kUnknown;
         }
     for (Row& row : rows) {
@@ -275,7 +287,7 @@ double equalTimeRatio(const std::vector<Row>& atRest, double seconds, double rel
     const double slope =
         std::log(b.errors.relMse.value / a.errors.relMse.value) / std::log(b.seconds / a.seconds);
     const double error = a.errors.relMse.value * std::exp(slope * std::log(seconds / a.seconds));
-    return std::isfinite(error) ? relMse / error : kUnknown;
+    return std::isfinite(relMse / error) ? relMse / error : kUnknown;
 }
 
 }  // namespace app::flight

@@ -18,8 +18,10 @@ using Say = std::function<void(const std::string&)>;
 
 class Measurement {
 public:
-    /// `progress` takes what is being done, `warn` what a person should know.
-    Measurement(const FlightBenchOptions& options, Say progress, Say warn, std::stop_token stop);
+    /// `progress` takes what is being done, `warn` what a person should know, `loading` the stages
+    /// of a scene on its way into memory.
+    Measurement(const FlightBenchOptions& options, Say progress, Say warn, core::Progress loading,
+                std::stop_token stop);
 
     /// Everything that can be measured of the scene number `index`, into results(). What a stop
     /// left unfinished is not in them. Throws core::Error.
@@ -44,7 +46,9 @@ private:
     };
     using Cells = std::map<std::string, Cell>;
 
-    bool load(size_t index);
+    void load(size_t index);
+    void chooseSteps();
+    bool findReference(size_t index);
     void chooseStrategies();
     bool measureCell(double step, uint32_t frame);
     bool measureDiscard(double step, uint32_t frame, std::vector<double>& seconds);
@@ -58,6 +62,7 @@ private:
 
     const FlightBenchOptions& o_;
     Say progress_, warn_;
+    core::Progress loading_;
     std::stop_token stop_;
     Pilot pilot_;
     Results results_;
@@ -69,6 +74,7 @@ private:
     std::optional<FlightReference> reference_;
     std::map<uint32_t, Cell> discard_;  // by n; of all flights: it does not depend on them
     std::map<std::pair<double, uint32_t>, double> discardSeconds_;  // by step and frame
+    std::vector<double> steps_;                                     // those that fit
     glm::uvec2 corner_{0}, part_{0};  // of the shots, what is shown larger
     SceneResult scene_;
 };

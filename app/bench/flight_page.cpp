@@ -38,6 +38,7 @@ std::string nameCell(const std::string& strategy)
 std::string signedText(const SceneResult& scene, const Measured& e)
 {
     const double value = 100 * e.value / scene.radiance, error = 100 * e.error / scene.radiance;
+    if (!std::isfinite(value) || !std::isfinite(error)) return "–";
     return fixedNumber(value, 2) + " ± " + fixedNumber(error, 2) + " %";
 }
 
@@ -83,7 +84,7 @@ std::string tiles(const Results& r)
             const auto share = [](const Row& x, const SceneResult& s) {
                 return std::abs(x.errors.signedError.value / s.radiance);
             };
-            if (isBiased(row->errors.signedError) &&
+            if (isBiased(row->errors.signedError) && std::isfinite(share(*row, scene)) &&
                 (worst == nullptr || share(*row, scene) > share(*worst, *worstScene))) {
                 worst = row;
                 worstScene = &scene;
@@ -149,7 +150,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
         const double slowness = row->seconds / discard->seconds;
         rows += "<tr>" + nameCell(strategy) + numberCell(shortNumber(e.relMse.value)) +
                 numberCell(measured(row->ratio.value, row->ratio.error)) +
-                numberCell(shortNumber(row->typicalRatio)) +
+                numberCell(shortNumber(row->trimmedRatio.value)) +
                 numberCell(shortNumber(row->timeRatio)) +
                 numberCell(signedText(scene, e.signedError), isBiased(e.signedError)) +
                 numberCell(shortNumber(row->mseRatio)) +
@@ -159,7 +160,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                 "</tr>\n";
     }
     return tableMarkup("<th>strategy</th>" + numberHead("relMSE") + numberHead("over discard") +
-                           numberHead("typical pixel") + numberHead("at equal time") +
+                           numberHead("without fireflies") + numberHead("at equal time") +
                            numberHead("signed error") + numberHead("MSE ratio") +
                            numberHead("variance ratio") + numberHead("rays per pixel") +
                            numberHead("ms per frame") + numberHead("time / discard"),
@@ -205,7 +206,8 @@ std::string sweepsSection(const Results& r)
         paragraph("One parameter of <b>" + escapeMarkup(r.sweptStrategy) +
                   "</b> at a time, all others as usual, in " + escapeMarkup(r.sweptScene) +
                   " after " + std::to_string(r.longest()) +
-                  " frames; error relative to discard. <i>records</i> and <i>lights</i> are how "
+                  " frames; error without fireflies, relative to discard. <i>records</i> and "
+                  "<i>lights</i> are how "
                   "many samples a pixel keeps (K), <i>candidates</i> among how many directions a "
                   "new one is chosen (k), <i>history</i> how many old samples they may stand for "
                   "(N<sub>c</sub>), and <i>protection</i> how much bright ones are preferred when "
@@ -221,8 +223,8 @@ std::string methodSection(const Results& r)
         "method", "How this was measured",
         "<ul>\n<li>Errors are means over all pixels and channels: relMSE = mean(d²/(r²+0.01)), "
         "MSE = mean(d²), signed error = mean(d) in per cent of the reference's mean, with d = "
-        "picture − reference. A few bright pixels decide most of the means; the error of a "
-        "typical pixel is the median of d²/(r²+0.01) over pixels.</li>\n"
+        "picture − reference. A few very bright pixels (fireflies) can decide such a mean: trimmed "
+        "relMSE leaves out the thousandth of the pixels in which it is largest.</li>\n"
         "<li>The reference is a picture of " +
             std::to_string(r.referenceSpp) +
             " independent paths per pixel by plain path tracing through the same points of the "

@@ -10,7 +10,7 @@
 
 namespace app::flight {
 
-/// relMSE and the error of a typical pixel over those of Discard, and the signed error: each over
+/// relMSE, with and without fireflies, over that of Discard, and the signed error: each over
 /// frames and over steps.
 std::string scenePlots(const Results& results, const SceneResult& scene);
 

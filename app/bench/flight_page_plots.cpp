@@ -30,10 +30,9 @@ Measured ratioOf(const Row& row)
     return row.ratio;
 }
 
-/// Without an error: a median has none that is known.
-Measured typicalOf(const Row& row)
+Measured trimmedOf(const Row& row)
 {
-    return {row.typicalRatio, 0};
+    return row.trimmedRatio;
 }
 
 Value signedPercent(const SceneResult& scene)
@@ -172,10 +171,10 @@ std::string relMsePlot(const Results& r, const SceneResult& scene, const Along& 
                      curves(r, scene, ratioOf, along.place, along.wanted));
 }
 
-std::string typicalPlot(const Results& r, const SceneResult& scene, const Along& along)
+std::string trimmedPlot(const Results& r, const SceneResult& scene, const Along& along)
 {
-    return ratioPlot("Error of a typical pixel " + along.words, "median", along.axis,
-                     curves(r, scene, typicalOf, along.place, along.wanted));
+    return ratioPlot("Error without fireflies, " + along.words, "trimmed relMSE", along.axis,
+                     curves(r, scene, trimmedOf, along.place, along.wanted));
 }
 
 std::string biasPlot(const Results& r, const SceneResult& scene, const Along& along)
@@ -213,7 +212,7 @@ std::string scenePlots(const Results& r, const SceneResult& scene)
     std::vector<Along> both{alongFrames(r, scene, scene.shownStep)};
     if (stepsOf(scene).size() > 1) both.push_back(alongSteps(r, scene));
     std::string figures;
-    for (const auto plot : {relMsePlot, typicalPlot, biasPlot})
+    for (const auto plot : {relMsePlot, trimmedPlot, biasPlot})
         for (const Along& along : both) figures += plot(r, scene, along);
     return pairs(figures);
 }
@@ -253,8 +252,8 @@ std::string sweepPlots(const Results& results)
             if (std::ranges::find(values, p.value) == values.end()) values.push_back(p.value);
             if (p.standard) standard = p.value;
             // Zero has no place on this axis; it stands where half of the least value would.
-            all[i].points.push_back({p.value, p.ratio.value});
-            all[i].errors.push_back(std::isfinite(p.ratio.error) ? p.ratio.error : 0);
+            all[i].points.push_back({p.value, p.trimmedRatio.value});
+            all[i].errors.push_back(std::isfinite(p.trimmedRatio.error) ? p.trimmedRatio.error : 0);
         }
         std::ranges::sort(values);
         std::vector<Tick> ticks = ticksAt(values);
@@ -265,7 +264,7 @@ std::string sweepPlots(const Results& results)
         }
         const auto [low, high] = extent(all, 1e9, -1e9);
         Plot plot(parameter, logAxisAt(parameter, ticks),
-                  linearAxis("relMSE / that of discard", std::min(0.0, low), high), kWidth,
+                  linearAxis("trimmed relMSE / that of discard", std::min(0.0, low), high), kWidth,
                   kHeight);
         if (std::isfinite(standard)) plot.vertical(standard, "as usual", "soft dashed");
         for (size_t i = 0; i < all.size(); ++i) {

@@ -28,8 +28,8 @@ struct Row {
     double seconds = 0;  // of the last frame; median of the seeds
     PictureErrors errors{};
     // Over those of Discard with one path per pixel and frame.
-    Measured ratio{};  // of relMSE
-    double mseRatio = 0, typicalRatio = 0;
+    Measured ratio{}, trimmedRatio{};  // of relMSE, of that without fireflies
+    double mseRatio = 0;
     double timeRatio = 0;  // relMSE over that of Discard in as much time
 };
 
@@ -40,7 +40,7 @@ struct SweepPoint {
     bool standard = false;  // the value that all other flights have
     double seconds = 0;
     PictureErrors errors;
-    Measured ratio;
+    Measured ratio, trimmedRatio;
 };
 
 /// A picture of the last frame, and the part of it that is shown larger.

@@ -65,7 +65,7 @@ void Measurement::sweep()
         found != results_.strategies.end() ? usual : results_.strategies.back();
     results_.sweptScene = scene_.name;
     std::set<double> steps{scene_.shownStep};
-    if (!o_.quick) steps.insert(scene_.rows.back().step);
+    if (!o_.quick) steps.insert(steps_.back());
     const auto swept = sweptValues(paramsOf(results_.sweptStrategy), o_.quick);
     for (const auto& [name, values] : swept)
         for (const double step : steps) {
@@ -87,7 +87,10 @@ bool Measurement::sweepParameter(const std::string& name, const std::vector<doub
             if (!landing) return false;
             cells.try_emplace(value, *reference_).first->second.add(std::move(*landing));
         }
-    const Measured unit = scene_.atRest.front().errors.relMse;
+    const PictureErrors& unit = scene_.atRest.front().errors;
+    const auto over = [](const Measured& e, double of) {
+        return Measured{e.value / of, e.error / of};
+    };
     for (const auto& [value, cell] : cells) {
         SweepPoint point{name,
                          value,
@@ -95,9 +98,10 @@ bool Measurement::sweepParameter(const std::string& name, const std::vector<doub
                          withValue(usual, name, value) == usual,
                          median(cell.seconds),
                          cell.errors.errors(),
+                         {},
                          {}};
-        const Measured e = point.errors.relMse;
-        point.ratio = {e.value / unit.value, e.error / unit.value};
+        point.ratio = over(point.errors.relMse, unit.relMse.value);
+        point.trimmedRatio = over(point.errors.trimmed, unit.trimmed.value);
         results_.sweeps.push_back(point);
     }
     return true;

@@ -101,7 +101,8 @@ TEST_F(Install, ManualNamesEveryCommandAndOption)
                                    {"info"},
                                    {"devices"},
                                    {"lab"},
-                                   {"bench", "throughput"}}) {
+                                   {"bench", "throughput"},
+                                   {"bench", "flythrough"}}) {
         std::string title = "COMMAND";
         for (const std::string& word : command) title += ' ' + word;
         const size_t begin = manual.find(".SH \"" + title + '"');

@@ -1,0 +1,284 @@
+// Flights, errors against a noisy reference, equal time, swept values and the page: what
+// `rekindle bench flythrough` is made of, on values that are known.
+#include "app/bench/flight.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/constants.hpp>
+
+#include "app/bench/flight_error.h"
+#include "app/bench/flight_files.h"
+#include "app/bench/flight_measure.h"
+#include "app/bench/flight_page.h"
+#include "core/gltf/load.h"
+#include "core/trace/pick.h"
+#include "tests/support/markup.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace app::flight;
+using glm::dvec3;
+
+std::shared_ptr<const core::World> world(const std::string& name)
+{
+    return core::makeWorld(
+        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
+}
+
+double degreesBetween(const dvec3& a, const dvec3& b)
+{
+    return glm::degrees(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
+}
+
+TEST(Flight, EndsInOneViewWhateverItsStep)
+{
+    const auto box = world("cornell-glossy");
+    const core::Camera end = box->cameras.front();
+    const Flight flight = Flight::around(box, end, {64, 64}, 16);
+    EXPECT_EQ(flight.end(), end);
+    const double reach = core::pick(*box, end, {64, 64}, {0.5, 0.5})->distance;
+    const dvec3 target = end.position + reach * end.forward;
+    for (const double step : {0.25, 1.0, 16.0}) {
+        EXPECT_EQ(flight.whyNot(step, 30), "");
+        EXPECT_EQ(flight.before(step, 0), end);
+        for (uint32_t i = 0; i < 40; ++i) {
+            const core::Camera a = flight.before(step, i), b = flight.before(step, i + 1);
+            EXPECT_NEAR(degreesBetween(a.position - target, b.position - target), step, 1e-4);
+            EXPECT_NEAR(glm::length(b.position - target), reach, 1e-6);
+            EXPECT_NEAR(degreesBetween(b.forward, target - b.position), 0, 1e-4);
+            EXPECT_NEAR(glm::dot(b.forward, b.up), 0, 1e-9);
+        }
+        EXPECT_NEAR(flight.distance(step), 2 * reach * std::sin(glm::radians(step) / 2), 1e-6);
+    }
+    EXPECT_NE(flight.whyNot(60, 2), "");
+    EXPECT_EQ(Flight::around(box, end, {64, 64}, 60).whyNot(60, 2), "");
+}
+
+/// A camera close to a wall: the circle is smaller, or lies on another side.
+TEST(Flight, DoesNotLeaveTheRoom)
+{
+    const auto room = world("furnace-50");
+    core::Camera camera = room->cameras.front();
+    const dvec3 low(room->boundsLow), high(room->boundsHigh), middle = 0.5 * (low + high);
+    for (const dvec3& corner : {low, high, dvec3(low.x, high.y, low.z)}) {
+        const dvec3 place = middle + 0.9 * (corner - middle);
+        camera = core::lookAt(place, middle, {0, 1, 0}, 0.7);
+        const Flight flight = Flight::around(room, camera, {32, 32}, 1);
+        ASSERT_EQ(flight.whyNot(0.5, 2), "");
+        for (uint32_t i = 0; i < 60; ++i) {
+            const dvec3 p = flight.before(0.5, i).position;
+            EXPECT_TRUE(glm::all(glm::greaterThan(p, low)) && glm::all(glm::lessThan(p, high)));
+        }
+    }
+}
+
+TEST(Flight, FollowsAPathToItsEnd)
+{
+    app::CameraPath path;
+    for (int i = 0; i < 5; ++i) {
+        core::Camera camera;
+        camera.position = {double(i), 0, 0};
+        path.keys.push_back({3.0 * i, camera});
+    }
+    const Flight flight = Flight::along(path);
+    EXPECT_NEAR(flight.end().position.x, 4, 1e-12);
+    EXPECT_NEAR(flight.before(1.5, 4).position.x, 2, 1e-12);
+    EXPECT_EQ(flight.whyNot(1, 13), "");
+    EXPECT_NE(flight.whyNot(1, 14).find("--frames"), std::string::npos);
+    EXPECT_NE(flight.whyNot(4, 5), "");
+}
+
+core::Image image(uint32_t width, uint32_t height, float value)
+{
+    core::Image result(width, height, 3);
+    std::ranges::fill(result.pixels, value);
+    return result;
+}
+
+TEST(FlightErrors, HaveTheirKnownValues)
+{
+    const core::Image reference = image(10, 9, 0.5f), exact = image(10, 9, 0);
+    ErrorSum sum(reference, exact);
+    sum.add(image(10, 9, 0.7f));
+    sum.add(image(10, 9, 0.4f));
+    const PictureErrors e = sum.errors();
+    EXPECT_EQ(e.pictures, 2u);
+    EXPECT_NEAR(e.mse.value, (0.04 + 0.01) / 2, 1e-7);
+    EXPECT_NEAR(e.relMse.value, (0.04 + 0.01) / 2 / 0.26, 1e-7);
+    EXPECT_NEAR(e.trimmed.value, (0.04 + 0.01) / 2 / 0.26, 1e-7);
+    EXPECT_NEAR(e.signedError.value, 0.05, 1e-7);
+    EXPECT_NEAR(e.variance, 0.045, 1e-7);  // of .7 and .4, unbiased
+    ErrorSum one(reference, exact);
+    one.add(exact);
+    EXPECT_TRUE(std::isnan(one.errors().variance));
+    EXPECT_TRUE(std::isnan(one.errors().relMse.error));
+}
+
+/// Pictures and references with normal noise: errors come without the reference's part, and
+/// standard errors are what the numbers vary by.
+TEST(FlightErrors, KnowTheNoiseOfTheReferenceAndTheirOwn)
+{
+    constexpr int kTrials = 400;
+    constexpr float kNoise = 0.3f, kReferenceNoise = 0.2f;
+    std::mt19937 random(3);
+    std::normal_distribution<float> normal;
+    const core::Image variance = image(32, 24, kReferenceNoise * kReferenceNoise);
+    double mse = 0, mseZ = 0, signedZ = 0;
+    for (int t = 0; t < kTrials; ++t) {
+        core::Image reference = image(32, 24, 1);
+        // Channels of a pixel vary together, as those of a path tracer do.
+        for (size_t i = 0; i < reference.pixels.size(); i += 3) {
+            const float x = kReferenceNoise * normal(random);
+            for (size_t k = i; k < i + 3; ++k) reference.pixels[k] += x;
+        }
+        ErrorSum sum(reference, variance);
+        for (int seed = 0; seed < 3; ++seed) {
+            core::Image picture = image(32, 24, 1);
+            for (float& x : picture.pixels) x += kNoise * normal(random);
+            sum.add(picture);
+        }
+        const PictureErrors e = sum.errors();
+        const double truth = double(kNoise) * double(kNoise);
+        mse += e.mse.value / kTrials;
+        mseZ += std::pow((e.mse.value - truth) / e.mse.error, 2) / kTrials;
+        signedZ += std::pow(e.signedError.value / e.signedError.error, 2) / kTrials;
+        EXPECT_NEAR(e.variance, truth, 0.15 * truth);
+    }
+    // Without the reference's part it would be .13. One mean of 768 x 3 x 3 x 400 squares varies by
+    // a part in a thousand and the reference's by a little more.
+    EXPECT_NEAR(mse, 0.09, 0.002);
+    // The square of a normal number varies by sqrt(2/400) = 7 %; 4.21 of them, and few degrees of
+    // freedom in the standard errors. What is left of the reference's noise is not in mse's.
+    EXPECT_NEAR(signedZ, 1, 0.35);
+    EXPECT_GT(mseZ, 0.7);
+}
+
+Row discardRow(uint32_t n, double seconds, double relMse)
+{
+    Row row{.strategy = "discard", .samples = n, .seconds = seconds};
+    row.errors.relMse.value = relMse;
+    return row;
+}
+
+TEST(FlightTime, IsComparedAlongWhatDiscardWouldReach)
+{
+    const std::vector<Row> rows{discardRow(1, 1, 1), discardRow(2, 2, 0.5), discardRow(4, 4, 0.25)};
+    EXPECT_NEAR(equalTimeRatio(rows, 1, 0.5), 0.5, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(rows, 2, 0.5), 1, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(rows, 3, 0.1), 0.3, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(rows, 0.5, 1), 0.5, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(rows, 16, 1), 16, 1e-9);
+    EXPECT_TRUE(std::isnan(equalTimeRatio({rows[0]}, 1, 1)));
+    EXPECT_TRUE(std::isnan(equalTimeRatio({rows[0], discardRow(2, 1, 0.5)}, 2, 1)));
+    EXPECT_TRUE(std::isnan(equalTimeRatio({rows[0], discardRow(2, 2, 0)}, 2, 1)));
+    EXPECT_TRUE(std::isnan(equalTimeRatio(rows, 0, 1)));
+}
+
+TEST(FlightSweep, ChangesOneParameterWithinItsRange)
+{
+    const core::ReuseParams usual;
+    const auto swept = sweptValues(usual, false);
+    EXPECT_TRUE(swept.contains("records") && swept.contains("candidates"));
+    EXPECT_TRUE(swept.contains("history") && swept.contains("protection"));
+    EXPECT_FALSE(swept.contains("seed") || swept.contains("max-depth"));
+    for (const auto& [name, values] : swept) {
+        EXPECT_GE(values.size(), 2u) << name;
+        EXPECT_TRUE(std::ranges::is_sorted(values)) << name;
+        size_t standard = 0;
+        for (const double value : values) {
+            const core::ReuseParams changed = withValue(usual, name, value);
+            standard += changed == usual ? 1u : 0u;
+            core::ReuseParams::visit(changed, [&](const core::Field& field, const auto& member) {
+                using Member = std::remove_cvref_t<decltype(member)>;
+                if constexpr (std::is_arithmetic_v<Member>)
+                    if (name == field.name) {
+                        EXPECT_EQ(double(member), value) << name;
+                        EXPECT_GE(value, field.range.low) << name;
+                        EXPECT_LE(value, field.range.high) << name;
+                    }
+            });
+        }
+        EXPECT_EQ(standard, 1u) << name;
+    }
+    EXPECT_LT(sweptValues(usual, true).at("history").size(), swept.at("history").size());
+}
+
+/// Every value that a measurement can have, in a result of every part.
+Results hostileResults()
+{
+    const double odd[] = {kUnknown, INFINITY, -INFINITY, 0, -1, 1e300, 1e-300};
+    size_t i = 0;
+    const auto next = [&] { return odd[i++ % std::size(odd)]; };
+    const auto errors = [&] {
+        PictureErrors e;
+        for (Measured* m : {&e.mse, &e.relMse, &e.signedError}) *m = {next(), next()};
+        e.variance = next();
+        e.trimmed = {next(), next()};
+        return e;
+    };
+    Results r;
+    r.version = "<0>";
+    r.strategies = {"discard", "naive", "ra", "of tomorrow"};
+    r.leftOut = {{"x&y", "needs <more>"}};
+    r.params = core::ReuseParams{};
+    r.steps = {0.25, 4};
+    r.frames = {1, 4, 30};
+    r.seeds = 2;
+    r.quick = r.interrupted = true;
+    for (const char* name : {"a<b", "\"c\"&d"}) {
+        SceneResult scene;
+        scene.name = name;
+        scene.unit = "degrees";
+        scene.shownStep = 4;
+        scene.radiance = next();
+        for (const std::string& strategy : r.strategies)
+            for (const double step : r.steps)
+                for (const uint32_t frame : r.frames)
+                    scene.rows.push_back({.strategy = strategy,
+                                          .step = step,
+                                          .distance = next(),
+                                          .frame = frame,
+                                          .rays = next(),
+                                          .seconds = next(),
+                                          .errors = errors(),
+                                          .ratio = {next(), next()},
+                                          .trimmedRatio = {next(), next()},
+                                          .mseRatio = next(),
+                                          .timeRatio = next()});
+        scene.atRest = {discardRow(1, next(), next())};
+        scene.shots = {{"reference", 1, 0, next(), "none.png", "none.png"},
+                       {"ra", 4, next(), next(), "none.png", "none.png"}};
+        r.scenes.push_back(scene);
+    }
+    for (const double value : {0.0, 1.0, 4.0})
+        r.sweeps.push_back({"history",
+                            value,
+                            4,
+                            value == 1,
+                            next(),
+                            errors(),
+                            {next(), next()},
+                            {next(), next()}});
+    return r;
+}
+
+TEST(FlightPage, StaysWellFormedWhateverItIsGiven)
+{
+    const tests::TemporaryFolder folder;
+    for (const Results& results : {hostileResults(), Results{}}) {
+        const std::string page = resultsPage(results, folder.path());
+        const tests::Markup markup = tests::readMarkup(page);
+        EXPECT_EQ(markup.problem, "");
+        const size_t nan = page.find("nan");
+        EXPECT_EQ(nan, std::string::npos) << page.substr(nan < 60 ? 0 : nan - 60, 120);
+        EXPECT_FALSE(resultsJson(results).empty());
+        rowsCsv(results);
+        resultsTable(results);
+    }
+}
+
+}  // namespace

@@ -1,0 +1,216 @@
+// `rekindle bench flythrough` as a person or a script meets it: what it refuses, what it writes,
+// what it keeps, how it stops.
+#include <csignal>
+#include <map>
+
+#include <unistd.h>
+
+#include "core/methods/reuse_params.h"
+#include "tests/support/program.h"
+
+namespace {
+
+using namespace tests;
+
+const Strings kBench{"bench", "flythrough"};
+
+/// Small enough for a test.
+const Strings kTiny{"--size",  "24x20", "--frames",        "3",  "--steps",  "1,4",
+                    "--seeds", "2",     "--reference-spp", "16", "--device", "cpu"};
+
+class FlythroughCommand : public Cli {
+protected:
+    Json results(const std::string& folder) const
+    {
+        return Json::parse(readAll(work(folder + "/flythrough.json")));
+    }
+
+    /// A copy of a scene, to be changed.
+    std::string copyOf(const std::string& name)
+    {
+        for (const char* ending : {".gltf", ".bin"})
+            fs::copy_file(kAssets / (name + ending), work(name + ending));
+        return name + ".gltf";
+    }
+};
+
+size_t count(const std::string& text, const std::string& part)
+{
+    size_t number = 0;
+    for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++number;
+    return number;
+}
+
+TEST_F(FlythroughCommand, NonsenseIsRefused)
+{
+    expectRefused(kBench, 2, "scene is missing");
+    expectRefused(kBench + Strings{kScene}, 2, "-o DIR");
+    const Strings bench = kBench + Strings{kScene, "-o", "x"};
+    expectRefused(bench + Strings{"--steps", "1,much"}, 2, "'much'");
+    expectRefused(bench + Strings{"--steps", "0"}, 2, "--steps");
+    expectRefused(bench + Strings{"--steps", ","}, 2, "empty");
+    expectRefused(bench + Strings{"--frames", "1"}, 2, "--frames");
+    expectRefused(bench + Strings{"--seeds", "1"}, 2, "--seeds");
+    expectRefused(bench + Strings{"--strategies", "ra,magic"}, 2, "'magic' is not one of");
+    expectRefused(bench + Strings{"--records", "999"}, 2, "--records");
+    expectRefused(bench + Strings{"--reuse", "ra"}, 2, "--reuse");
+    expectRefused(bench + Strings{"--device", "cpu", "--device-index", "0"}, 2, "--device-index");
+    expectRefused(bench + Strings{"--stps", "1"}, 2, "did you mean --steps?");
+    const Result help = run(kBench + Strings{"--help"});
+    EXPECT_EQ(help.code, 0);
+    EXPECT_TRUE(contains(help.out, "Example: rekindle bench flythrough "));
+    EXPECT_TRUE(contains(help.out, "--protection"));
+}
+
+TEST_F(FlythroughCommand, InputAndFoldersThatCannotBeAreRefused)
+{
+    const Strings bench = kBench + kTiny;
+    expectRefused(bench + Strings{kScene, "none.gltf", "-o", "x"}, 3, "none.gltf");
+    writeFile("words.gltf", "these are words");
+    expectRefused(bench + Strings{"words.gltf", "-o", "x"}, 3, "words.gltf");
+    writeFile("path.json", "{\"keys\": [{\"frame\": 0}, {\"frame\": \"one\"}]}");
+    expectRefused(bench + Strings{kScene, "-o", "x", "--path", "path.json"}, 3, "path.json");
+    expectRefused(bench + Strings{kScene, "-o", "x", "--path", "no-path.json"}, 3, "no-path.json");
+    writeFile("short.json", "{\"keys\": [{\"frame\": 0}, {\"frame\": 1}]}");
+    expectRefused(bench + Strings{kScene, "-o", "x", "--path", "short.json", "--frames", "9"}, 3,
+                  "give fewer --frames");
+    expectRefused(bench + Strings{kScene, "-o", "x", "--camera", "nobody"}, 2, "nobody");
+    EXPECT_FALSE(fs::exists(work("x")));
+    writeFile("file", "mine");
+    expectRefused(bench + Strings{kScene, "-o", "file"}, 3, "file: is a file");
+    expectRefused(bench + Strings{kScene, "-o", "/proc/nowhere"}, 3, "cannot be made");
+    EXPECT_EQ(readAll(work("file")), "mine");
+}
+
+TEST_F(FlythroughCommand, WritesAPageAndItsNumbers)
+{
+    const Result result = run(kBench + kTiny + Strings{kScene, "-o", "new/fly"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_TRUE(contains(result.err, "new/fly/index.html"));
+    const Json json = results("new/fly");
+    EXPECT_EQ(json.at("schema"), 1);
+    EXPECT_EQ(json.at("command"), "bench flythrough");
+    EXPECT_EQ(json.at("interrupted"), false);
+
+    // Every strategy in every place, Discard measured against itself.
+    std::map<std::string, size_t> places;
+    for (const Json& row : json.at("rows")) {
+        for (const char* key : {"variance", "rmse", "relmse", "mean_signed_error",
+                                "mean_signed_error_se", "rays", "seconds"})
+            EXPECT_TRUE(row.at(key).is_number()) << row.dump();
+        EXPECT_EQ(row.at("scene"), "cornell-diffuse");
+        EXPECT_GT(row.at("rays"), 24 * 20);
+        EXPECT_GT(row.at("seconds"), 0);
+        EXPECT_GT(row.at("rmse"), 0);
+        if (row.at("n") != 1) continue;
+        EXPECT_TRUE(row.at("step") == 1 || row.at("step") == 4);
+        ++places[row.at("strategy")];
+        if (row.at("strategy") != "discard") continue;
+        EXPECT_EQ(row.at("relmse_ratio"), 1);
+        EXPECT_EQ(row.at("equal_time_ratio"), 1);
+    }
+    const auto names = core::enumNames<core::ReuseStrategy>();
+    EXPECT_EQ(places.size(), names.size());
+    for (const std::string_view name : names) {
+        EXPECT_EQ(places[std::string(name)], 2u * 3u) << name;  // steps, frames 1, 2, 3
+        EXPECT_TRUE(contains(result.out, "  " + std::string(name) + ' ')) << name;
+    }
+    EXPECT_FALSE(json.at("sweeps").empty());
+    EXPECT_EQ(lineCount(readAll(work("new/fly/flythrough.csv"))), 1 + 6 * names.size());
+
+    // The page stands alone: every picture is in it, and beside it.
+    const std::string page = readAll(work("new/fly/index.html"));
+    EXPECT_TRUE(page.ends_with("</html>\n"));
+    const Json pictures = json.at("scenes")[0].at("pictures");
+    EXPECT_GE(pictures.size(), names.size() + 1);
+    for (const Json& picture : pictures)
+        for (const char* file : {"file", "part"})
+            EXPECT_TRUE(fs::exists(work("new/fly/" + picture.at(file).get<std::string>())));
+    EXPECT_EQ(count(page, "src=\"data:image/png;base64,iVBORw0KGgo"), 2 * pictures.size());
+    EXPECT_EQ(count(page, "src="), 2 * pictures.size());
+    EXPECT_FALSE(contains(page, "http://") || contains(page, "https://"));
+    for (const char* file : {"flythrough.json", "flythrough.csv", "pictures", "references"}) {
+        EXPECT_TRUE(contains(page, file)) << file;
+        EXPECT_TRUE(fs::exists(work(std::string("new/fly/") + file))) << file;
+    }
+}
+
+TEST_F(FlythroughCommand, ReferencesAreMadeOnceAndAnewWhenTheyNoLongerFit)
+{
+    const std::string scene = copyOf("cornell-diffuse");
+    const Strings bench =
+        kBench + kTiny + Strings{scene, "-o", "fly", "--strategies", "ra", "--frames", "2", "-q"};
+    const auto kept = [&](const Strings& more) {
+        const Result result = run(bench + more);
+        EXPECT_EQ(result.code, 0) << result.err;
+        return results("fly").at("scenes")[0].at("reference_kept").get<bool>();
+    };
+    const fs::path file = work("fly/references/cornell-diffuse-24x20-16spp.exr");
+    EXPECT_FALSE(kept({}));
+    ASSERT_TRUE(fs::exists(file));
+    EXPECT_TRUE(exr("fly/references/cornell-diffuse-24x20-16spp.exr").hasLayer("variance"));
+    const auto written = fs::last_write_time(file);
+    EXPECT_TRUE(kept({}));
+    EXPECT_TRUE(kept({"--steps", "2", "--seed", "8", "--records", "2"}));
+    EXPECT_EQ(fs::last_write_time(file), written);
+    EXPECT_FALSE(kept({"--max-depth", "3"}));
+    EXPECT_FALSE(kept({}));
+    writeFile("fly/references/cornell-diffuse-24x20-16spp.exr", "no picture");
+    EXPECT_FALSE(kept({}));
+    EXPECT_TRUE(kept({}));
+    std::string text = readAll(work(scene));
+    text.insert(text.rfind('}'), " ");
+    writeFile(scene, text);
+    EXPECT_FALSE(kept({}));
+}
+
+TEST_F(FlythroughCommand, SameSeedSameErrorsOnEitherDevice)
+{
+    const auto rows = [this](const std::string& device, const std::string& folder) {
+        const Result result =
+            run(kBench + kTiny + Strings{kScene, "-o", folder, "--device", device, "--steps", "1"});
+        EXPECT_EQ(result.code, 0) << result.err;
+        return results(folder).at("rows");
+    };
+    const Json a = rows("cpu", "a"), b = rows("cpu", "b"), c = rows("vulkan", "c");
+    ASSERT_EQ(a.size(), b.size());
+    ASSERT_EQ(a.size(), c.size());
+    for (size_t i = 0; i < a.size(); ++i) {
+        EXPECT_EQ(a[i].at("relmse"), b[i].at("relmse"));
+        EXPECT_EQ(a[i].at("strategy"), c[i].at("strategy"));
+        EXPECT_GT(c[i].at("relmse").get<double>(), 0);
+    }
+}
+
+TEST_F(FlythroughCommand, CtrlCKeepsWhatIsThere)
+{
+    // So many samples that only a signal ends the reference.
+    const Strings endless{"--reference-spp", "100000000", "--device", "cpu", "--size", "24x20"};
+    pid_t pid = start(kBench + endless + Strings{kScene, "-o", "new/fly"});
+    waitForError("reference");
+    kill(pid, SIGINT);
+    Result result = finish(pid, 20);
+    EXPECT_EQ(result.code, 130) << result.err;
+    EXPECT_TRUE(contains(result.err, "nothing written"));
+    EXPECT_EQ(result.out, "");
+    EXPECT_FALSE(fs::exists(work("new")));
+
+    // Files are written after each scene; the rest is stopped then.
+    pid = start(kBench + kTiny +
+                Strings{kScene, kScene, kScene, kScene, "-o", "fly", "--seeds", "9"});
+    for (int i = 0; i < 3000 && !fs::exists(work("fly/index.html")); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    kill(pid, SIGINT);
+    result = finish(pid, 20);
+    EXPECT_EQ(result.code, 130) << result.err;
+    EXPECT_TRUE(contains(result.err, "what was measured so far is written"));
+    const Json json = results("fly");
+    EXPECT_EQ(json.at("interrupted"), true);
+    EXPECT_GE(json.at("scenes").size(), 1u);
+    EXPECT_EQ(json.at("scenes")[0].at("scene"), "cornell-diffuse");
+    EXPECT_TRUE(contains(result.out, "cornell-diffuse, after 3 frames"));
+    EXPECT_TRUE(contains(readAll(work("fly/index.html")), "Interrupted"));
+}
+
+}  // namespace
