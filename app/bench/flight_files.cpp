@@ -40,7 +40,8 @@ Json rowJson(const std::string& scene, const Row& row)
             {"mse_ratio", row.mseRatio},
             {"trimmed_ratio", row.trimmedRatio.value},
             {"trimmed_ratio_se", row.trimmedRatio.error},
-            {"equal_time_ratio", row.timeRatio}};
+            {"equal_time_ratio", row.timeRatio},
+            {"equal_time_trimmed_ratio", row.trimmedTimeRatio}};
 }
 
 Json sceneJson(const SceneResult& scene)
@@ -166,7 +167,7 @@ std::string resultsTable(const Results& r)
             const Measured& bias = row->errors.signedError;
             text += "  " + padded(strategy, 22) + padded(number("%.3g", row->ratio.value), 16) +
                     padded(number("%.3g", row->trimmedRatio.value), 15) +
-                    padded(number("%.3g", row->timeRatio), 15) +
+                    padded(number("%.3g", row->trimmedTimeRatio), 15) +
                     padded(number("%+.2f %%", 100 * bias.value / scene.radiance) +
                                number(" +- %.2f %%", 100 * bias.error / scene.radiance),
                            21) +

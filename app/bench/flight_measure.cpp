@@ -262,32 +262,37 @@ void Measurement::finishScene()
             row.mseRatio = row.errors.mse.value / unit.errors.mse.value;
             row.trimmedRatio =
                 same ? Measured{1, 0} : quotient(row.errors.trimmed, unit.errors.trimmed);
-            row.timeRatio = same ? 1 : kUnknown;
+            row.timeRatio = row.trimmedTimeRatio = same ? 1 : kUnknown;
         }
+    std::vector<Reached> plain, trimmed;
+    for (const Row& row : scene_.atRest) {
+        plain.push_back({row.seconds, row.errors.relMse.value});
+        trimmed.push_back({row.seconds, row.errors.trimmed.value});
+    }
     for (Row& row : rows) {
         if (row.strategy == kDiscard) continue;
         // In units of what Discard took in the same rounds.
-        const double slowness = unit.seconds / discardSeconds_.at({row.step, row.frame});
-        row.timeRatio =
-            equalTimeRatio(scene_.atRest, row.seconds * slowness, row.errors.relMse.value);
+        const double seconds =
+            row.seconds * unit.seconds / discardSeconds_.at({row.step, row.frame});
+        row.timeRatio = equalTimeRatio(plain, {seconds, row.errors.relMse.value});
+        row.trimmedTimeRatio = equalTimeRatio(trimmed, {seconds, row.errors.trimmed.value});
     }
     scene_.rows = std::move(rows);
     results_.scenes.push_back(scene_);
 }
 
-double equalTimeRatio(const std::vector<Row>& atRest, double seconds, double relMse)
+double equalTimeRatio(const std::vector<Reached>& discard, const Reached& reached)
 {
-    const auto known = [](const Row& row) {
-        return row.seconds > 0 && row.errors.relMse.value > 0;
-    };
-    if (atRest.size() < 2 || !std::ranges::all_of(atRest, known) || !(seconds > 0)) return kUnknown;
+    const auto known = [](const Reached& r) { return r.seconds > 0 && r.error > 0; };
+    if (discard.size() < 2 || !std::ranges::all_of(discard, known) || !(reached.seconds > 0))
+        return kUnknown;
     size_t i = 0;
-    while (i + 2 < atRest.size() && atRest[i + 1].seconds < seconds) ++i;
-    const Row &a = atRest[i], &b = atRest[i + 1];
-    const double slope =
-        std::log(b.errors.relMse.value / a.errors.relMse.value) / std::log(b.seconds / a.seconds);
-    const double error = a.errors.relMse.value * std::exp(slope * std::log(seconds / a.seconds));
-    return std::isfinite(relMse / error) ? relMse / error : kUnknown;
+    while (i + 2 < discard.size() && discard[i + 1].seconds < reached.seconds) ++i;
+    const Reached &a = discard[i], &b = discard[i + 1];
+    const double slope = std::log(b.error / a.error) / std::log(b.seconds / a.seconds);
+    const double ratio =
+        reached.error / (a.error * std::exp(slope * std::log(reached.seconds / a.seconds)));
+    return std::isfinite(ratio) ? ratio : kUnknown;
 }
 
 }  // namespace app::flight

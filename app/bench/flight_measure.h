@@ -87,8 +87,13 @@ std::map<std::string, std::vector<double>> sweptValues(const core::ReuseParams& 
 /// `params` with one of them changed.
 core::ReuseParams withValue(core::ReuseParams params, const std::string& name, double value);
 
-/// Error over that of Discard in as much time: `atRest` are Discard's points (seconds, relMSE) for
-/// growing n; between them and beyond, a power of the time.
-double equalTimeRatio(const std::vector<Row>& atRest, double seconds, double relMse);
+/// An error that is reached in a time.
+struct Reached {
+    double seconds = 0, error = 0;
+};
+
+/// Error over that of Discard in as much time, which is known at some points in order of time;
+/// between them and beyond, it is a power of the time. NaN where it cannot be told.
+double equalTimeRatio(const std::vector<Reached>& discard, const Reached& reached);
 
 }  // namespace app::flight

@@ -50,25 +50,33 @@ bool isBiased(const Measured& e)
 
 // --- summary
 
-std::string ratioCells(const Results& r, const SceneResult& scene, double Row::*time)
+using Number = double (*)(const Row&);
+
+double equalRays(const Row& row)
 {
-    std::string cells;
-    for (const std::string& strategy : r.strategies) {
-        const Row* row = shownRow(r, scene, strategy);
-        cells += numberCell(row == nullptr    ? "–"
-                            : time != nullptr ? shortNumber(row->*time)
-                                              : shortNumber(row->ratio.value));
-    }
-    return cells;
+    return row.ratio.value;
+}
+double equalRaysTrimmed(const Row& row)
+{
+    return row.trimmedRatio.value;
+}
+double equalTimeTrimmed(const Row& row)
+{
+    return row.trimmedTimeRatio;
 }
 
-std::string summaryTable(const Results& r, double Row::*time)
+std::string summaryTable(const Results& r, Number number)
 {
     std::string head = "<th>scene</th>", rows;
     for (const std::string& strategy : r.strategies) head += numberHead(escapeMarkup(strategy));
-    for (const SceneResult& scene : r.scenes)
-        rows += "<tr><td>" + escapeMarkup(scene.name) + "</td>" + ratioCells(r, scene, time) +
-                "</tr>\n";
+    for (const SceneResult& scene : r.scenes) {
+        rows += "<tr><td>" + escapeMarkup(scene.name) + "</td>";
+        for (const std::string& strategy : r.strategies) {
+            const Row* row = shownRow(r, scene, strategy);
+            rows += numberCell(row == nullptr ? "–" : shortNumber(number(*row)));
+        }
+        rows += "</tr>\n";
+    }
     return tableMarkup(head, rows);
 }
 
@@ -90,31 +98,46 @@ std::string tiles(const Results& r)
                 worstScene = &scene;
             }
             if (strategy == r.strategies.front() || isBiased(row->errors.signedError)) continue;
-            if (row->ratio.value > 0 && (best == nullptr || row->ratio.value < best->ratio.value)) {
+            if (row->trimmedRatio.value > 0 &&
+                (best == nullptr || row->trimmedRatio.value < best->trimmedRatio.value)) {
                 best = row;
                 bestScene = &scene;
             }
-            if (row->timeRatio > 0 &&
-                (quickest == nullptr || row->timeRatio < quickest->timeRatio)) {
+            if (row->trimmedTimeRatio > 0 &&
+                (quickest == nullptr || row->trimmedTimeRatio < quickest->trimmedTimeRatio)) {
                 quickest = row;
                 quickestScene = &scene;
             }
         }
     std::string html;
     if (best != nullptr)
-        html += tile(shortNumber(1 / best->ratio.value, 2) + "×",
-                     "less error than discard at equal rays: " + best->strategy + " in " +
-                         bestScene->name + ", no bias seen");
+        html +=
+            tile(shortNumber(1 / best->trimmedRatio.value, 2) + "×",
+                 "less error than discard at equal rays, fireflies left out: " + best->strategy +
+                     " in " + bestScene->name + ", no bias seen");
     if (quickest != nullptr)
-        html += tile(shortNumber(1 / quickest->timeRatio, 2) + "×",
-                     "less error at equal time: " + quickest->strategy + " in " +
-                         quickestScene->name + ", no bias seen");
+        html += tile(shortNumber(1 / quickest->trimmedTimeRatio, 2) + "×",
+                     "less error at equal time, fireflies left out: " + quickest->strategy +
+                         " in " + quickestScene->name + ", no bias seen");
     if (worst != nullptr)
         html += tile(fixedNumber(100 * worst->errors.signedError.value / worstScene->radiance, 2) +
                          " %",
                      "largest signed error that is no chance: " + worst->strategy + " in " +
                          worstScene->name);
     return html.empty() ? html : "<div class=\"tiles\">\n" + html + "</div>\n";
+}
+
+/// What the strategies do, as the command line says it.
+std::string strategiesHelp()
+{
+    std::string help;
+    const core::ReuseParams params;
+    core::ReuseParams::visit(params, [&](const core::Field& field, const auto& member) {
+        if constexpr (std::is_same_v<std::remove_cvref_t<decltype(member)>, core::ReuseStrategy>)
+            help = field.help;
+    });
+    const size_t colon = help.find(": ");
+    return colon == std::string::npos ? help : help.substr(colon + 2);
 }
 
 std::string summarySection(const Results& r)
@@ -125,13 +148,15 @@ std::string summarySection(const Results& r)
         "<b>discard</b> throws everything else away; the others go on with samples of the frames "
         "before, each with its own idea of what they are still worth. All flights end in the same "
         "view, which is then compared with a reference. Numbers below 1 are better than discard.");
+    html += paragraph("What becomes of old samples: " + escapeMarkup(strategiesHelp()) + '.');
     html += tiles(r);
-    html += "<h3>relMSE over that of discard at equal rays, " + after +
-            ", with the step of the pictures</h3>\n" + summaryTable(r, nullptr);
-    html += "<h3>The same at equal time</h3>\n" +
+    html += "<h3>Error (relMSE) over that of discard at equal rays, " + after + "</h3>\n" +
+            summaryTable(r, equalRays);
+    html += "<h3>The same without fireflies</h3>\n" + summaryTable(r, equalRaysTrimmed);
+    html += "<h3>Without fireflies, at equal time</h3>\n" +
             paragraph("Keeping samples costs time in which discard could trace more paths: here it "
                       "may trace as many as fit.") +
-            summaryTable(r, &Row::timeRatio);
+            summaryTable(r, equalTimeTrimmed);
     for (const auto& [name, why] : r.leftOut)
         html += paragraph("Left out: <b>" + escapeMarkup(name) + "</b>, " + escapeMarkup(why));
     return section("summary", "Summary", html);
@@ -151,7 +176,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
         rows += "<tr>" + nameCell(strategy) + numberCell(shortNumber(e.relMse.value)) +
                 numberCell(measured(row->ratio.value, row->ratio.error)) +
                 numberCell(shortNumber(row->trimmedRatio.value)) +
-                numberCell(shortNumber(row->timeRatio)) +
+                numberCell(shortNumber(row->trimmedTimeRatio)) +
                 numberCell(signedText(scene, e.signedError), isBiased(e.signedError)) +
                 numberCell(shortNumber(row->mseRatio)) +
                 numberCell(shortNumber(e.variance / discard->errors.variance)) +
@@ -160,7 +185,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                 "</tr>\n";
     }
     return tableMarkup("<th>strategy</th>" + numberHead("relMSE") + numberHead("over discard") +
-                           numberHead("without fireflies") + numberHead("at equal time") +
+                           numberHead("without fireflies") + numberHead("… at equal time") +
                            numberHead("signed error") + numberHead("MSE ratio") +
                            numberHead("variance ratio") + numberHead("rays per pixel") +
                            numberHead("ms per frame") + numberHead("time / discard"),

@@ -30,7 +30,8 @@ struct Row {
     // Over those of Discard with one path per pixel and frame.
     Measured ratio{}, trimmedRatio{};  // of relMSE, of that without fireflies
     double mseRatio = 0;
-    double timeRatio = 0;  // relMSE over that of Discard in as much time
+    // The same over those of Discard in as much time.
+    double timeRatio = 0, trimmedTimeRatio = 0;
 };
 
 /// A parameter at one value, after the longest flight with steps of `step`.

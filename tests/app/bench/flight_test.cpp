@@ -166,16 +166,16 @@ Row discardRow(uint32_t n, double seconds, double relMse)
 
 TEST(FlightTime, IsComparedAlongWhatDiscardWouldReach)
 {
-    const std::vector<Row> rows{discardRow(1, 1, 1), discardRow(2, 2, 0.5), discardRow(4, 4, 0.25)};
-    EXPECT_NEAR(equalTimeRatio(rows, 1, 0.5), 0.5, 1e-12);
-    EXPECT_NEAR(equalTimeRatio(rows, 2, 0.5), 1, 1e-12);
-    EXPECT_NEAR(equalTimeRatio(rows, 3, 0.1), 0.3, 1e-12);
-    EXPECT_NEAR(equalTimeRatio(rows, 0.5, 1), 0.5, 1e-12);
-    EXPECT_NEAR(equalTimeRatio(rows, 16, 1), 16, 1e-9);
-    EXPECT_TRUE(std::isnan(equalTimeRatio({rows[0]}, 1, 1)));
-    EXPECT_TRUE(std::isnan(equalTimeRatio({rows[0], discardRow(2, 1, 0.5)}, 2, 1)));
-    EXPECT_TRUE(std::isnan(equalTimeRatio({rows[0], discardRow(2, 2, 0)}, 2, 1)));
-    EXPECT_TRUE(std::isnan(equalTimeRatio(rows, 0, 1)));
+    const std::vector<Reached> known{{1, 1}, {2, 0.5}, {4, 0.25}};
+    EXPECT_NEAR(equalTimeRatio(known, {1, 0.5}), 0.5, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(known, {2, 0.5}), 1, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(known, {3, 0.1}), 0.3, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(known, {0.5, 1}), 0.5, 1e-12);
+    EXPECT_NEAR(equalTimeRatio(known, {16, 1}), 16, 1e-9);
+    EXPECT_TRUE(std::isnan(equalTimeRatio({known[0]}, {1, 1})));
+    EXPECT_TRUE(std::isnan(equalTimeRatio({known[0], {1, 0.5}}, {2, 1})));
+    EXPECT_TRUE(std::isnan(equalTimeRatio({known[0], {2, 0}}, {2, 1})));
+    EXPECT_TRUE(std::isnan(equalTimeRatio(known, {0, 1})));
 }
 
 TEST(FlightSweep, ChangesOneParameterWithinItsRange)
@@ -248,7 +248,8 @@ Results hostileResults()
                                           .ratio = {next(), next()},
                                           .trimmedRatio = {next(), next()},
                                           .mseRatio = next(),
-                                          .timeRatio = next()});
+                                          .timeRatio = next(),
+                                          .trimmedTimeRatio = next()});
         scene.atRest = {discardRow(1, next(), next())};
         scene.shots = {{"reference", 1, 0, next(), "none.png", "none.png"},
                        {"ra", 4, next(), next(), "none.png", "none.png"}};

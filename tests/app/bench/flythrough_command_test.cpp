@@ -109,6 +109,7 @@ TEST_F(FlythroughCommand, WritesAPageAndItsNumbers)
         if (row.at("strategy") != "discard") continue;
         EXPECT_EQ(row.at("relmse_ratio"), 1);
         EXPECT_EQ(row.at("equal_time_ratio"), 1);
+        EXPECT_EQ(row.at("trimmed_ratio"), 1);
     }
     const auto names = core::enumNames<core::ReuseStrategy>();
     EXPECT_EQ(places.size(), names.size());
