@@ -105,6 +105,7 @@ struct FlightBenchOptions {
     uint32_t seeds = 0;
     uint64_t referenceSpp = 0;
     double exposure = 0;                          // stops of the pictures
+    bool sweeps = true;                           // of parameters, in the first scene
     std::vector<core::ReuseStrategy> strategies;  // ascending, Discard first
     core::AnyParams params;                       // of reuse, what all strategies have in common
     bool quick = false, quiet = false;

@@ -18,6 +18,7 @@ struct Given {
     std::optional<uint32_t> width, frames, seeds;
     std::optional<uint64_t> referenceSpp;
     std::vector<double> steps;
+    bool noSweeps = false;
 };
 
 struct Amounts {
@@ -92,6 +93,9 @@ void addAmountOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
     const std::string group = "Measurement";
     app.add_flag("--quick", o.quick, "for a look: smaller, shorter, fewer; about two minutes")
         ->group(group);
+    app.add_flag("--no-sweeps", given.noSweeps,
+                 "leave out the flights with one parameter changed, which the first scene has")
+        ->group(group);
     addValue(app, group, "--seeds", given.seeds,
              "flights of each kind, default " + std::to_string(kUsual.seeds) +
                  "; quick: " + std::to_string(kQuick.seeds),
@@ -122,6 +126,7 @@ FlightBenchOptions finished(FlightBenchOptions o, const Given& given)
         o.scenes.push_back(given.loading);
         o.scenes.back().file = file;
     }
+    o.sweeps = !given.noSweeps;
     o.width = given.width.value_or(usual.width);
     o.frames = given.frames.value_or(usual.frames);
     o.seeds = given.seeds.value_or(usual.seeds);

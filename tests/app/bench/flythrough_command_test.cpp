@@ -153,6 +153,8 @@ TEST_F(FlythroughCommand, ReferencesAreMadeOnceAndAnewWhenTheyNoLongerFit)
     EXPECT_TRUE(exr("fly/references/cornell-diffuse-24x20-16spp.exr").hasLayer("variance"));
     const auto written = fs::last_write_time(file);
     EXPECT_TRUE(kept({}));
+    EXPECT_TRUE(kept({"--no-sweeps"}));
+    EXPECT_TRUE(results("fly").at("sweeps").empty());
     EXPECT_TRUE(kept({"--steps", "2", "--seed", "8", "--records", "2"}));
     EXPECT_EQ(fs::last_write_time(file), written);
     EXPECT_FALSE(kept({"--max-depth", "3"}));
