@@ -30,6 +30,9 @@ reuse-keep-unpaid@shaders/shared/reuse.h@min(kappa / score, Real(kInfinity)) : R
 reuse-count-for-nominal@core/reuse/reweighting_augmentation.h@fraction.alphaOverQ(q, p) / N;@fraction.alphaOverQ(q, p) / static_cast<typename C::Real>(old.size());@Lab.Flatland*
 reuse-after-trace-unpaid@core/reuse/reweighting_augmentation.h@draw.u * share / draw.omega@draw.u * share@Lab.Traps*
 reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@static_cast<Real>(weightSum - 1)@Lab.Every*
+reuse-residual-alone@shaders/shared/reuse_path.h@alpha *= reconnection(@alpha += 0.0f * reconnection(@*ReuseMethod*cpu*
+reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*ReuseMethod*cpu*
+reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - v.c) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*
 srgb-twice@shaders/shared/tonemap.h@pow((x + 0.055f) * (1.0f / 1.055f), 2.4f)@pow((x + 0.055f) * (1.0f / 1.055f), 5.76f)@Tone*:Image*:Gltf*
 '
 

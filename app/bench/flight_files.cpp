@@ -159,13 +159,13 @@ std::string resultsTable(const Results& r)
     for (const SceneResult& scene : r.scenes) {
         const uint32_t frame = r.longest();
         text += scene.name + ", after " + std::to_string(frame) + " frames with steps of " +
-                numberText(scene.shownStep) + ' ' + scene.unit + ":\n" + padded("", 24) +
+                numberText(scene.shownStep) + ' ' + scene.unit + ":\n" + padded("", 26) +
                 "relMSE/discard  no fireflies   at equal time  mean signed error    ms/frame\n";
         for (const std::string& strategy : r.strategies) {
             const Row* row = rowOf(scene, strategy, scene.shownStep, frame);
             if (row == nullptr) continue;
             const Measured& bias = row->errors.signedError;
-            text += "  " + padded(strategy, 22) + padded(number("%.3g", row->ratio.value), 16) +
+            text += "  " + padded(strategy, 24) + padded(number("%.3g", row->ratio.value), 16) +
                     padded(number("%.3g", row->trimmedRatio.value), 15) +
                     padded(number("%.3g", row->trimmedTimeRatio), 15) +
                     padded(number("%+.2f %%", 100 * bias.value / scene.radiance) +

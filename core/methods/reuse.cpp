@@ -227,7 +227,8 @@ private:
         const vec3 here = v.vertex.surface.position;
         if (!shared::projectToFilm(before_.camera, vec2(before_.size), here, film)) return -1;
         const float distance = glm::length(here - before_.camera.position);
-        const glm::ivec2 middle = shared::historyPixel(film, shared::tapNumbers(stream));
+        const glm::ivec2 middle =
+            shared::historyPixel(settings_.strategy, film, shared::tapNumbers(stream));
         for (uint32_t k = 0; k < 9; ++k) {
             const glm::ivec2 at = middle + shared::historyOffset(k);
             if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))

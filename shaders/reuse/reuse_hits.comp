@@ -33,7 +33,7 @@ uint findSource(SurfacePoint s, SampleStream stream)
     vec2 film;
     if (!projectToFilm(push.cameraBefore, vec2(size), s.position, film)) return kNone;
     const float away = length(s.position - push.cameraBefore.position);
-    const ivec2 middle = historyPixel(film, tapNumbers(stream));
+    const ivec2 middle = historyPixel(push.settings.strategy, film, tapNumbers(stream));
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);
         if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;

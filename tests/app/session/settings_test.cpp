@@ -56,6 +56,7 @@ Settings someSettings()
 {
     Settings s;
     s.view = {.show = app::Show::deviation,
+              .methodMap = 2,
               .exposure = -1.3f,
               .tone = app::Tone::neutral,
               .map = app::ColourMap::magma,
