@@ -234,8 +234,8 @@ private:
             if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
                 continue;
             const ptrdiff_t source = ptrdiff_t(at.y) * before_.size.x + at.x;
-            if (shared::historyFits(scene_, before_.pixels[size_t(source)], v.vertex.surface,
-                                    distance, position))
+            if (shared::historyFits(scene_, before_.camera, before_.pixels[size_t(source)],
+                                    v.vertex.surface, distance, position))
                 return source;
         }
         return -1;
@@ -348,7 +348,8 @@ private:
                 continue;
             const size_t source = size_t(at.y) * before_.size.x + size_t(at.x);
             vec3 position;
-            if (shared::historyFits(scene_, before_.pixels[source], s, distance, position))
+            if (shared::historyFits(scene_, before_.camera, before_.pixels[source], s, distance,
+                                    position))
                 sum += weight * glm::vec4(before_.means[source], 1);
         }
         return sum.w > 0.01f ? vec3(sum) / sum.w : nearest;

@@ -40,7 +40,7 @@ uint findSource(SurfacePoint s, SampleStream stream)
         const uint source = uint(at.y * size.x + at.x);
         vec3 position;
         const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-        if (historyFits(scene, before, s, away, position)) return source;
+        if (historyFits(scene, push.cameraBefore, before, s, away, position)) return source;
     }
     return kNone;
 }

@@ -220,7 +220,7 @@ vec3 meanOfTaps(SurfacePoint s, vec3 nearest)
         const uint source = uint(at.y * size.x + at.x);
         vec3 position;
         const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-        if (historyFits(scene, before, s, away, position))
+        if (historyFits(scene, push.cameraBefore, before, s, away, position))
             sum += weight * vec4(texelFetch(meansBefore, int(source)).xyz, 1.0);
     }
     return sum.w > 0.01 ? sum.xyz / sum.w : nearest;

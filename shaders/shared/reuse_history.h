@@ -73,10 +73,10 @@ SHARED_FN vec3 pointOfTriangle(IN(SceneView) scene, uint slot, vec2 barycentrics
     return a + barycentrics.x * (b - a) + barycentrics.y * (c - a);
 }
 
-/// Whether the first hit `before` belongs to the surface at `s`; `distance` is that of the camera.
-/// `position` becomes the hit's.
-SHARED_FN bool historyFits(IN(SceneView) scene, ReusePixel before, IN(SurfacePoint) s,
-                           float distance, OUT(vec3) position)
+/// Whether the first hit `before` of a camera belongs to the surface at `s` and is on the same side
+/// of it; `distance` is that of the camera. `position` becomes the hit's.
+SHARED_FN bool historyFits(IN(SceneView) scene, CameraData cameraBefore, ReusePixel before,
+                           IN(SurfacePoint) s, float distance, OUT(vec3) position)
 {
     position = s.position;
     if (before.slot == kNone || !(unpackHistory(before.history).nominal > 0.0f)) return false;
@@ -86,8 +86,10 @@ SHARED_FN bool historyFits(IN(SceneView) scene, ReusePixel before, IN(SurfacePoi
     const vec3 e2 = xyz(fetchTriangleVertex(scene, before.slot, 2u)) - a;
     position = a + before.barycentrics.x * e1 + before.barycentrics.y * e2;
     const uint material = floatAsUint(b.w) & ~kTriangleAlphaBit;
-    return material == s.material &&
-           dot(normalize(cross(e1, e2)), s.normal) >= kHistoryLeastCosine &&
+    const vec3 n = normalize(cross(e1, e2));
+    const bool behind = dot(n, towardsCamera(cameraBefore, position)) < 0.0f;
+    return material == s.material && behind == (s.backFace != 0u) &&
+           dot(n, s.normal) >= kHistoryLeastCosine &&
            abs(dot(position - s.position, s.normal)) <= kHistoryPlaneDistance * distance;
 }
 

@@ -217,6 +217,27 @@ TEST_P(ReuseMethod, ATeleportIsDiscard)
     EXPECT_GT(alone, reused.weight.pixels.size() / 2);
 }
 
+/// A wall without thickness has two sides at the same place: what lights one says nothing of the
+/// other.
+TEST_P(ReuseMethod, TheOtherSideOfAWallHasAHistoryOfItsOwn)
+{
+    begin("cornell-diffuse", {24, 24});
+    const double yfov = world_->cameras.at(0).yfov;
+    const core::Camera outside = core::lookAt({-3, 0, 0}, {-1, 0, 0}, {0, 1, 0}, yfov);
+    const core::Camera inside = core::lookAt({0.5, 0, 0}, {-1, 0, 0}, {0, 1, 0}, yfov);
+    const ReuseParams params = with(ReuseStrategy::ra, 4);
+    const auto withHistory = [&](const core::Camera& from, const core::Camera& to) {
+        look(from, params, core::Start::anew);
+        look(to, params, core::Start::moved);
+        const core::Estimate e = renderer_->read(core::Reading::everything);
+        return std::ranges::count_if(e.weight.pixels, [](float w) { return w > 1; });
+    };
+    EXPECT_EQ(withHistory(outside, inside), 0);
+    EXPECT_EQ(withHistory(inside, outside), 0);
+    EXPECT_GT(withHistory(outside, outside), 100);
+    EXPECT_GT(withHistory(inside, inside), 100);
+}
+
 /// What the maps say of a flight fits together, and with the picture's weights.
 TEST_P(ReuseMethod, MapsTellWhatWasReused)
 {
