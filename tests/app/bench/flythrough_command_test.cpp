@@ -85,7 +85,7 @@ TEST_F(FlythroughCommand, InputAndFoldersThatCannotBeAreRefused)
 
 TEST_F(FlythroughCommand, WritesAPageAndItsNumbers)
 {
-    const Result result = run(kBench + kTiny + Strings{kScene, "-o", "new/fly"});
+    const Result result = finish(start(kBench + kTiny + Strings{kScene, "-o", "new/fly"}), 180);
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_TRUE(contains(result.err, "new/fly/index.html"));
     const Json json = results("new/fly");
@@ -171,8 +171,10 @@ TEST_F(FlythroughCommand, ReferencesAreMadeOnceAndAnewWhenTheyNoLongerFit)
 TEST_F(FlythroughCommand, SameSeedSameErrorsOnEitherDevice)
 {
     const auto rows = [this](const std::string& device, const std::string& folder) {
-        const Result result =
-            run(kBench + kTiny + Strings{kScene, "-o", folder, "--device", device, "--steps", "1"});
+        const Strings few{"--steps", "1", "--no-sweeps", "--strategies", "naive,ra"};
+        const pid_t pid =
+            start(kBench + kTiny + few + Strings{kScene, "-o", folder, "--device", device});
+        const Result result = finish(pid, 180);  // kernels are compiled on the way
         EXPECT_EQ(result.code, 0) << result.err;
         return results(folder).at("rows");
     };
