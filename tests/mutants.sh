@@ -33,6 +33,7 @@ reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@stati
 reuse-residual-alone@shaders/shared/reuse_path.h@alpha *= reconnection(@alpha += 0.0f * reconnection(@*ReuseMethod*cpu*
 reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*ReuseMethod*cpu*
 reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - v.c) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*
+reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseMethod.Asking*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*
 srgb-twice@shaders/shared/tonemap.h@pow((x + 0.055f) * (1.0f / 1.055f), 2.4f)@pow((x + 0.055f) * (1.0f / 1.055f), 5.76f)@Tone*:Image*:Gltf*
 '

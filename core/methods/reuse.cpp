@@ -118,10 +118,14 @@ public:
     void setView(const View& view, Start start) override
     {
         const ReuseParams last = params_;
+        visibility_ = askedVisibility(last, visibility_, figures_);
         TiledRenderer::setView(view, start);
         passes_ = 0;
         figures_ = {};
-        if (start == Start::anew || !(last == params_)) before_ = {};
+        if (start == Start::anew || !(last == params_)) {
+            before_ = {};
+            visibility_ = askedVisibility(params_, 0, {});
+        }
         if (start == Start::anew) samplesBefore_ = 0;
     }
 
@@ -142,7 +146,7 @@ public:
         RenderStats stats = TiledRenderer::stats();
         const std::lock_guard lock(figuresMutex_);
         const double pixels = double(film_.size().x) * film_.size().y * std::max(passes_, 1u);
-        stats.details = figures_.details(params_.reuse, recordsKept(params_), pixels);
+        stats.details = figures_.details(params_, visibility_, recordsKept(params_), pixels);
         return stats;
     }
 
@@ -166,6 +170,7 @@ private:
         setPathSettings(params_, path_);
         scene_ = {sceneView(accel_->world()), accel_.get()};
         settings_ = reuseSettings(params_);
+        settings_.visibility = visibility_;
         settings_.flags = reuseFlags(params_, passes_);
         const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop, [this](const Tile& tile, uint32_t, uint32_t, Film& film) {
@@ -190,6 +195,8 @@ private:
         figures_.weights += figures.weights;
         figures_.shares += figures.shares;
         figures_.paths += figures.paths;
+        figures_.leaked += figures.leaked;
+        figures_.lost += figures.lost;
     }
 
     void addPixel(uvec2 pixel, Film& film, TileTally& tally, ReuseFigures& figures)
@@ -214,6 +221,8 @@ private:
         figures.weights += double(sums.weightSum);
         figures.shares += double(sums.nominal / weight);
         figures.paths += paths;
+        figures.leaked += double(shared::biasShare(sums, sums.leaked));
+        figures.lost += double(shared::biasShare(sums, sums.lost));
         tally.paths += paths;
         tally.rays += rays.closestRays + rays.shadowRays;
     }
@@ -274,18 +283,19 @@ private:
                                        shared::pathStream(stream, v.rays, k), tally);
         here.history = shared::packHistory(shared::grownHistory(
             settings_, v.history, v.rays, taken, shared::narrowestLobe(v.vertex.bsdf)));
-        combine(v, stream, source, index, std::span(fresh).first(taken), sums);
+        combine(v, stream, source, index, std::span(fresh).first(taken), sums, tally);
         return sums;
     }
 
     /// Old samples of the pixel `source` (-1: none), and what is kept of them and the new ones.
     void combine(const shared::ReuseVertex& v, const shared::SampleStream& stream, ptrdiff_t source,
-                 size_t index, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums)
+                 size_t index, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums,
+                 shared::ReuseTally& tally)
     {
         Competition<shared::ReuseSample> samples;
         Competition<shared::ReuseLight> lights;
         const bool looks = source >= 0 && !keepsMeans();
-        if (looks) lookAtOld(v, stream, size_t(source), samples, lights, sums);
+        if (looks) lookAtOld(v, stream, size_t(source), samples, lights, sums, tally);
         for (const shared::ReuseNew& n : fresh) {
             shared::addReuseNew(sums, n);
             if (n.record.u > 0)
@@ -308,7 +318,8 @@ private:
 
     void lookAtOld(const shared::ReuseVertex& v, const shared::SampleStream& stream, size_t source,
                    Competition<shared::ReuseSample>& samples,
-                   Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums) const
+                   Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums,
+                   shared::ReuseTally& tally) const
     {
         for (uint32_t i = 0; i < recordsKept(params_); ++i) {
             shared::ReuseSample r = before_.samples[source * recordsKept(params_) + i];
@@ -316,9 +327,15 @@ private:
             if (!shared::aimOldSample(scene_, settings_, v, r, view)) continue;
             if (!shared::survivesRejection(shared::rejectionNumber(stream, i), view)) continue;
             const vec3 position = v.vertex.surface.position;
+            const bool hidden =
+                shared::oldSampleHides(scene_, settings_, v, view, stream, i, tally);
             vec3 L = shared::unpackRgbe(r.radiance);
             if (r.radiance == shared::kReuseEvaluated)
                 L = shared::evaluateArriving(scene_, path_, position, r, view);
+            if (hidden) {
+                shared::dropOldSample(sums, view, L);
+                continue;
+            }
             const float brings = shared::addOldSample(sums, view, L);
             r.u = view.u * view.perPlace;
             samples.add(r, {view.u * view.p, brings});
@@ -326,8 +343,9 @@ private:
         for (uint32_t i = 0; i < lightsKept(params_); ++i) {
             shared::ReuseLight r = before_.lights[source * lightsKept(params_) + i];
             if (!(r.v > 0)) continue;
-            const float brings = shared::addOldLight(scene_, path_, v, r, sums);
-            lights.add(r, {r.v, brings});
+            const float brings =
+                shared::addOldLight(scene_, path_, settings_, v, stream, i, r, sums, tally);
+            if (r.v > 0) lights.add(r, {r.v, brings});
         }
     }
 
@@ -363,6 +381,7 @@ private:
 
     ReuseParams params_;
     Store before_, now_;
+    float visibility_ = 0;
     uint32_t passes_ = 0;         // of this view
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     mutable std::mutex figuresMutex_;

@@ -16,18 +16,66 @@ struct ReuseFigures {
     double weights = 0;  // of the sums of v: one each on average, less where directions are lost
     double shares = 0;   // of c
     double paths = 0;    // new ones, of all pixels
+    // Parts of a pixel's luminance, of those samples that were asked for visibility:
+    double leaked = 0;  // by old samples that are hidden now
+    double lost = 0;    // by new ones that had been
 
-    std::vector<StatsDetail> details(ReuseStrategy strategy, uint32_t records, double pixels) const
+    /// What old samples bring too much and new ones too little, if visibility is never asked for;
+    /// `visibility` is the share for which it was.
+    double leak(double visibility) const
     {
-        const double count = scatters > 0 ? scatters : 1;
-        const char* bias = strategy == ReuseStrategy::discard ? "none"
-                           : strategy == ReuseStrategy::naive || strategy == ReuseStrategy::svgf
-                               ? "old light as it was"
-                               : "visibility of old samples";
-        return {{"bias", std::string(bias)},  {"history", withHistory / count},
-                {"c", shares / count},        {"n", paths / std::max(pixels, 1.0)},
-                {"weights", weights / count}, {"records", double(records)}};
+        return visibility > 0 ? leaked / count() / visibility : 0;
+    }
+    double loss(double visibility) const
+    {
+        return visibility > 0 ? lost / count() / visibility : 0;
+    }
+
+    std::vector<StatsDetail> details(const ReuseParams& params, float visibility, uint32_t records,
+                                     double pixels) const
+    {
+        std::vector<StatsDetail> details{{"bias", std::string(biasOf(params))},
+                                         {"history", withHistory / count()},
+                                         {"c", shares / count()},
+                                         {"n", paths / std::max(pixels, 1.0)},
+                                         {"weights", weights / count()},
+                                         {"records", double(records)}};
+        if (visibility > 0) {
+            details.push_back({"visibility", double(visibility)});
+            details.push_back({"leak", leak(double(visibility))});
+            details.push_back({"loss", loss(double(visibility))});
+        }
+        return details;
+    }
+
+private:
+    double count() const { return scatters > 0 ? scatters : 1; }
+
+    static std::string_view biasOf(const ReuseParams& params)
+    {
+        if (params.reuse == ReuseStrategy::discard) return "none";
+        if (params.reuse == ReuseStrategy::naive || params.reuse == ReuseStrategy::svgf)
+            return "old light as it was";
+        if (params.bias == ReuseBias::unbiased) return "none";
+        return params.bias == ReuseBias::bounded ? "visibility of old samples, bounded"
+                                                 : "visibility of old samples";
     }
 };
+
+/// The share of samples whose visibility is asked for again in the next view; `now` and `found` are
+/// those of the view before. What is wrong with the samples that are not asked shall be less than
+/// the bound. That this depends on samples is a bias of second order: they are those of other
+/// views, and of all pixels.
+inline float askedVisibility(const ReuseParams& params, float now, const ReuseFigures& found)
+{
+    constexpr float kFirst = 0.25f, kLeast = 1.0f / 16, kMost = 0.95f;
+    if (params.bias == ReuseBias::fast || params.reuse == ReuseStrategy::discard) return 0;
+    if (params.bias == ReuseBias::unbiased) return 1;
+    if (!(now > 0)) return kFirst;
+    if (!(found.withHistory > 0)) return now;
+    const double wrong = found.leak(double(now)) + found.loss(double(now));
+    const double wanted = wrong > double(params.bound) ? 1 - double(params.bound) / wrong : 0;
+    return std::clamp(0.5f * (now + static_cast<float>(wanted)), kLeast, kMost);
+}
 
 }  // namespace core

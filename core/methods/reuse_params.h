@@ -30,6 +30,13 @@ template <> struct EnumNames<PixelJitter> {
     static constexpr std::array<std::string_view, 3> names{"settled", "always", "never"};
 };
 
+/// What may be wrong with the mean. Nothing: visibility between first hits and places is asked for
+/// again. Up to a bound: as often as keeps what is found to be wrong below it. Or it is not asked.
+enum class ReuseBias : uint32_t { fast, bounded, unbiased };
+template <> struct EnumNames<ReuseBias> {
+    static constexpr std::array<std::string_view, 3> names{"fast", "bounded", "unbiased"};
+};
+
 struct ReuseParams {
     static constexpr std::string_view kMethod = "reuse";
 
@@ -40,6 +47,8 @@ struct ReuseParams {
     float rays = 1;
     float cap = 32;
     float protection = 1;
+    ReuseBias bias = ReuseBias::fast;
+    float bound = 0.005f;
     PixelJitter jitter = PixelJitter::settled;
     uint32_t maxDepth = 8;
     uint32_t rouletteDepth = 2;
@@ -72,6 +81,12 @@ struct ReuseParams {
                 "how much bright samples are preferred when the store is cut down",
                 {0, 16}},
           p.protection);
+        v(Field{"bias",
+                "whether it is asked again what lies between a surface and where its old samples "
+                "come from: never (fast), as often as keeps the error below the bound, or always "
+                "(unbiased: several times the rays)"},
+          p.bias);
+        v(Field{"bound", "of the bias, as a part of the picture", {0.0001f, 1, true}}, p.bound);
         v(Field{"jitter",
                 "first hits anywhere in the pixel, for smooth edges: when the camera rests "
                 "(settled), always or never"},

@@ -47,7 +47,7 @@ void main()
         if (found.record.radiance == kReuseEvaluated) newSamples[to + 1u] = packReuseArriving(found.record);
         newSamples[to + 2u] =
             uvec4(found.light.emitter, found.light.numbers, floatBitsToUint(vec2(found.light.v, found.scale)));
-        newSamples[to + 3u] = uvec4(floatBitsToUint(found.around), 0u);
+        newSamples[to + 3u] = floatBitsToUint(vec4(found.around, found.lost));
         newSamples[to + 4u] = uvec4(floatBitsToUint(found.direct), 0u);
     }
     const uint closestRays = subgroupAdd(tally.closestRays);

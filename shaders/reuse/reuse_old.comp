@@ -63,7 +63,9 @@ ReuseNew loadNew(uint which)
     const uvec4 light = newWord(which, 2u);
     found.light = unpackLightRecord(light);
     found.scale = uintBitsToFloat(light.w);
-    found.around = uintBitsToFloat(newWord(which, 3u).xyz);
+    const vec4 around = uintBitsToFloat(newWord(which, 3u));
+    found.around = around.xyz;
+    found.lost = around.w;
     found.direct = uintBitsToFloat(newWord(which, 4u).xyz);
     return found;
 }
@@ -74,10 +76,22 @@ ReuseSample oldSample(uint source, uint i)
     return unpackReuseSample(texelFetch(placesBefore, at), uvec4(0u));
 }
 
+/// Adds an old sample by which radiance L comes; one that is hidden loses its weight.
+void addOrDrop(ReuseView view, vec3 L, bool hidden, inout float weight, inout float brings, inout ReuseSums sums)
+{
+    if (hidden) {
+        dropOldSample(sums, view, L);
+        weight = 0.0;
+    } else {
+        brings = addOldSample(sums, view, L);
+    }
+}
+
 /// Old samples of directions and the new one: adds them up and keeps some. What arrives is evaluated in a loop of its
 /// own, over those that need it: on software devices a branch costs the same whether it is taken or not, and a loop as
 /// much as the lane that needs it most often.
-void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums)
+void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums,
+                  inout ReuseTally tally)
 {
     const uint most = recordsOf(push.settings);
     float weights[kReuseMostScores];  // v
@@ -85,6 +99,7 @@ void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, u
     float places[kReuseMostScores];  // u as it is stored
     vec3 responses[kReuseMostScores];
     uint evaluated = 0u;  // a bit for each
+    uint hidden = 0u;
     const uint count = looks ? most : 0u;
     for (uint i = 0u; i < most; ++i) {
         weights[i] = 0.0;
@@ -99,10 +114,11 @@ void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, u
         weights[i] = view.u * view.p;
         places[i] = view.u * view.perPlace;
         responses[i] = view.response;
+        if (oldSampleHides(scene, push.settings, v, view, stream, i, tally)) hidden |= 1u << i;
         if (r.radiance == kReuseEvaluated) {
             evaluated |= 1u << i;
         } else {
-            brings[i] = addOldSample(sums, view, unpackRgbe(r.radiance));
+            addOrDrop(view, unpackRgbe(r.radiance), (hidden & (1u << i)) != 0u, weights[i], brings[i], sums);
         }
     }
     while (evaluated != 0u) {
@@ -123,7 +139,8 @@ void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, u
         view.response = responses[i];
         view.u = places[i] / view.perPlace;
         view.p = weights[i] / view.u;
-        brings[i] = addOldSample(sums, view, evaluateArriving(scene, frame.settings, position, r, view));
+        addOrDrop(view, evaluateArriving(scene, frame.settings, position, r, view), (hidden & (1u << i)) != 0u, weights[i],
+                  brings[i], sums);
     }
     vec3 mean = sums.around;
     for (uint k = 0u; k < fresh.count; ++k) {
@@ -153,7 +170,8 @@ void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, u
 }
 
 /// The same of connections to emitters.
-void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums)
+void reuseLights(ReuseVertex v, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi,
+                 inout ReuseSums sums, inout ReuseTally tally)
 {
     const uint most = lightsOf(push.settings);
     float scores[kReuseMostScores];
@@ -165,7 +183,7 @@ void reuseLights(ReuseVertex v, bool looks, uint source, uint pixel, NewPaths fr
         if (!looks) continue;
         ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
         if (!(r.v > 0.0)) continue;
-        brings[i] = addOldLight(scene, frame.settings, v, r, sums);
+        brings[i] = addOldLight(scene, frame.settings, push.settings, v, stream, i, r, sums, tally);
         weights[i] = r.v;
     }
     vec3 mean = sums.direct;
@@ -226,14 +244,27 @@ vec3 meanOfTaps(SurfacePoint s, vec3 nearest)
     return sum.w > 0.01 ? sum.xyz / sum.w : nearest;
 }
 
+/// What asking for visibility has cost and found.
+void countBias(ReuseSums sums, ReuseTally tally)
+{
+    const uint rays = subgroupAdd(tally.shadowRays);
+    const uint leaked = subgroupAdd(uint(biasShare(sums, sums.leaked) * kCountedBias + 0.5));
+    const uint lost = subgroupAdd(uint(biasShare(sums, sums.lost) * kCountedBias + 0.5));
+    if (!subgroupElect()) return;
+    atomicAdd(counters.shadowRays, rays);
+    atomicAdd(counters.leaked, leaked);
+    atomicAdd(counters.lost, lost);
+}
+
 /// What is told of the picture.
-void count(ReuseSums sums, bool scatters, bool looks)
+void count(ReuseSums sums, bool scatters, bool looks, ReuseTally tally)
 {
     const float c = sums.nominal / (sums.nominal + sums.rays);
     const uint all = subgroupAdd(scatters ? 1u : 0u);
     const uint withHistory = subgroupAdd(looks ? 1u : 0u);
     const uint weights = subgroupAdd(uint(min(sums.weightSum, 64.0) * kCountedUnit + 0.5));
     const uint shares = subgroupAdd(uint(c * kCountedUnit + 0.5));
+    if (FEATURE(kFeatureAsksVisibility)) countBias(sums, tally);
     if (!subgroupElect()) return;
     atomicAdd(counters.scatters, all);
     atomicAdd(counters.withHistory, withHistory);
@@ -252,6 +283,7 @@ void main()
     const SampleStream keeping = decisionStream(stream, kPurposeResampling);
     const uint strategy = push.settings.strategy;
     ReuseSums sums = noReuseSums();
+    ReuseTally tally = ReuseTally(0u, 0u);
     ReuseVertex v;
     const bool scatters = firstVertex(pixel, stream, here, v, sums.seen);
     const bool looks = scatters && lookBack(here.w, stream, v);
@@ -262,8 +294,8 @@ void main()
         fresh = NewPaths(texelFetch(firstNew, int(lane)).x, raysTaken(v.history, v.rays));
     }
     if (!keepsMeans(strategy) && strategy != kReuseDiscard) {
-        reuseSamples(v, stream, looks, here.w, i, fresh, streamFloat(keeping, 0u), sums);
-        reuseLights(v, looks, here.w, i, fresh, streamFloat(keeping, 1u), sums);
+        reuseSamples(v, stream, looks, here.w, i, fresh, streamFloat(keeping, 0u), sums, tally);
+        reuseLights(v, stream, looks, here.w, i, fresh, streamFloat(keeping, 1u), sums, tally);
     }
     for (uint k = 0u; k < fresh.count; ++k) addReuseNew(sums, loadNew(fresh.first + k));
     vec3 L = reusedRadiance(sums);
@@ -282,7 +314,7 @@ void main()
     } else {
         addToFilm(i, false, plain, plain * plain, 1.0);
     }
-    count(sums, scatters, looks);
+    count(sums, scatters, looks, tally);
     ReuseHistory history = noHistory();
     if (scatters) {
         history = grownHistory(push.settings, v.history, v.rays, fresh.count, narrowestLobe(v.vertex.bsdf));

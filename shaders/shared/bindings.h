@@ -160,10 +160,11 @@ struct Counters {
     uint weightSum;    // and over all of them the sum of v and that of c, in units of
     uint shareSum;     // 1 / kCountedUnit
     uint newPaths;     // of sample reuse, too
-    uint reserved1;
-    uint reserved2;
+    uint leaked;       // of sample reuse, too: biasShare, in units of 1 / kCountedBias
+    uint lost;
 };
 SHARED_CONST float kCountedUnit = 256.0f;
+SHARED_CONST float kCountedBias = 2048.0f;
 
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kStateWords = 3u;  // of 16 bytes: origin, lane; direction, pdf; beta, depth

@@ -30,6 +30,7 @@ SHARED_CONST uint kFeatureDelta = 1u << 15;     // lobes without density (alpha 
 SHARED_CONST uint kFeatureMetal = 1u << 16;  // metallic above zero: coloured conductor reflection
 // More than one emitter: a choice has to be made
 SHARED_CONST uint kFeatureManyEmitters = 1u << 17;
+SHARED_CONST uint kFeatureAsksVisibility = 1u << 18;  // sample reuse, of old samples
 
 SHARED_CONST uint kNone = 0xffffffffu;
 

@@ -6,31 +6,14 @@
 // Wang, "Efficient Sample Usage in Photo-Realistic Rendering" (2022), chapter 8. What differs: what
 // arrives at the far end is stored as radiance by direction, so that a shiny far surface is seen
 // from the new side; samples carry absolute weights (shared/reuse.h); visibility of old samples is
-// not asked for again, which is the one bias (too bright where something has come in between).
-//
-// A device includes this after it has said how rays are traced:
-//   bool traceWay(SceneView, vec3 origin, vec3 direction, uint seed, out Hit)
-//   bool wayIsOpen(SceneView, ShadowRay, uint seed)
+// asked for again as far as the settings say (reuse_visibility.h): where it is not, the picture is
+// too bright where something has come in between.
 #ifndef REKINDLE_SHARED_REUSE_PATH_H
 #define REKINDLE_SHARED_REUSE_PATH_H
 
-#include "reuse_view.h"
+#include "reuse_visibility.h"
 
 SHARED_BEGIN
-
-#ifdef __cplusplus
-bool traceWay(const SceneView& scene, vec3 origin, vec3 direction, uint seed, Hit& hit);
-bool wayIsOpen(const SceneView& scene, const ShadowRay& shadow, uint seed);
-#else
-bool traceWay(SceneView scene, vec3 origin, vec3 direction, uint seed, out Hit hit);
-bool wayIsOpen(SceneView scene, ShadowRay shadow, uint seed);
-#endif
-
-/// Rays that a pass has cost.
-struct ReuseTally {
-    uint closestRays;
-    uint shadowRays;
-};
 
 /// The ray of a pixel: through its centre, or anywhere in it and through the lens.
 SHARED_FN PathState pixelRay(CameraData camera, PathSettings path, ReuseSettings settings,
@@ -61,22 +44,6 @@ SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStre
         pixel.barycentrics = hit.barycentrics;
     }
     return pixel;
-}
-
-/// The stream of another purpose at the same sample of a path.
-SHARED_FN SampleStream purposeStream(SampleStream stream, uint purpose)
-{
-    stream.seed ^= purpose * 0x9e3779b9u;  // as makeStream
-    return stream;
-}
-
-/// The same for decisions that follow upon earlier ones:
-/// its numbers do not know those of the frames before. A sequence that is well spread over frames
-/// would be biased here, since what it gives depends on what it gave to the samples that are there.
-SHARED_FN SampleStream decisionStream(SampleStream stream, uint purpose)
-{
-    stream.kind = kSamplerIndependent;
-    return purposeStream(stream, purpose);
 }
 
 /// Numbers for the stochastic rounding of what is stored.
@@ -217,21 +184,29 @@ SHARED_FN vec3 endNewPath(SampleStream stream, vec3 gathered, ReusePlace place,
 }
 
 /// What the new sample counts, and what is stored of that.
-SHARED_FN void weighNewSample(IN(ReuseVertex) v, ReuseDraw draw, ReusePlace place, vec3 L,
-                              INOUT(ReuseNew) result)
+SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                              ReuseDraw draw, ReusePlace place, vec3 L, SampleStream stream,
+                              INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
 {
     float alpha = draw.alpha;
     float perPlace = 1.0f;
-    if (result.record.slot != kNone) {
-        const vec3 way = place.position - v.vertex.surface.position;
+    const bool ends = result.record.slot != kNone;
+    vec3 way = toWorld(v.vertex.surface.frame, draw.next.wi);
+    if (ends) {
+        way = place.position - v.vertex.surface.position;
         const float d2 = dot(way, way);
         perPlace = d2 * sqrt(d2) / abs(dot(place.normal, way));
         // What cannot be aimed anew is not left to old samples.
         if (alpha > 0.0f)
             alpha *= reconnection(way, place.normal, v.vertex.surface.position, v.positionBefore);
     }
-    result.scale = draw.mean * (1.0f - alpha) / (draw.omega * v.rays);
+    const float whole = draw.mean / (draw.omega * v.rays);
     result.around = draw.next.weight * L;
+    if (alpha > 0.0f && newSampleHid(scene, settings, v, way, ends, stream, tally)) {
+        result.lost += whole * alpha * luminance(result.around);
+        alpha = 0.0f;
+    }
+    result.scale = whole * (1.0f - alpha);
     const float u = result.scale / draw.next.pdf * perPlace;
     result.record.u = draw.next.pdf > 0.0f && u < kInfinity ? u : 0.0f;
 }
@@ -262,11 +237,27 @@ SHARED_FN float firstCredit(SampleStream stream)
     return streamFloat(decisionStream(stream, kPurposeResampling), 2u);
 }
 
+/// Keeps a connection of the first hit that is open.
+SHARED_FN void keepNewLight(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                            IN(ShadowRay) shadow, uint emitter, uint grid, SampleStream stream,
+                            INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
+{
+    float share = lightShare(settings, v);
+    if (share > 0.0f && newLightHid(scene, settings, v, shadow, stream, tally)) {
+        result.lost += share / v.rays * luminance(shadow.contribution);
+        share = 0.0f;
+    }
+    result.direct = shadow.contribution;
+    result.light.emitter = emitter;
+    result.light.numbers = grid;
+    result.light.v = (1.0f - share) / v.rays;
+}
+
 /// Connects a vertex of the new path, `ray.depth` from the first hit, to an emitter.
-SHARED_FN void connectNew(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
-                          IN(Vertex) vertex, IN(PathState) ray, VertexNumbers numbers,
-                          SampleStream stream, INOUT(vec3) gathered, INOUT(ReuseNew) result,
-                          INOUT(ReuseTally) tally)
+SHARED_FN void connectNew(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                          IN(ReuseVertex) v, IN(Vertex) vertex, IN(PathState) ray,
+                          VertexNumbers numbers, SampleStream stream, INOUT(vec3) gathered,
+                          INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
 {
     if (!connects(path, vertex)) return;
     float pmf = 1.0f;
@@ -281,10 +272,7 @@ SHARED_FN void connectNew(IN(SceneView) scene, PathSettings path, IN(ReuseVertex
     ++tally.shadowRays;
     if (!wayIsOpen(scene, shadow, alphaSeed(stream, ray.depth, 1u))) return;
     if (ray.depth == 0u) {
-        result.direct = shadow.contribution;
-        result.light.emitter = emitter;
-        result.light.numbers = grid;
-        result.light.v = (1.0f - v.c) / v.rays;
+        keepNewLight(scene, settings, v, shadow, emitter, grid, stream, result, tally);
     } else {
         gathered += shadow.contribution;
     }
@@ -296,9 +284,9 @@ SHARED_FN void connectNew(IN(SceneView) scene, PathSettings path, IN(ReuseVertex
 
 /// Follows the path to its next vertex; false where it ends. The first vertex it comes to is the
 /// place of the sample.
-SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, SampleStream stream,
-                        INOUT(PathState) ray, INOUT(Vertex) vertex, INOUT(vec3) gathered,
-                        INOUT(ReusePlace) place, INOUT(ReuseSample) record)
+SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                        SampleStream stream, INOUT(PathState) ray, INOUT(Vertex) vertex,
+                        INOUT(vec3) gathered, INOUT(ReusePlace) place, INOUT(ReuseSample) record)
 {
     Hit hit;
     if (!traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, ray.depth, 0u), hit)) {
@@ -316,7 +304,8 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, SampleStream str
     place.position = vertex.surface.position;
     place.normal = vertex.surface.normal;
     const bool emits = vertex.surface.emitter != kNone || maxComponent(gathered) > 0.0f;
-    if (emits || (scatters && !isRough(vertex.bsdf))) record.radiance = kReuseEvaluated;
+    if (emits || (scatters && (isUnbiased(settings) || !isRough(vertex.bsdf))))
+        record.radiance = kReuseEvaluated;
     return scatters;
 }
 
@@ -336,10 +325,12 @@ SHARED_FN ReuseNew takeNew(IN(SceneView) scene, PathSettings path, ReuseSettings
         const uint i = ray.depth;  // 0: the first hit, 1: the place
         if (i > 0u) {
             ++tally.closestRays;
-            if (!meetNext(scene, path, stream, ray, vertex, gathered, place, result.record)) break;
+            if (!meetNext(scene, path, settings, stream, ray, vertex, gathered, place,
+                          result.record))
+                break;
         }
         VertexNumbers numbers = drawVertexNumbers(stream, i);
-        connectNew(scene, path, v, vertex, ray, numbers, stream, gathered, result, tally);
+        connectNew(scene, path, settings, v, vertex, ray, numbers, stream, gathered, result, tally);
         const uint candidates = i == 0u ? candidatesFor(settings, v) : 1u;
         const ReuseDraw draw =
             drawNewDirection(scene, settings, v, vertex, i == 0u, numbers, stream, candidates);
@@ -360,7 +351,7 @@ SHARED_FN ReuseNew takeNew(IN(SceneView) scene, PathSettings path, ReuseSettings
     }
     if (ray.depth > 0u) {
         const vec3 L = endNewPath(stream, gathered, place, result.record);
-        weighNewSample(v, first, place, L, result);
+        weighNewSample(scene, settings, v, first, place, L, stream, result, tally);
     }
     return result;
 }

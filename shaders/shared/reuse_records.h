@@ -39,8 +39,14 @@ struct ReuseSettings {
     float protection;  // eta: how much a sample's brightness counts when the store is cut down
     uint flags;        // kReuseJitters, kReuseFollows
     uint sizeBefore;   // of the picture that left the history: width in 16 bits, height above
-    uint reserved;
+    float visibility;  // share of samples whose visibility is asked for again; 1: unbiased
 };
+
+/// Whether no approximation is allowed.
+SHARED_FN bool isUnbiased(ReuseSettings settings)
+{
+    return settings.visibility >= 1.0f;
+}
 
 SHARED_FN uint packCounts(uint records, uint lights, uint candidates)
 {

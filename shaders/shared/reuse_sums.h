@@ -16,6 +16,7 @@ struct ReuseNew {
     float scale;  // what old samples leave to the new one
     vec3 around;  // what the path alone would estimate, where there was one candidate
     vec3 direct;
+    float lost;  // luminance that would have been left to old samples which cannot bring it
 };
 SHARED_CONST uint kReuseNewWords = 5u;
 
@@ -29,6 +30,7 @@ SHARED_FN ReuseNew noReuseNew()
     n.scale = 0.0f;
     n.around = vec3(0.0f);
     n.direct = vec3(0.0f);
+    n.lost = 0.0f;
     return n;
 }
 
@@ -47,6 +49,8 @@ struct ReuseSums {
     float nominal;        // N of the history; 0 without
     float rays;           // n: new paths that are due
     uint taken;           // and those that there are
+    float leaked;         // luminance of old samples that were found to be hidden
+    float lost;           // and of new ones that were found to have been
 };
 
 SHARED_FN ReuseSums noReuseSums()
@@ -64,6 +68,8 @@ SHARED_FN ReuseSums noReuseSums()
     s.nominal = 0.0f;
     s.rays = 1.0f;
     s.taken = 0u;
+    s.leaked = 0.0f;
+    s.lost = 0.0f;
     return s;
 }
 
@@ -77,6 +83,7 @@ SHARED_FN void addReuseNew(INOUT(ReuseSums) s, ReuseNew n)
     s.directSquares += n.light.v * n.direct * n.direct;
     s.plain += n.around + n.direct;
     ++s.taken;
+    s.lost += n.lost;
     s.weightSum += n.scale;
     s.weightSquares += n.scale * n.scale;
 }
@@ -107,6 +114,12 @@ SHARED_FN vec3 reusedSquares(IN(ReuseSums) s)
     const vec3 mean = reusedRadiance(s);
     return mean * mean + max(s.aroundSquares - s.around * s.around, vec3(0.0f)) +
            max(s.directSquares - s.direct * s.direct, vec3(0.0f));
+}
+
+/// A part of a pixel's luminance as the counters take it.
+SHARED_FN float biasShare(IN(ReuseSums) s, float part)
+{
+    return min(part / max(luminance(reusedRadiance(s)), 1.0e-30f), 1.0f);
 }
 
 /// What views of a pixel's reuse show. `old`: the share of the picture that old samples answer for

@@ -242,6 +242,14 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, vec3 pos
     return L;
 }
 
+/// The share of direct light that old connections answer for: all of N / (N + n), since an
+/// emitter's density does not depend on the camera; nothing where the ray that an old one would
+/// need is as good as a new one.
+SHARED_FN float lightShare(ReuseSettings settings, IN(ReuseVertex) v)
+{
+    return isUnbiased(settings) ? 0.0f : v.c;
+}
+
 /// A path that begins at a first hit; it has no direction yet.
 SHARED_FN PathState pathFromHere(vec3 position)
 {
@@ -275,15 +283,10 @@ SHARED_FN float addOldSample(INOUT(ReuseSums) sums, IN(ReuseView) view, vec3 L)
     return view.u * luminance(F);
 }
 
-/// Adds an old connection, of the vertex's share: `r.v` is changed to what it weighs now.
-SHARED_FN float addOldLight(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
-                            INOUT(ReuseLight) r, INOUT(ReuseSums) sums)
+/// Drops one that is hidden, and remembers what it would have brought.
+SHARED_FN void dropOldSample(INOUT(ReuseSums) sums, IN(ReuseView) view, vec3 L)
 {
-    const vec3 F = viewLight(scene, path, v, r).contribution;
-    r.v *= v.c;
-    sums.direct += r.v * F;
-    sums.directSquares += r.v * F * F;
-    return r.v * luminance(F);
+    sums.leaked += view.u * luminance(view.response * L);
 }
 
 SHARED_END

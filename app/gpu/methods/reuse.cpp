@@ -28,15 +28,23 @@ public:
         CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
         const core::ReuseParams& params = view.params.as<core::ReuseParams>();
         if (start == core::Start::anew) samplesBefore_ = 0;
-        if (start == core::Start::anew || !(params == params_)) passes_.forget();
+        visibility_ = core::askedVisibility(params_, visibility_, film_.counts().reuse);
+        if (start == core::Start::anew || !(params == params_)) {
+            passes_.forget();
+            visibility_ = core::askedVisibility(params, 0, {});
+        }
         params_ = params;
         shared::FrameData frame = frameOf(*world_, *scene_, view);
         core::setPathSettings(params, frame.settings);
         film_.reset(frame);
-        passes_.prepare(view.size, film_.frame().tileCount(), core::reuseSettings(params));
+        shared::ReuseSettings settings = core::reuseSettings(params);
+        settings.visibility = visibility_;
+        passes_.prepare(view.size, film_.frame().tileCount(), settings);
         for (DescriptorSet& set : passes_.filmSets()) film_.begin(set);
         constants_.features = scene_->features();
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
+        if (params.bias != core::ReuseBias::fast)
+            constants_.features |= shared::kFeatureAsksVisibility;
         constants_.sampler = static_cast<uint32_t>(params.sampler);
         const core::Clock::time_point begin = core::Clock::now();
         if (passes_.compile(*scene_, film_.frame(), constants_))
@@ -74,7 +82,7 @@ public:
         stats.compileSeconds = compileSeconds_;
         const core::ReuseFigures& figures = film_.counts().reuse;
         const double pixels = double(film_.frame().width()) * film_.frame().height();
-        stats.details = figures.details(params_.reuse, recordsOf(passes_.settings()),
+        stats.details = figures.details(params_, visibility_, recordsOf(passes_.settings()),
                                         pixels * std::max(rounds_, 1u));
         film_.addTo(stats);
         stats.paths = static_cast<uint64_t>(figures.paths);
@@ -104,6 +112,7 @@ private:
     ReuseConstants constants_;
     core::Pace pace_;
     BatchPace batchPace_;
+    float visibility_ = 0;        // share of samples whose visibility is asked for again
     uint32_t rounds_ = 0;         // whole ones, of this view
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     double compileSeconds_ = 0;

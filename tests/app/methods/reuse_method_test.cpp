@@ -83,6 +83,15 @@ protected:
         return renderer_->read(core::Reading::everything);
     }
 
+    /// A figure that the renderer tells of the last view.
+    double detail(const std::string& name) const
+    {
+        for (const core::StatsDetail& d : renderer_->stats().details)
+            if (d.name == name) return std::get<double>(d.value);
+        ADD_FAILURE() << name << " is not told";
+        return 0;
+    }
+
     std::unique_ptr<core::Renderer> renderer_;
     std::shared_ptr<const core::World> world_;
     glm::uvec2 size_{};
@@ -150,6 +159,75 @@ TEST_P(ReuseMethod, AMoveLeavesTheMeanAsItIs)
             << core::enumName(strategy) << ", rays " << rays;
         EXPECT_LT(error, 0.01 * expected) << core::enumName(strategy) << " is underpowered";
     }
+}
+
+/// How far the mean of independent flights is from the truth, in its standard errors, over squares
+/// of 2 x 2 pixels: 1 without bias.
+double meanSquareScore(std::span<const core::Image> flights, const core::Image& truth)
+{
+    double sum = 0;
+    size_t count = 0;
+    for (uint32_t y = 0; y + 1 < truth.height; y += 2) {
+        for (uint32_t x = 0; x + 1 < truth.width; x += 2, ++count) {
+            const auto brightness = [&](const core::Image& image) {
+                double all = 0;
+                for (uint32_t k = 0; k < 4; ++k)
+                    for (uint32_t c = 0; c < 3; ++c)
+                        all += double(image.at(x + k % 2, y + k / 2)[c]);
+                return all;
+            };
+            tests::Moments found;
+            for (const core::Image& flight : flights) found.add(brightness(flight));
+            sum += std::pow(found.mean() - brightness(truth), 2) / found.varianceOfMean();
+        }
+    }
+    return sum / double(count);
+}
+
+/// Where old samples are asked for visibility, and new ones whether the view before could have had
+/// them, nothing is wrong in any part of the picture. The same flights without asking are far off,
+/// which shows that this test would tell.
+TEST_P(ReuseMethod, AskingForVisibilityTakesTheBiasAway)
+{
+    constexpr uint32_t kFlights = 96, kFrames = 5;
+    begin("cornell-diffuse", {24, 24});
+    const core::Image truth = reference(8192).mean;
+    const auto scoreOf = [&](core::ReuseBias bias) {
+        std::vector<core::Image> flights;
+        for (uint32_t flight = 0; flight < kFlights; ++flight) {
+            ReuseParams params = with(ReuseStrategy::ra, 4000 + flight);
+            params.bias = bias;
+            flights.push_back(fly(params, kFrames, 6).mean);
+        }
+        return meanSquareScore(flights, truth);
+    };
+    EXPECT_LT(scoreOf(core::ReuseBias::unbiased), 1.5);  // of 144 squares: 1.05 +- .12
+    EXPECT_GT(scoreOf(core::ReuseBias::fast), 4);
+}
+
+/// A bound is kept by asking as often as it takes, and no more often.
+TEST_P(ReuseMethod, ABoundOfTheBiasIsKept)
+{
+    constexpr uint32_t kFlights = 48, kFrames = 12;
+    begin("cornell-diffuse", {24, 24});
+    const double expected = meanOf(reference(8192).mean);
+    double asked[2];
+    for (const float bound : {0.002f, 0.1f}) {
+        tests::Moments means;
+        for (uint32_t flight = 0; flight < kFlights; ++flight) {
+            ReuseParams params = with(ReuseStrategy::ra, 5000 + flight);
+            params.bias = core::ReuseBias::bounded;
+            params.bound = bound;
+            means.add(meanOf(fly(params, kFrames, 6).mean));
+        }
+        const double error = std::sqrt(means.varianceOfMean());
+        EXPECT_LT(std::abs(means.mean() - expected),
+                  double(bound) * expected + tests::kScore * error);
+        EXPECT_LT(error, 0.002 * expected);
+        asked[bound < 0.01f ? 0 : 1] = detail("visibility");
+    }
+    EXPECT_GT(asked[0], 0.3);
+    EXPECT_LT(asked[1], 0.1);
 }
 
 /// Below one path per pixel, those with a good history take turns: the mean stays, too, and so many

@@ -1,0 +1,146 @@
+// Visibility between first hits and the places of samples, asked for again after a move. Two
+// questions make reconnection unbiased: does the new first hit see the place of an old sample, and
+// did the old first hit see the place of a new one? Where the second answer is no, nothing old
+// answers for the new sample (alpha = 0). Both may be asked for some samples only; what the answers
+// would have changed elsewhere is then an estimate of the bias that is left.
+//
+// A device includes this after it has said how rays are traced:
+//   bool traceWay(SceneView, vec3 origin, vec3 direction, uint seed, out Hit)
+//   bool wayIsOpen(SceneView, ShadowRay, uint seed)
+#ifndef REKINDLE_SHARED_REUSE_VISIBILITY_H
+#define REKINDLE_SHARED_REUSE_VISIBILITY_H
+
+#include "reuse_view.h"
+
+SHARED_BEGIN
+
+#ifdef __cplusplus
+bool traceWay(const SceneView& scene, vec3 origin, vec3 direction, uint seed, Hit& hit);
+bool wayIsOpen(const SceneView& scene, const ShadowRay& shadow, uint seed);
+#else
+bool traceWay(SceneView scene, vec3 origin, vec3 direction, uint seed, out Hit hit);
+bool wayIsOpen(SceneView scene, ShadowRay shadow, uint seed);
+#endif
+
+/// Rays that a pass has cost.
+struct ReuseTally {
+    uint closestRays;
+    uint shadowRays;
+};
+
+/// The stream of another purpose at the same sample of a path.
+SHARED_FN SampleStream purposeStream(SampleStream stream, uint purpose)
+{
+    stream.seed ^= purpose * 0x9e3779b9u;  // as makeStream
+    return stream;
+}
+
+/// The same for decisions that follow upon earlier ones:
+/// its numbers do not know those of the frames before. A sequence that is well spread over frames
+/// would be biased here, since what it gives depends on what it gave to the samples that are there.
+SHARED_FN SampleStream decisionStream(SampleStream stream, uint purpose)
+{
+    stream.kind = kSamplerIndependent;
+    return purposeStream(stream, purpose);
+}
+
+// What is asked about: old samples, old connections, the new ones of each kind.
+SHARED_CONST uint kAskOldSample = 0u;  // + its number
+SHARED_CONST uint kAskOldLight = 16u;  // + its number
+SHARED_CONST uint kAskNewSample = 32u;
+SHARED_CONST uint kAskNewLight = 33u;
+
+/// Whether visibility is asked for again, of what `which` counts.
+SHARED_FN bool asksAgain(ReuseSettings settings, SampleStream stream, uint which)
+{
+    if (!FEATURE(kFeatureAsksVisibility) || !(settings.visibility > 0.0f)) return false;
+    return streamFloat(decisionStream(stream, kPurposeVisibility), which) < settings.visibility;
+}
+
+SHARED_FN uint askSeed(SampleStream stream, uint which)
+{
+    return alphaSeed(stream, 64u + which, 1u);
+}
+
+/// Whether a first hit at `position` of the surface `s` sees what lies in a direction (unit) at
+/// some distance; kInfinity: whether it sees anything there.
+SHARED_FN bool seesPlace(IN(SceneView) scene, IN(SurfacePoint) s, vec3 position, vec3 direction,
+                         float distance, uint seed)
+{
+    float side;
+    sideOf(s, direction, 1.0f, side);
+    ShadowRay way = noShadowRay(position);
+    way.origin = offsetRay(position, (s.backFace != 0u) == (side > 0.0f) ? -s.normal : s.normal);
+    way.direction = direction;
+    way.tMax = kDistant;
+    if (distance < 0.5f * kDistant) {
+        way.direction = (position - way.origin) + distance * direction;
+        way.tMax = 0.9999f;
+    }
+    return wayIsOpen(scene, way, seed);
+}
+
+/// Whether the place of an old sample is hidden now, as far as this is asked.
+SHARED_FN bool oldSampleHides(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                              IN(ReuseView) view, SampleStream stream, uint i,
+                              INOUT(ReuseTally) tally)
+{
+    const uint which = kAskOldSample + i;
+    if (!asksAgain(settings, stream, which)) return false;
+    ++tally.shadowRays;
+    return !seesPlace(scene, v.vertex.surface, v.vertex.surface.position, view.direction,
+                      view.distance, askSeed(stream, which));
+}
+
+/// Whether the place of a new sample, `way` from the new first hit, was hidden from the old one.
+/// `ends`: false where the way is a direction in which nothing is met.
+SHARED_FN bool newSampleHid(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                            vec3 way, bool ends, SampleStream stream, INOUT(ReuseTally) tally)
+{
+    if (!asksAgain(settings, stream, kAskNewSample)) return false;
+    ++tally.shadowRays;
+    const vec3 before = ends ? way + (v.vertex.surface.position - v.positionBefore) : way;
+    const float distance = length(before);
+    return !seesPlace(scene, v.vertex.surface, v.positionBefore, before / distance,
+                      ends ? distance : kInfinity, askSeed(stream, kAskNewSample));
+}
+
+/// The same of a new connection to an emitter, `shadow`, that is open.
+SHARED_FN bool newLightHid(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                           IN(ShadowRay) shadow, SampleStream stream, INOUT(ReuseTally) tally)
+{
+    if (!asksAgain(settings, stream, kAskNewLight)) return false;
+    ++tally.shadowRays;
+    const bool ends = shadow.tMax < 1.0f;
+    const vec3 to = ends ? shadow.origin + shadow.direction - v.positionBefore : shadow.wi;
+    const float distance = length(to);
+    return !seesPlace(scene, v.vertex.surface, v.positionBefore, to / distance,
+                      ends ? distance : kInfinity, askSeed(stream, kAskNewLight));
+}
+
+/// Adds old connection number `i`, of the vertex's share: `r.v` is changed to what it weighs now.
+/// Returns what it brings (v F).
+SHARED_FN float addOldLight(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                            IN(ReuseVertex) v, SampleStream stream, uint i, INOUT(ReuseLight) r,
+                            INOUT(ReuseSums) sums, INOUT(ReuseTally) tally)
+{
+    const ShadowRay shadow = viewLight(scene, path, v, r);
+    const vec3 F = shadow.contribution;
+    r.v *= lightShare(settings, v);
+    const float brings = r.v * luminance(F);
+    if (brings > 0.0f && asksAgain(settings, stream, kAskOldLight + i)) {
+        ++tally.shadowRays;
+        if (!wayIsOpen(scene, shadow, askSeed(stream, kAskOldLight + i))) {
+            sums.leaked += brings;
+            r.v = 0.0f;
+            return 0.0f;
+        }
+    }
+    sums.direct += r.v * F;
+    sums.directSquares += r.v * F * F;
+    return brings;
+}
+
+SHARED_END
+
+#endif
