@@ -18,11 +18,11 @@ using shared::kNone;
 
 namespace {
 
-constexpr std::array<std::string_view, 19> kNames{
+constexpr std::array<std::string_view, 18> kNames{
     "shading-normals", "textures",     "normal-maps",  "vertex-extra",      "alpha",
     "specular",        "transmission", "volume",       "clearcoat",         "emissive-triangles",
     "punctual-lights", "environment",  "sun",          "emissive-textures", "thin-lens",
-    "delta",           "metal",        "many-emitters", "asks-visibility"};
+    "delta",           "metal",        "many-emitters"};
 
 struct ChannelRange {
     float low = 1, high = 1;
