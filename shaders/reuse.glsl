@@ -55,23 +55,61 @@ uint recordIndex(uvec2 size, uint pixel, uint i)
     return i * size.x * size.y + pixel;
 }
 
-/// The first hit of a pixel, and what it sees directly, in L. False where nothing is scattered.
-bool firstVertex(uvec2 pixel, SampleStream stream, uvec4 here, out ReuseVertex v, inout vec3 L)
+// The last word of a pixel, while a pass runs: the pixel of the frame before that has its history.
+const uint kNoSource = 0x7fffffffu;
+const uint kChained = 0x80000000u;  // its first hit is seen over mirrors or through glass
+
+// The number of a path that follows a way which mirrors and glass have not taken.
+const uint kRestPath = 15u;
+
+/// What waits for a new path: its lane, and the number of the path.
+uint packWaiting(uint lane, uint which)
 {
-    const PathState ray = pixelRay(frame.camera, frame.settings, push.settings, pixel, stream);
-    return beginReuse(scene, frame.settings, ray, unpackReusePixel(here), v, L);
+    return lane | (which << 16u);
 }
 
-/// Takes over the history of pixel `source`; false where there is none.
-bool lookBack(uint source, SampleStream stream, inout ReuseVertex v)
+#ifdef REKINDLE_READS_CHAINS
+layout(set = kSetKernel, binding = kBindChains) uniform usamplerBuffer chains;
+
+ReuseChain loadChain(uint lane)
 {
-    if (source == kNone) {
+    const int at = int(kReuseChainWords * lane);
+    return unpackChain(texelFetch(chains, at), texelFetch(chains, at + 1), texelFetch(chains, at + 2),
+                       texelFetch(chains, at + 3), texelFetch(chains, at + 4));
+}
+
+/// The first hit of a pixel, the way to it, and what is seen on it, in L. False where nothing is scattered. `path` becomes
+/// what paths from there may do.
+bool firstVertex(uvec2 pixel, uint lane, SampleStream stream, uvec4 here, inout PathSettings path, out ReuseVertex v,
+                 out vec3 towardsBefore, inout vec3 L)
+{
+    PathState ray = pixelRay(frame.camera, path, push.settings, pixel, stream);
+    const ReusePixel found = unpackReusePixel(here);
+    uint bounces = 0u;
+    if (FEATURE(kFeatureDelta) && (here.w & kChained) != 0u) {
+        const ReuseChain chain = loadChain(lane);
+        ray = rayOfChain(scene, chain, found);
+        towardsBefore = chain.towardsBefore;
+        bounces = chain.bounces;
+        L += chain.seen;
+    }
+    const bool scatters = beginReuse(scene, path, ray, found, v, L);
+    if (bounces == 0u) towardsBefore = towardsCamera(push.cameraBefore, v.vertex.surface.position);
+    path = settingsAfter(path, bounces);
+    return scatters;
+}
+
+/// Takes over the history of the pixel that `word`, the last of a pixel, names; false where there is none.
+bool lookBack(uint word, vec3 towardsBefore, SampleStream stream, inout ReuseVertex v)
+{
+    const uint source = word & ~kChained;
+    if (source == kNoSource) {
         v.rays = raysDue(push.settings, v.history, 0.0);
         v.history.credit = firstCredit(stream);
         return false;
     }
     const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-    takeHistory(push.settings, push.cameraBefore, pointOfTriangle(scene, before.slot, before.barycentrics),
-                unpackHistory(before.history), v);
+    takeHistory(scene, push.settings, towardsBefore, before, v);
     return true;
 }
+#endif

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/methods/reuse_maps.h"
+#include "shared/reuse_chain.h"
 #include "spirv/reuse_hits.h"
 #include "spirv/reuse_new.h"
 #include "spirv/reuse_old.h"
@@ -34,7 +35,8 @@ ReusePasses::ReusePasses(Context& context)
       oldSets_(twoSets(context.device, old_))
 {}
 
-void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings)
+void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
+                          bool chains)
 {
     const uint64_t pixels = uint64_t(size.x) * size.y;
     shared::ReuseSettings wanted = settings;
@@ -51,7 +53,7 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
     size_ = size;
     makeStore(side_);
     if (stores_[1 - side_].size.x == 0) makeStore(1 - side_);
-    makeScratch(tiles, static_cast<uint32_t>(std::ceil(std::max(settings.rays, 1.0f))));
+    makeScratch(tiles, static_cast<uint32_t>(std::ceil(std::max(settings.rays, 1.0f))), chains);
 }
 
 /// Makes a store one of the present size; larger than needed is good enough.
@@ -99,11 +101,13 @@ void ReusePasses::bindStore(uint32_t side)
     reads.bind(shared::kBindMeansBefore, store.means);
 }
 
-void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays)
+void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays, bool chains)
 {
+    if (chains) ++rays;  // the way not taken
     const uint32_t lanes =
         std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, kMaxLanes));
-    if (lanes_ >= lanes && mostRays_ >= rays) return;
+    const bool hasChains = chains_.bytes() > kWord;
+    if (lanes_ >= lanes && mostRays_ >= rays && (hasChains || !chains)) return;
     lanes_ = 0;
     const uint64_t paths = uint64_t(lanes) * rays;
     const auto make = [&](Buffer& buffer, uint64_t bytes, VkFormat format) {
@@ -114,6 +118,8 @@ void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays)
     make(waiting_, paths * sizeof(uint32_t), VK_FORMAT_UNDEFINED);
     make(waitingHead_, sizeof(shared::QueueHead), VK_FORMAT_UNDEFINED);
     make(firstNew_, lanes * sizeof(uint32_t), VK_FORMAT_R32_UINT);
+    make(chains_, chains ? uint64_t(lanes) * shared::kReuseChainWords * kWord : kWord,
+         VK_FORMAT_R32G32B32A32_UINT);
     for (uint32_t side = 0; side < 2; ++side) {
         for (DescriptorSet* set : {&newSets_[side], &oldSets_[side]})
             set->bind(shared::kBindNewSamples, newSamples_);
@@ -123,6 +129,9 @@ void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays)
         }
         for (DescriptorSet* set : {&hitsSets_[side], &oldSets_[side]})
             set->bind(shared::kBindFirstNew, firstNew_);
+        hitsSets_[side].bind(shared::kBindChainsNow, chains_);
+        for (DescriptorSet* set : {&newSets_[side], &oldSets_[side]})
+            set->bind(shared::kBindChains, chains_);
     }
     lanes_ = lanes;
     mostRays_ = rays;

@@ -30,7 +30,9 @@ public:
     /// Makes room for a picture of that size and so many tiles, and takes settings; what is kept is
     /// lost when there are to be more or fewer records, and stays when the size changes. Fewer
     /// records than asked for are kept where a buffer of the device cannot hold them.
-    void prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings);
+    /// `chains`: there are surfaces without a density.
+    void prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
+                 bool chains);
 
     /// What the settings have become.
     const shared::ReuseSettings& settings() const { return settings_; }
@@ -65,7 +67,7 @@ private:
 
     void makeStore(uint32_t side);
     void bindStore(uint32_t side);
-    void makeScratch(uint32_t tiles, uint32_t rays);
+    void makeScratch(uint32_t tiles, uint32_t rays, bool chains);
     void record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
                 const ReuseConstants& constants, const shared::ReuseBatch& push, uint32_t groups);
 
@@ -74,7 +76,7 @@ private:
     // By which store is written.
     std::array<DescriptorSet, 2> hitsSets_, newSets_, oldSets_;
     std::array<Store, 2> stores_;
-    Buffer newSamples_, waiting_, waitingHead_, firstNew_;
+    Buffer newSamples_, waiting_, waitingHead_, firstNew_, chains_;
     shared::ReuseSettings settings_{};
     shared::CameraData camera_{};        // of what is kept; all zero: nothing is
     glm::uvec2 size_{0};                 // of the present picture

@@ -227,24 +227,44 @@ private:
         tally.rays += rays.closestRays + rays.shadowRays;
     }
 
+    /// What is known of a pixel while it is estimated.
+    struct Pixel {
+        size_t index;
+        shared::SampleStream stream;
+        shared::ReuseTally& tally;
+        shared::ReuseVertex v{};
+        shared::PathSettings path{};  // what paths from the first hit may do
+        ptrdiff_t source = -1;        // the pixel of the view before; -1: there is none
+        bool chained = false;         // seen over mirrors or through glass
+    };
+
     /// The pixel of the view before whose history belongs to this first hit; -1: there is none.
-    ptrdiff_t findHistory(const shared::ReuseVertex& v, const shared::SampleStream& stream,
-                          vec3& position) const
+    /// `cameraBefore` is the one of that view, or where it appears to be. What is seen through
+    /// curved glass is not where a camera would see it without: it may be far away on the same
+    /// surface.
+    ptrdiff_t findHistory(const Pixel& p, const shared::ReuseChain& chain,
+                          const shared::CameraData& cameraBefore) const
     {
         if (before_.size.x == 0 || params_.reuse == ReuseStrategy::discard) return -1;
         vec2 film;
-        const vec3 here = v.vertex.surface.position;
-        if (!shared::projectToFilm(before_.camera, vec2(before_.size), here, film)) return -1;
-        const float distance = glm::length(here - before_.camera.position);
+        const shared::SurfacePoint& surface = p.v.vertex.surface;
+        const vec3 here = surface.position;
+        if (!shared::projectToFilm(cameraBefore, vec2(before_.size), here, film)) return -1;
+        const float distance = glm::length(here - cameraBefore.position);
         const glm::ivec2 middle =
-            shared::historyPixel(settings_.strategy, film, shared::tapNumbers(stream));
+            shared::historyPixel(settings_.strategy, film, shared::tapNumbers(p.stream));
+        const float reach = p.chained
+                                ? shared::reachOfHistory(cameraBefore, float(before_.size.y),
+                                                         distance, chain.direction, surface.normal)
+                                : shared::kInfinity;
         for (uint32_t k = 0; k < 9; ++k) {
             const glm::ivec2 at = middle + shared::historyOffset(k);
             if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
                 continue;
             const ptrdiff_t source = ptrdiff_t(at.y) * before_.size.x + at.x;
-            if (shared::historyFits(scene_, before_.camera, before_.pixels[size_t(source)],
-                                    v.vertex.surface, distance, position))
+            vec3 position;
+            if (shared::historyFits(scene_, cameraBefore, before_.pixels[size_t(source)], surface,
+                                    distance, reach, position))
                 return source;
         }
         return -1;
@@ -253,49 +273,75 @@ private:
     shared::ReuseSums estimate(uvec2 pixel, size_t index, shared::ReuseTally& tally)
     {
         shared::ReuseSums sums = shared::noReuseSums();
-        const shared::SampleStream stream = shared::makeStream(
-            path_.samplerKind, path_.seed, pixel, samplesBefore_, shared::kPurposePath);
-        const shared::PathState ray =
-            shared::pixelRay(now_.camera, path_, settings_, pixel, stream);
-        shared::ReusePixel& here = now_.pixels[index];
-        here = shared::findFirstHit(scene_, ray, stream);
-        shared::ReuseVertex v;
-        if (!shared::beginReuse(scene_, path_, ray, here, v, sums.seen)) {
-            if (keepsMeans()) now_.means[index] = sums.seen;
+        Pixel p{index,
+                shared::makeStream(path_.samplerKind, path_.seed, pixel, samplesBefore_,
+                                   shared::kPurposePath),
+                tally};
+        if (!findVertex(pixel, p, sums)) {
+            if (keepsMeans()) now_.means[index] = sums.seen + sums.rest;
             return sums;
         }
-        vec3 position;
-        const ptrdiff_t source = findHistory(v, stream, position);
-        if (source >= 0) {
-            const uint32_t history = before_.pixels[size_t(source)].history;
-            shared::takeHistory(settings_, before_.camera, position, shared::unpackHistory(history),
-                                v);
-        } else {
-            v.rays = shared::raysDue(settings_, v.history, 0);
-            v.history.credit = shared::firstCredit(stream);
-        }
-        sums.nominal = v.history.nominal;
-        sums.rays = v.rays;
         std::array<shared::ReuseNew, shared::kReuseMostRays> fresh;
-        const uint32_t taken = shared::raysTaken(v.history, v.rays);
+        const uint32_t taken = shared::raysTaken(p.v.history, p.v.rays);
         for (uint32_t k = 0; k < taken; ++k)
-            fresh[k] = shared::takeNew(scene_, path_, settings_, v,
-                                       shared::pathStream(stream, v.rays, k), tally);
-        here.history = shared::packHistory(shared::grownHistory(
-            settings_, v.history, v.rays, taken, shared::narrowestLobe(v.vertex.bsdf)));
-        combine(v, stream, source, index, std::span(fresh).first(taken), sums, tally);
+            fresh[k] = shared::takePath(scene_, p.path, settings_, p.v,
+                                        shared::pathFromHere(p.v.vertex.surface.position),
+                                        shared::pathStream(p.stream, p.v.rays, k), tally);
+        now_.pixels[index].history = shared::packHistory(shared::grownHistory(
+            settings_, p.v.history, p.v.rays, taken, shared::narrowestLobe(p.v.vertex.bsdf)));
+        combine(p, std::span(fresh).first(taken), sums);
         return sums;
     }
 
-    /// Old samples of the pixel `source` (-1: none), and what is kept of them and the new ones.
-    void combine(const shared::ReuseVertex& v, const shared::SampleStream& stream, ptrdiff_t source,
-                 size_t index, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums,
-                 shared::ReuseTally& tally)
+    /// The first hit of a pixel and its history, and what comes to the camera beside its light.
+    /// False where nothing is scattered.
+    bool findVertex(uvec2 pixel, Pixel& p, shared::ReuseSums& sums)
+    {
+        shared::PathState ray = shared::pixelRay(now_.camera, path_, settings_, pixel, p.stream);
+        shared::ReusePixel& here = now_.pixels[p.index];
+        float t;
+        here = shared::findFirstHit(scene_, ray, p.stream, t);
+        shared::CameraData cameraBefore = before_.camera;
+        shared::ReuseChain chain = shared::noChain(ray.direction);
+        if ((accel_->world().features & shared::kFeatureDelta) != 0)
+            chain =
+                shared::followChain(scene_, path_, ray, t, p.stream, here, cameraBefore, p.tally);
+        p.chained = chain.bounces > 0;
+        if (p.chained) ray = shared::rayOfChain(scene_, chain, here);
+        sums.seen = chain.seen;
+        if (chain.restBounces > 0) sums.rest = takeRest(chain, p);
+        if (!shared::beginReuse(scene_, path_, ray, here, p.v, sums.seen)) return false;
+        p.path = shared::settingsAfter(path_, chain.bounces);
+        if (!p.chained)
+            chain.towardsBefore = shared::towardsCamera(cameraBefore, p.v.vertex.surface.position);
+        p.source = findHistory(p, chain, cameraBefore);
+        if (p.source >= 0) {
+            shared::takeHistory(scene_, settings_, chain.towardsBefore,
+                                before_.pixels[size_t(p.source)], p.v);
+        } else {
+            p.v.rays = shared::raysDue(settings_, p.v.history, 0);
+            p.v.history.credit = shared::firstCredit(p.stream);
+        }
+        sums.beta = p.v.beta;
+        sums.nominal = p.v.history.nominal;
+        sums.rays = p.v.rays;
+        return true;
+    }
+
+    vec3 takeRest(const shared::ReuseChain& chain, Pixel& p)
+    {
+        const shared::SampleStream stream = shared::purposeStream(p.stream, shared::kPurposeRest);
+        return shared::takePath(scene_, shared::restSettings(path_), settings_, {},
+                                shared::restOfChain(chain), stream, p.tally)
+            .around;
+    }
+
+    /// Old samples, and what is kept of them and the new ones.
+    void combine(Pixel& p, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums)
     {
         Competition<shared::ReuseSample> samples;
         Competition<shared::ReuseLight> lights;
-        const bool looks = source >= 0 && !keepsMeans();
-        if (looks) lookAtOld(v, stream, size_t(source), samples, lights, sums, tally);
+        if (p.source >= 0 && !keepsMeans()) lookAtOld(p, samples, lights, sums);
         for (const shared::ReuseNew& n : fresh) {
             shared::addReuseNew(sums, n);
             if (n.record.u > 0)
@@ -304,34 +350,35 @@ private:
                 lights.add(n.light, {n.light.v, n.light.v * shared::luminance(n.direct)});
         }
         if (keepsMeans()) {
-            vec3 before = source >= 0 ? before_.means[size_t(source)] : vec3(0);
-            if (params_.reuse == ReuseStrategy::svgf && source >= 0)
-                before = meanOfTaps(v.vertex.surface, before);
-            now_.means[index] = shared::naiveMean(sums, before);
+            vec3 before = p.source >= 0 ? before_.means[size_t(p.source)] : vec3(0);
+            // What is seen over mirrors or through glass has no other taps: it is not known where
+            // they would lie.
+            if (params_.reuse == ReuseStrategy::svgf && p.source >= 0 && !p.chained)
+                before = meanOfTaps(p.v.vertex.surface, before);
+            now_.means[p.index] = shared::naiveMean(sums, before);
             return;
         }
-        samples.keep({&now_.samples[index * recordsKept(params_)], recordsKept(params_)},
-                     &shared::ReuseSample::u, settings_, sums.around, keepNumber(stream, 0));
-        lights.keep({&now_.lights[index * lightsKept(params_)], lightsKept(params_)},
-                    &shared::ReuseLight::v, settings_, sums.direct, keepNumber(stream, 1));
+        samples.keep({&now_.samples[p.index * recordsKept(params_)], recordsKept(params_)},
+                     &shared::ReuseSample::u, settings_, sums.around, keepNumber(p.stream, 0));
+        lights.keep({&now_.lights[p.index * lightsKept(params_)], lightsKept(params_)},
+                    &shared::ReuseLight::v, settings_, sums.direct, keepNumber(p.stream, 1));
     }
 
-    void lookAtOld(const shared::ReuseVertex& v, const shared::SampleStream& stream, size_t source,
-                   Competition<shared::ReuseSample>& samples,
-                   Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums,
-                   shared::ReuseTally& tally) const
+    void lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,
+                   Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums) const
     {
+        const auto source = size_t(p.source);
         for (uint32_t i = 0; i < recordsKept(params_); ++i) {
             shared::ReuseSample r = before_.samples[source * recordsKept(params_) + i];
             shared::ReuseView view;
-            if (!shared::aimOldSample(scene_, settings_, v, r, view)) continue;
-            if (!shared::survivesRejection(shared::rejectionNumber(stream, i), view)) continue;
-            const vec3 position = v.vertex.surface.position;
+            if (!shared::aimOldSample(scene_, settings_, p.v, r, view)) continue;
+            if (!shared::survivesRejection(shared::rejectionNumber(p.stream, i), view)) continue;
+            const vec3 position = p.v.vertex.surface.position;
             const bool hidden =
-                shared::oldSampleHides(scene_, settings_, v, view, stream, i, tally);
+                shared::oldSampleHides(scene_, settings_, p.v, view, p.stream, i, p.tally);
             vec3 L = shared::unpackRgbe(r.radiance);
             if (r.radiance == shared::kReuseEvaluated)
-                L = shared::evaluateArriving(scene_, path_, position, r, view);
+                L = shared::evaluateArriving(scene_, p.path, position, r, view);
             if (hidden) {
                 shared::dropOldSample(sums, view, L);
                 continue;
@@ -344,7 +391,7 @@ private:
             shared::ReuseLight r = before_.lights[source * lightsKept(params_) + i];
             if (!(r.v > 0)) continue;
             const float brings =
-                shared::addOldLight(scene_, path_, settings_, v, stream, i, r, sums, tally);
+                shared::addOldLight(scene_, p.path, settings_, p.v, p.stream, i, r, sums, p.tally);
             if (r.v > 0) lights.add(r, {r.v, brings});
         }
     }
@@ -367,7 +414,7 @@ private:
             const size_t source = size_t(at.y) * before_.size.x + size_t(at.x);
             vec3 position;
             if (shared::historyFits(scene_, before_.camera, before_.pixels[source], s, distance,
-                                    position))
+                                    shared::kInfinity, position))
                 sum += weight * glm::vec4(before_.means[source], 1);
         }
         return sum.w > 0.01f ? vec3(sum) / sum.w : nearest;

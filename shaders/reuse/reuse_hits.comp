@@ -1,5 +1,6 @@
 // First hits of the pixels of some tiles, and backprojection: which pixel of the frame before has the history of each.
-// The pixel's last word holds that pixel (kNone: there is none) until reuse_old puts the history's length there.
+// The pixel's last word holds that pixel (kNoSource: there is none) until reuse_old puts its history there. Mirrors and
+// glass are looked through.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -26,13 +27,21 @@ layout(set = kSetKernel, binding = kBindFirstNew, scalar) writeonly buffer First
     uint firstNew[];
 };
 
-/// The first of nine pixels whose first hit belongs to the surface at s; kNone where there is none.
-uint findSource(SurfacePoint s, SampleStream stream)
+layout(set = kSetKernel, binding = kBindChainsNow, scalar) writeonly buffer ChainsNowBlock
+{
+    uvec4 chainsNow[];
+};
+
+/// The first of nine pixels whose first hit belongs to the surface at s; kNoSource where there is none.
+/// What is seen through curved glass is not where a camera would see it without: it may be far away on the same surface.
+uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, SampleStream stream)
 {
     const ivec2 size = ivec2(sizeBefore());
     vec2 film;
-    if (!projectToFilm(push.cameraBefore, vec2(size), s.position, film)) return kNone;
-    const float away = length(s.position - push.cameraBefore.position);
+    if (!projectToFilm(cameraBefore, vec2(size), s.position, film)) return kNoSource;
+    const float away = length(s.position - cameraBefore.position);
+    float reach = kInfinity;
+    if (chain.bounces > 0u) reach = reachOfHistory(cameraBefore, float(size.y), away, chain.direction, s.normal);
     const ivec2 middle = historyPixel(push.settings.strategy, film, tapNumbers(stream));
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);
@@ -40,36 +49,38 @@ uint findSource(SurfacePoint s, SampleStream stream)
         const uint source = uint(at.y * size.x + at.x);
         vec3 position;
         const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-        if (historyFits(scene, push.cameraBefore, before, s, away, position)) return source;
+        if (historyFits(scene, cameraBefore, before, s, away, reach, position)) return source;
     }
-    return kNone;
+    return kNoSource;
 }
 
-/// How many new paths the pixel takes that sees the surface at s.
-uint pathsOf(uint source, SurfacePoint s, SampleStream stream)
+/// How many new paths the pixel takes that sees a surface in `direction`.
+uint pathsOf(uint source, vec3 direction, vec3 towardsBefore, SampleStream stream)
 {
     ReuseHistory h = noHistory();
     h.credit = firstCredit(stream);
     float turned = 0.0;
-    if (source != kNone) {
+    if (source != kNoSource) {
         h = unpackHistory(texelFetch(pixelsBefore, int(source)).w);
-        turned = length(towardsCamera(frame.camera, s.position) - towardsCamera(push.cameraBefore, s.position));
+        turned = length(-direction - towardsBefore);
     }
     return raysTaken(h, raysDue(push.settings, h, turned));
 }
 
-/// Lets a pixel wait for `count` new paths; returns the number of the first.
-uint waitForPaths(uint pixel, uint count)
+/// Lets a pixel wait for `count` new paths and, perhaps, one more for a way not taken; returns the number of the first.
+uint waitForPaths(uint lane, uint count, bool rest)
 {
-    const uint before = subgroupExclusiveAdd(count);
-    const uint all = subgroupAdd(count);
+    const uint its = count + (rest ? 1u : 0u);
+    const uint before = subgroupExclusiveAdd(its);
+    const uint all = subgroupAdd(its);
     uint base = 0u;
     if (subgroupElect()) {
         base = atomicAdd(waitingHead.count, all);
         atomicMax(waitingHead.groupsX, (base + all + kGroupSize - 1u) / kGroupSize);
     }
     const uint first = subgroupBroadcastFirst(base) + before;
-    for (uint i = 0u; i < count; ++i) waiting[first + i] = pixel | (i << 30u);
+    for (uint i = 0u; i < count; ++i) waiting[first + i] = packWaiting(lane, i);
+    if (rest) waiting[first + count] = packWaiting(lane, kRestPath);
     return first;
 }
 
@@ -80,23 +91,37 @@ void main()
     const bool inside = lanesPixel(lane, pixel);
     uint count = 0u;  // of new paths
     uint alone = 0u;  // a path that meets nothing
+    bool rest = false;
+    ReuseTally tally = ReuseTally(inside ? 1u : 0u, 0u);
     if (inside) {
         const SampleStream stream = pixelStream(pixel);
         const PathState ray = pixelRay(frame.camera, frame.settings, push.settings, pixel, stream);
-        const ReusePixel here = findFirstHit(scene, ray, stream);
+        float t;
+        ReusePixel here = findFirstHit(scene, ray, stream, t);
+        CameraData cameraBefore = push.cameraBefore;
+        ReuseChain chain = noChain(ray.direction);
+        if (FEATURE(kFeatureDelta)) {
+            chain = followChain(scene, frame.settings, ray, t, stream, here, cameraBefore, tally);
+            if (chain.bounces > 0u) {
+                for (uint i = 0u; i < kReuseChainWords; ++i) chainsNow[kReuseChainWords * lane + i] = packChain(chain, i);
+            }
+            rest = chain.restBounces > 0u;
+        }
         uvec4 words = packReusePixel(here);
-        words.w = kNone;
+        words.w = kNoSource;
         alone = here.slot == kNone ? 1u : 0u;
         if (here.slot != kNone) {
-            const SurfacePoint s = makeSurfacePoint(scene, Hit(0.0, here.barycentrics, here.slot), ray.direction);
-            if (push.cameraBefore.tanHalfHeight > 0.0) words.w = findSource(s, stream);
-            count = pathsOf(words.w, s, stream);
+            const SurfacePoint s = makeSurfacePoint(scene, Hit(0.0, here.barycentrics, here.slot), chain.direction);
+            if (cameraBefore.tanHalfHeight > 0.0) words.w = findSource(cameraBefore, chain, s, stream);
+            if (chain.bounces == 0u) chain.towardsBefore = towardsCamera(cameraBefore, s.position);
+            count = pathsOf(words.w, chain.direction, chain.towardsBefore, stream);
         }
+        if (chain.bounces > 0u) words.w |= kChained;
         pixelsNow[pixelIndex(pixel)] = words;
     }
-    const uint first = waitForPaths(inside ? pixelIndex(pixel) : 0u, count);
-    if (inside) firstNew[lane] = first;
-    const uint rays = subgroupAdd(inside ? 1u : 0u);
+    const uint first = waitForPaths(lane, count, rest);
+    if (inside) firstNew[lane] = first | (count << 24u) | (rest ? 0x80000000u : 0u);
+    const uint rays = subgroupAdd(tally.closestRays);
     const uint paths = subgroupAdd(count + alone);
     if (subgroupElect()) {
         atomicAdd(counters.closestRays, rays);

@@ -6,6 +6,7 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_basic : require
 
+#define REKINDLE_READS_CHAINS
 #include "reuse.glsl"
 
 layout(local_size_x = 64) in;
@@ -27,22 +28,32 @@ layout(set = kSetKernel, binding = kBindWaitingHead, scalar) readonly buffer Wai
 
 void main()
 {
-    const uint lane = gl_GlobalInvocationID.x;
+    const uint number = gl_GlobalInvocationID.x;
     ReuseTally tally = ReuseTally(0u, 0u);
-    if (lane < waitingHead.count) {
-        const uint index = waiting[lane] & 0x3fffffffu;
-        const uvec2 pixel = uvec2(index % frame.settings.imageWidth, index / frame.settings.imageWidth);
+    if (number < waitingHead.count) {
+        const uint lane = waiting[number] & 0xffffu;
+        const uint which = waiting[number] >> 16u;
+        const uvec2 pixel = lanePixel(push.batch, lane);
         ReuseNew found = noReuseNew();
         ReuseVertex v;
         vec3 seen = vec3(0.0);
-        const SampleStream stream = pixelStream(pixel);
-        const uvec4 here = pixelsNow[index];
-        if (firstVertex(pixel, stream, here, v, seen)) {
-            lookBack(here.w, stream, v);
-            found = takeNew(scene, frame.settings, push.settings, v, pathStream(stream, v.rays, waiting[lane] >> 30u),
-                            tally);
+        vec3 towardsBefore;
+        SampleStream stream = pixelStream(pixel);
+        const uvec4 here = pixelsNow[pixelIndex(pixel)];
+        PathSettings path = frame.settings;
+        bool goes = firstVertex(pixel, lane, stream, here, path, v, towardsBefore, seen);
+        PathState ray = pathFromHere(v.vertex.surface.position);
+        if (FEATURE(kFeatureDelta) && which == kRestPath) {
+            ray = restOfChain(loadChain(lane));
+            path = restSettings(frame.settings);
+            stream = purposeStream(stream, kPurposeRest);
+            goes = true;
+        } else if (goes) {
+            lookBack(here.w, towardsBefore, stream, v);
+            stream = pathStream(stream, v.rays, which);
         }
-        const uint to = kReuseNewWords * lane;
+        if (goes) found = takePath(scene, path, push.settings, v, ray, stream, tally);
+        const uint to = kReuseNewWords * number;
         newSamples[to] = packReusePlace(found.record);
         if (found.record.radiance == kReuseEvaluated) newSamples[to + 1u] = packReuseArriving(found.record);
         newSamples[to + 2u] =

@@ -7,6 +7,7 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_basic : require
 
+#define REKINDLE_READS_CHAINS
 #include "colour.glsl"
 #include "film.glsl"
 #include "reuse.glsl"
@@ -45,10 +46,11 @@ uvec2 sizeNow()
     return uvec2(frame.settings.imageWidth, frame.settings.imageHeight);
 }
 
-/// The new paths of a pixel.
+/// The new paths of a pixel; behind them, perhaps, that of a way not taken.
 struct NewPaths {
     uint first;
     uint count;
+    bool rest;
 };
 
 uvec4 newWord(uint which, uint i)
@@ -90,7 +92,7 @@ void addOrDrop(ReuseView view, vec3 L, bool hidden, inout float weight, inout fl
 /// Old samples of directions and the new one: adds them up and keeps some. What arrives is evaluated in a loop of its
 /// own, over those that need it: on software devices a branch costs the same whether it is taken or not, and a loop as
 /// much as the lane that needs it most often.
-void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums,
+void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums,
                   inout ReuseTally tally)
 {
     const uint most = recordsOf(push.settings);
@@ -139,7 +141,7 @@ void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, u
         view.response = responses[i];
         view.u = places[i] / view.perPlace;
         view.p = weights[i] / view.u;
-        addOrDrop(view, evaluateArriving(scene, frame.settings, position, r, view), (hidden & (1u << i)) != 0u, weights[i],
+        addOrDrop(view, evaluateArriving(scene, path, position, r, view), (hidden & (1u << i)) != 0u, weights[i],
                   brings[i], sums);
     }
     vec3 mean = sums.around;
@@ -170,7 +172,7 @@ void reuseSamples(ReuseVertex v, SampleStream stream, bool looks, uint source, u
 }
 
 /// The same of connections to emitters.
-void reuseLights(ReuseVertex v, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi,
+void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi,
                  inout ReuseSums sums, inout ReuseTally tally)
 {
     const uint most = lightsOf(push.settings);
@@ -183,7 +185,7 @@ void reuseLights(ReuseVertex v, SampleStream stream, bool looks, uint source, ui
         if (!looks) continue;
         ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
         if (!(r.v > 0.0)) continue;
-        brings[i] = addOldLight(scene, frame.settings, push.settings, v, stream, i, r, sums, tally);
+        brings[i] = addOldLight(scene, path, push.settings, v, stream, i, r, sums, tally);
         weights[i] = r.v;
     }
     vec3 mean = sums.direct;
@@ -238,7 +240,7 @@ vec3 meanOfTaps(SurfacePoint s, vec3 nearest)
         const uint source = uint(at.y * size.x + at.x);
         vec3 position;
         const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-        if (historyFits(scene, push.cameraBefore, before, s, away, position))
+        if (historyFits(scene, push.cameraBefore, before, s, away, kInfinity, position))
             sum += weight * vec4(texelFetch(meansBefore, int(source)).xyz, 1.0);
     }
     return sum.w > 0.01 ? sum.xyz / sum.w : nearest;
@@ -285,25 +287,32 @@ void main()
     ReuseSums sums = noReuseSums();
     ReuseTally tally = ReuseTally(0u, 0u);
     ReuseVertex v;
-    const bool scatters = firstVertex(pixel, stream, here, v, sums.seen);
-    const bool looks = scatters && lookBack(here.w, stream, v);
-    NewPaths fresh = NewPaths(0u, 0u);
+    vec3 towardsBefore;
+    PathSettings path = frame.settings;
+    const bool scatters = firstVertex(pixel, lane, stream, here, path, v, towardsBefore, sums.seen);
+    const bool looks = scatters && lookBack(here.w, towardsBefore, stream, v);
+    const uint source = here.w & ~kChained;
+    const uint waited = texelFetch(firstNew, int(lane)).x;
+    NewPaths fresh = NewPaths(waited & 0xffffffu, 0u, waited >= 0x80000000u);
     if (scatters) {
         sums.nominal = v.history.nominal;
         sums.rays = v.rays;
-        fresh = NewPaths(texelFetch(firstNew, int(lane)).x, raysTaken(v.history, v.rays));
+        sums.beta = v.beta;
+        fresh.count = (waited >> 24u) & 0x7fu;
     }
     if (!keepsMeans(strategy) && strategy != kReuseDiscard) {
-        reuseSamples(v, stream, looks, here.w, i, fresh, streamFloat(keeping, 0u), sums, tally);
-        reuseLights(v, stream, looks, here.w, i, fresh, streamFloat(keeping, 1u), sums, tally);
+        reuseSamples(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 0u), sums, tally);
+        reuseLights(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 1u), sums, tally);
     }
     for (uint k = 0u; k < fresh.count; ++k) addReuseNew(sums, loadNew(fresh.first + k));
+    if (FEATURE(kFeatureDelta) && fresh.rest) sums.rest = loadNew(fresh.first + (waited >> 24u & 0x7fu)).around;
     vec3 L = reusedRadiance(sums);
     vec3 squares = reusedSquares(sums);
     const vec3 plain = plainRadiance(sums);
     if (keepsMeans(strategy)) {
-        vec3 before = looks ? texelFetch(meansBefore, int(here.w)).xyz : vec3(0.0);
-        if (strategy == kReuseSvgf && looks) before = meanOfTaps(v.vertex.surface, before);
+        vec3 before = looks ? texelFetch(meansBefore, int(source)).xyz : vec3(0.0);
+        // What is seen over mirrors or through glass has no other taps: it is not known where they would lie.
+        if (strategy == kReuseSvgf && looks && (here.w & kChained) == 0u) before = meanOfTaps(v.vertex.surface, before);
         L = naiveMean(sums, before);
         squares = L * L;
     }

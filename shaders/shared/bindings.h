@@ -66,9 +66,11 @@ SHARED_CONST uint kBindArrivingNow = 12u;
 SHARED_CONST uint kBindLightsNow = 13u;
 SHARED_CONST uint kBindMeansNow = 14u;
 SHARED_CONST uint kBindNewSamples = 15u;   // ReuseNew per new path, kReuseNewWords each
-SHARED_CONST uint kBindWaiting = 16u;      // pixels that get a new path, with its number above
+SHARED_CONST uint kBindWaiting = 16u;      // lanes that get a new path, with its number above
 SHARED_CONST uint kBindWaitingHead = 17u;  // QueueHead of these
 SHARED_CONST uint kBindFirstNew = 18u;     // per lane: which of them are the pixel's
+SHARED_CONST uint kBindChainsNow = 19u;    // ReuseChain per lane, where there is one,
+SHARED_CONST uint kBindChains = 20u;       // and as it is read
 
 // Set 2 of bench_closest and bench_any.
 SHARED_CONST uint kBindRays = 0u;  // texels, two per ray
@@ -80,9 +82,9 @@ SHARED_CONST uint kBindImageB = 1u;
 SHARED_CONST uint kBindDisplayed = 2u;
 
 // The most that any one kernel sees in its three sets.
-SHARED_CONST uint kMostTexelBuffers = 19u;    // reuse_old
+SHARED_CONST uint kMostTexelBuffers = 20u;    // reuse_old
 SHARED_CONST uint kMostStorageBuffers = 10u;  // reuse_old
-SHARED_CONST uint kMostResources = 30u;       // reuse_old
+SHARED_CONST uint kMostResources = 31u;       // reuse_old
 SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the

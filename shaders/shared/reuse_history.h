@@ -15,6 +15,7 @@ SHARED_BEGIN
 
 SHARED_CONST float kHistoryLeastCosine = 0.9f;      // between geometric normals
 SHARED_CONST float kHistoryPlaneDistance = 0.005f;  // of the distance to the camera
+SHARED_CONST float kHistoryPixels = 4.0f;  // across, where it is not known which pixel it should be
 
 /// Where a point lies on the film of a camera, in pixels from the upper left corner. False where it
 /// lies outside by more than two pixels, or behind a pinhole.
@@ -27,6 +28,21 @@ SHARED_FN bool projectToFilm(CameraData camera, vec2 size, vec3 position, OUT(ve
                 (1.0f - dot(d, camera.up) * scale) * 0.5f * size.y);
     return ahead > 0.0f && film.x > -2.0f && film.y > -2.0f && film.x < size.x + 2.0f &&
            film.y < size.y + 2.0f;
+}
+
+SHARED_FN vec3 mirrored(vec3 v, vec3 n)
+{
+    return v - 2.0f * dot(v, n) * n;
+}
+
+/// The camera as a mirror through `position`, of normal n, shows it.
+SHARED_FN CameraData mirroredCamera(CameraData camera, vec3 position, vec3 n)
+{
+    camera.position = position + mirrored(camera.position - position, n);
+    camera.right = mirrored(camera.right, n);
+    camera.up = mirrored(camera.up, n);
+    camera.forward = mirrored(camera.forward, n);
+    return camera;
 }
 
 /// Unit direction from a point to where the camera is.
@@ -73,10 +89,21 @@ SHARED_FN vec3 pointOfTriangle(IN(SceneView) scene, uint slot, vec2 barycentrics
     return a + barycentrics.x * (b - a) + barycentrics.y * (c - a);
 }
 
+/// How far from each other two first hits of neighbouring pixels may be, of which one was met in
+/// `direction` at some distance from the camera.
+SHARED_FN float reachOfHistory(CameraData camera, float height, float distance, vec3 direction,
+                               vec3 normal)
+{
+    const float pixel = 2.0f * camera.tanHalfHeight / height;
+    const float footprint = camera.orthographic != 0u ? pixel : pixel * distance;
+    return kHistoryPixels * footprint / max(abs(dot(direction, normal)), 0.1f);
+}
+
 /// Whether the first hit `before` of a camera belongs to the surface at `s` and is on the same side
-/// of it; `distance` is that of the camera. `position` becomes the hit's.
+/// of it, no farther away than `reach`; `distance` is that of the camera. `position` becomes the
+/// hit's.
 SHARED_FN bool historyFits(IN(SceneView) scene, CameraData cameraBefore, ReusePixel before,
-                           IN(SurfacePoint) s, float distance, OUT(vec3) position)
+                           IN(SurfacePoint) s, float distance, float reach, OUT(vec3) position)
 {
     position = s.position;
     if (before.slot == kNone || !(unpackHistory(before.history).nominal > 0.0f)) return false;
@@ -88,8 +115,8 @@ SHARED_FN bool historyFits(IN(SceneView) scene, CameraData cameraBefore, ReusePi
     const uint material = floatAsUint(b.w) & ~kTriangleAlphaBit;
     const vec3 n = normalize(cross(e1, e2));
     const bool behind = dot(n, towardsCamera(cameraBefore, position)) < 0.0f;
-    return material == s.material && behind == (s.backFace != 0u) &&
-           dot(n, s.normal) >= kHistoryLeastCosine &&
+    return material == s.material && length(position - s.position) <= reach &&
+           behind == (s.backFace != 0u) && dot(n, s.normal) >= kHistoryLeastCosine &&
            abs(dot(position - s.position, s.normal)) <= kHistoryPlaneDistance * distance;
 }
 

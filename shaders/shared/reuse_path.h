@@ -11,7 +11,7 @@
 #ifndef REKINDLE_SHARED_REUSE_PATH_H
 #define REKINDLE_SHARED_REUSE_PATH_H
 
-#include "reuse_visibility.h"
+#include "reuse_chain.h"
 
 SHARED_BEGIN
 
@@ -31,9 +31,11 @@ SHARED_FN PathState pixelRay(CameraData camera, PathSettings path, ReuseSettings
     return ray;
 }
 
-/// What the ray of a pixel meets, for later passes; without history yet.
-SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStream stream)
+/// What the ray of a pixel meets, for later passes, and at which distance; without history yet.
+SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStream stream,
+                                  OUT(float) t)
 {
+    t = 0.0f;
     ReusePixel pixel;
     pixel.slot = kNone;
     pixel.barycentrics = vec2(0.0f);
@@ -42,6 +44,7 @@ SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStre
     if (traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, 0u, 0u), hit)) {
         pixel.slot = hit.slot;
         pixel.barycentrics = hit.barycentrics;
+        t = hit.t;
     }
     return pixel;
 }
@@ -98,7 +101,8 @@ SHARED_FN ReuseDraw drawNewDirection(IN(SceneView) scene, ReuseSettings settings
         if (!sampleDirection(scene, vertex, numbers, z)) continue;
         float alpha = 0.0f;
         if (first && v.c > 0.0f && z.pdf > 0.0f)
-            alpha = reuseShare(settings, v.c, densityBefore(v, z.wi), z.pdf);
+            alpha = reuseShare(settings, v.c, densityBefore(v, toWorld(vertex.surface.frame, z.wi)),
+                               z.pdf);
         const float omega = max(1.0f - alpha, kReuseLeastOmega);
         sum += omega;
         const float xi = candidates == 1u ? 0.0f : streamFloat(selection, t);
@@ -130,6 +134,7 @@ struct ReusePlace {
     vec3 throughput;   // of the place, for what arrives from further on
     float grey;        // of the path after it; 0: the path has ended
     float perArrival;  // what is stored of radiance that arrives
+    bool bends;        // a mirror or glass: from elsewhere it shows something else
 };
 
 /// Whether light that leaves a surface hardly depends on the direction over the width of a pixel.
@@ -148,6 +153,7 @@ SHARED_FN ReusePlace noReusePlace()
     place.throughput = vec3(0.0f);
     place.grey = 0.0f;
     place.perArrival = 0.0f;
+    place.bends = false;
     return place;
 }
 
@@ -159,7 +165,7 @@ SHARED_FN void leavePlace(float importance, float entering, BsdfSample next, vec
     place.throughput = path.beta / importance;
     place.grey = maxComponent(path.beta);
     path.beta = vec3(place.grey);
-    record.nextDirection = next.pdf == 0.0f ? kFrozenRadiance : packOct(path.direction);
+    record.nextDirection = packOct(path.direction);
     // grey / entering is one over the chance to survive
     place.perArrival = next.pdf == 0.0f ? 0.0f : place.grey / (entering * next.pdf);
 }
@@ -191,6 +197,7 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
     float alpha = draw.alpha;
     float perPlace = 1.0f;
     const bool ends = result.record.slot != kNone;
+    if (place.bends) alpha = 0.0f;
     vec3 way = toWorld(v.vertex.surface.frame, draw.next.wi);
     if (ends) {
         way = place.position - v.vertex.surface.position;
@@ -208,7 +215,8 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
     }
     result.scale = whole * (1.0f - alpha);
     const float u = result.scale / draw.next.pdf * perPlace;
-    result.record.u = draw.next.pdf > 0.0f && u < kInfinity ? u : 0.0f;
+    const bool lasts = draw.next.pdf > 0.0f && u < kInfinity && !place.bends;
+    result.record.u = lasts ? u : 0.0f;
 }
 
 /// The stream of a pixel's new path number `which` in a pass. Where few paths are taken, the index
@@ -299,6 +307,9 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings se
     }
     const bool scatters = prepareVertex(scene, path, hit, ray, vertex, gathered);
     if (ray.depth > 1u) return scatters;
+    // Where one lobe of several has no density, it is the choice of a lobe that decides; exactly it
+    // would have to be known how likely the choice was before.
+    place.bends = scatters && (isUnbiased(settings) ? hasDelta(vertex.bsdf) : isDelta(vertex.bsdf));
     record.slot = hit.slot;
     record.place = packNumbers(hit.barycentrics);
     place.position = vertex.surface.position;
@@ -309,18 +320,21 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings se
     return scatters;
 }
 
-/// Takes a new path from a first hit, and a new connection. One loop over the vertices of the path,
-/// the first hit among them, so that there is one piece of code for each thing that is done at a
-/// vertex: kernels of which the compiler makes copies take longer to compile, and to run.
-SHARED_FN ReuseNew takeNew(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                           IN(ReuseVertex) v, SampleStream stream, INOUT(ReuseTally) tally)
+/// Takes a new path from a first hit, and a new connection, where `ray` is pathFromHere; or a way
+/// that is not taken (restOfChain) to its end, with `around` as all that comes of it. One loop over
+/// the vertices of the path, the first hit among them, so that there is one piece of code for each
+/// thing that is done at a vertex: kernels of which the compiler makes copies take longer to
+/// compile, and to run.
+SHARED_FN ReuseNew takePath(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                            IN(ReuseVertex) v, PathState ray, SampleStream stream,
+                            INOUT(ReuseTally) tally)
 {
     ReuseNew result = noReuseNew();
     ReuseDraw first = noReuseDraw();
     ReusePlace place = noReusePlace();
     vec3 gathered = vec3(0.0f);
     Vertex vertex = v.vertex;
-    PathState ray = pathFromHere(vertex.surface.position);
+    const bool fromHere = ray.depth == 0u;
     while (true) {
         const uint i = ray.depth;  // 0: the first hit, 1: the place
         if (i > 0u) {
@@ -340,6 +354,7 @@ SHARED_FN ReuseNew takeNew(IN(SceneView) scene, PathSettings path, ReuseSettings
             numbers.lobe.y = 0.0f;  // always goes on
         }
         const float importance = maxComponent(first.next.weight);
+        if (i == 1u && draw.next.pdf == 0.0f) place.bends = true;
         if (i == 1u) ray.beta *= importance;  // for roulette alone
         const float entering = maxComponent(ray.beta * draw.next.weight);
         if (!follow(path, numbers, vertex, draw.next, ray)) break;
@@ -349,7 +364,9 @@ SHARED_FN ReuseNew takeNew(IN(SceneView) scene, PathSettings path, ReuseSettings
             gathered = vec3(0.0f);
         }
     }
-    if (ray.depth > 0u) {
+    if (!fromHere) {
+        result.around = gathered;
+    } else if (ray.depth > 0u) {
         const vec3 L = endNewPath(stream, gathered, place, result.record);
         weighNewSample(scene, settings, v, first, place, L, stream, result, tally);
     }

@@ -169,17 +169,13 @@ struct ReuseSample {
     uint radiance;
     uint lightDirection;
     uint lightRadiance;
-    uint nextDirection;  // kFrozenRadiance: the radiance leaves for the first hit as it is
+    uint nextDirection;
     uint nextRadiance;
 };
 SHARED_CONST uint kReuseSampleWords = 2u;
 
 // packRgbe makes it of nothing below 1e38.
 SHARED_CONST uint kReuseEvaluated = 0xffffffffu;
-
-// packOct never makes it. A path that goes on by a delta lobe has no other direction to be
-// evaluated in.
-SHARED_CONST uint kFrozenRadiance = 0x80008000u;
 
 /// A connection of a first hit to an emitter that was found open: the random numbers by which its
 /// point is drawn again. `v` is its weight in the space of these numbers.

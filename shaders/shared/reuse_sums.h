@@ -38,6 +38,8 @@ SHARED_FN ReuseNew noReuseNew()
 /// `around`, in directions of the surface model, and `direct`, by connections to emitters.
 struct ReuseSums {
     vec3 seen;           // towards the camera without any scattering
+    vec3 rest;           // by ways that mirrors and glass have not taken (reuse_chain.h)
+    vec3 beta;           // of the way from the camera: all but these two goes through it
     vec3 around;         // by old samples and new
     vec3 aroundSquares;  // of what single paths would have brought, on average
     vec3 direct;
@@ -57,6 +59,8 @@ SHARED_FN ReuseSums noReuseSums()
 {
     ReuseSums s;
     s.seen = vec3(0.0f);
+    s.rest = vec3(0.0f);
+    s.beta = vec3(1.0f);
     s.around = vec3(0.0f);
     s.aroundSquares = vec3(0.0f);
     s.direct = vec3(0.0f);
@@ -91,13 +95,13 @@ SHARED_FN void addReuseNew(INOUT(ReuseSums) s, ReuseNew n)
 /// Radiance by old samples and new.
 SHARED_FN vec3 reusedRadiance(IN(ReuseSums) s)
 {
-    return s.seen + s.around + s.direct;
+    return s.seen + s.rest + s.beta * (s.around + s.direct);
 }
 
 /// Radiance by the new paths alone, where there are any.
 SHARED_FN vec3 plainRadiance(IN(ReuseSums) s)
 {
-    return s.seen + s.plain / float(max(s.taken, 1u));
+    return s.seen + s.rest + s.beta * s.plain / float(max(s.taken, 1u));
 }
 
 /// The mean that `naive` goes on with: `before` is that of the history.
@@ -112,14 +116,16 @@ SHARED_FN vec3 naiveMean(IN(ReuseSums) s, vec3 before)
 SHARED_FN vec3 reusedSquares(IN(ReuseSums) s)
 {
     const vec3 mean = reusedRadiance(s);
-    return mean * mean + max(s.aroundSquares - s.around * s.around, vec3(0.0f)) +
-           max(s.directSquares - s.direct * s.direct, vec3(0.0f));
+    const vec3 around = max(s.aroundSquares - s.around * s.around, vec3(0.0f));
+    const vec3 direct = max(s.directSquares - s.direct * s.direct, vec3(0.0f));
+    return mean * mean + s.beta * s.beta * (around + direct);
 }
 
 /// A part of a pixel's luminance as the counters take it.
 SHARED_FN float biasShare(IN(ReuseSums) s, float part)
 {
-    return min(part / max(luminance(reusedRadiance(s)), 1.0e-30f), 1.0f);
+    const float whole = max(luminance(reusedRadiance(s)), 1.0e-30f);
+    return min(part * luminance(s.beta) / whole, 1.0f);
 }
 
 /// What views of a pixel's reuse show. `old`: the share of the picture that old samples answer for

@@ -26,9 +26,11 @@ SHARED_CONST float kReuseRough = 0.25f;
 /// A first hit, and how the samples of the frame before look at it.
 struct ReuseVertex {
     Vertex vertex;
-    vec3 woBefore;           // towards the camera of the frame before, in the surface's frame
+    mat3 frameBefore;        // of the surface where the frame before met it
+    vec3 woBefore;           // from there towards its camera, in that frame
     LobeChoice lobesBefore;  // at woBefore
     vec3 positionBefore;     // of the first hit that the history belongs to
+    vec3 beta;               // of the way from the camera
     ReuseHistory history;
     float rays;  // n: new paths that are due
     float c;     // N / (N + n); 0 without history
@@ -39,12 +41,14 @@ struct ReuseVertex {
 SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray, ReusePixel pixel,
                           OUT(ReuseVertex) v, INOUT(vec3) L)
 {
+    v.frameBefore = mat3(1.0f);
     v.woBefore = vec3(0.0f);
     v.lobesBefore.coat = 0.0f;
     v.lobesBefore.facet = 0.0f;
     v.lobesBefore.diffuse = 0.0f;
     v.lobesBefore.through = 1.0f;
     v.positionBefore = vec3(0.0f);
+    v.beta = ray.beta;
     v.history = noHistory();
     v.rays = 1.0f;
     v.c = 0.0f;
@@ -56,20 +60,32 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
     hit.slot = pixel.slot;
     hit.barycentrics = pixel.barycentrics;
     hit.t = dot(pointOfTriangle(scene, hit.slot, hit.barycentrics) - ray.origin, ray.direction);
-    return prepareVertex(scene, path, hit, ray, v.vertex, L);
+    const bool scatters = prepareVertex(scene, path, hit, ray, v.vertex, L);
+    v.beta = ray.beta;
+    return scatters;
 }
 
-/// Takes over the history of a pixel of the frame before, which fits.
-SHARED_FN void takeHistory(ReuseSettings settings, CameraData cameraBefore, vec3 positionBefore,
-                           ReuseHistory history, INOUT(ReuseVertex) v)
+/// Takes over the history of a pixel of the frame before, which fits; `towardsBefore` points to
+/// where that frame's camera is, or appears to be.
+SHARED_FN void takeHistory(IN(SceneView) scene, ReuseSettings settings, vec3 towardsBefore,
+                           ReusePixel before, INOUT(ReuseVertex) v)
 {
-    v.woBefore =
-        toLocal(v.vertex.surface.frame, towardsCamera(cameraBefore, v.vertex.surface.position));
+    v.positionBefore = pointOfTriangle(scene, before.slot, before.barycentrics);
+    v.frameBefore = v.vertex.surface.frame;
+    // Where a surface curves, its lobe turns from pixel to pixel as well.
+    if (FEATURE(kFeatureShadingNormals) && !hasNormalMap(scene, v.vertex.surface.material)) {
+        Hit hit;
+        hit.t = 0.0f;
+        hit.slot = before.slot;
+        hit.barycentrics = before.barycentrics;
+        v.frameBefore = makeSurfacePoint(scene, hit, -towardsBefore).frame;
+    }
+    v.woBefore = toLocal(v.frameBefore, towardsBefore);
     v.lobesBefore = lobesAt(v.vertex.bsdf, v.woBefore);
-    v.positionBefore = positionBefore;
-    v.history = history;
-    v.rays = raysDue(settings, history, length(v.vertex.wo - v.woBefore));
-    v.c = history.nominal / (history.nominal + v.rays);
+    v.history = unpackHistory(before.history);
+    const vec3 towards = toLocal(v.vertex.surface.frame, towardsBefore);
+    v.rays = raysDue(settings, v.history, length(v.vertex.wo - towards));
+    v.c = v.history.nominal / (v.history.nominal + v.rays);
 }
 
 /// Width of the narrowest lobe of a surface that has a density; 1 without.
@@ -110,13 +126,13 @@ SHARED_FN float reconnection(vec3 toPlace, vec3 n, vec3 position, vec3 positionB
     return min(abs(then) / abs(now), 1.0f);
 }
 
-/// The density with which the frame before would have drawn a direction (in the surface's frame).
+/// The density with which the frame before would have drawn a direction (world).
 SHARED_FN float densityBefore(IN(ReuseVertex) v, vec3 wi)
 {
     if (!(v.c > 0.0f)) return 0.0f;
     vec3 unused;
     float q;
-    evalPdfLobes(v.vertex.bsdf, v.lobesBefore, v.woBefore, wi, unused, q);
+    evalPdfLobes(v.vertex.bsdf, v.lobesBefore, v.woBefore, toLocal(v.frameBefore, wi), unused, q);
     return q;
 }
 
@@ -127,7 +143,7 @@ SHARED_FN bool evaluateAt(IN(ReuseVertex) v, vec3 wi, OUT(vec3) response, OUT(fl
 {
     const vec3 local = toLocal(v.vertex.surface.frame, wi);
     evalPdfLobes(v.vertex.bsdf, v.vertex.lobes, v.vertex.wo, local, response, p);
-    q = densityBefore(v, local);
+    q = densityBefore(v, wi);
     float side;
     const bool goes = sideOf(v.vertex.surface, wi, local.z, side);
     response *= goes ? abs(local.z) : 0.0f;
@@ -138,7 +154,7 @@ SHARED_FN bool evaluateAt(IN(ReuseVertex) v, vec3 wi, OUT(vec3) response, OUT(fl
 /// direction.
 SHARED_FN vec3 reflectStored(IN(Vertex) vertex, uint direction, uint radiance)
 {
-    if (radiance == 0u || direction == kFrozenRadiance) return vec3(0.0f);
+    if (radiance == 0u) return vec3(0.0f);
     const vec3 wi = unpackOct(direction);
     const vec3 local = toLocal(vertex.surface.frame, wi);
     float side;
@@ -237,7 +253,6 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, vec3 pos
     if (prepareVertex(scene, path, hit, ray, far, L)) {
         L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) +
                          reflectStored(far, r.nextDirection, r.nextRadiance));
-        if (r.nextDirection == kFrozenRadiance) L += unpackRgbe(r.nextRadiance);
     }
     return L;
 }

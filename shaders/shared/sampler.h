@@ -35,7 +35,8 @@ SHARED_CONST uint kPurposeTraining = 5u;      // paths that only teach a guide
 SHARED_CONST uint kPurposeOcclusion = 6u;     // ambient occlusion
 SHARED_CONST uint kPurposeRounding = 7u;      // stochastic rounding of what is stored
 SHARED_CONST uint kPurposeVisibility = 8u;    // which old samples are asked for visibility again
-SHARED_CONST uint kPurposeCount = 9u;
+SHARED_CONST uint kPurposeRest = 9u;          // ways that mirrors and glass have not taken
+SHARED_CONST uint kPurposeCount = 10u;
 
 /// Where a sample's random numbers come from. `index` counts the samples of the pixel and may use
 /// all 32 bits.

@@ -39,7 +39,8 @@ public:
         film_.reset(frame);
         shared::ReuseSettings settings = core::reuseSettings(params);
         settings.visibility = visibility_;
-        passes_.prepare(view.size, film_.frame().tileCount(), settings);
+        const bool chains = (scene_->features() & shared::kFeatureDelta) != 0;
+        passes_.prepare(view.size, film_.frame().tileCount(), settings, chains);
         for (DescriptorSet& set : passes_.filmSets()) film_.begin(set);
         constants_.features = scene_->features();
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
