@@ -20,7 +20,8 @@ room(core/gltf SEES ${base} core/image core/scene FOREIGN nlohmann/ OpenImageIO/
 room(core/trace SEES ${base} core/scene FOREIGN embree3/ embree4/ tbb/)
 room(core/reuse SEES ${base})
 room(core/guiding SEES ${base} core/reuse)
-room(core/methods SEES ${base} core/image core/scene core/trace core/reuse core/guiding)
+room(core/many_lights SEES ${base} FOREIGN immintrin.h)
+room(core/methods SEES ${base} core/image core/scene core/trace core/reuse core/guiding core/many_lights)
 
 set(gpu_base ${base} core/image core/scene app/gpu/base)
 room(app/gpu/base SEES ${base} FOREIGN vulkan/)
@@ -49,4 +50,4 @@ room(app SEES core/base app/args app/bench app/commands app/view)
 
 room(assets/generator SEES ${base} core/image FOREIGN nlohmann/)
 room(assets SEES core/base assets/generator)
-room(bench SEES ${base} core/reuse FOREIGN benchmark/)
+room(bench SEES ${base} core/reuse core/many_lights FOREIGN benchmark/)

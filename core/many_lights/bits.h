@@ -1,0 +1,78 @@
+// Operations on rows of bits in words of 64, as BitMatrix stores its columns.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+#ifdef __BMI2__
+#include <immintrin.h>
+#endif
+
+namespace core::many_lights {
+
+using Words = std::vector<uint64_t>;
+
+/// The bits of `word` where `mask` is set, packed into the low bits.
+inline uint64_t extractBits(uint64_t word, uint64_t mask)
+{
+#ifdef __BMI2__
+    return _pext_u64(word, mask);
+#else
+    uint64_t packed = 0;
+    for (uint64_t place = 1; mask != 0; mask &= mask - 1, place <<= 1)
+        if ((word & mask & (~mask + 1)) != 0) packed |= place;
+    return packed;
+#endif
+}
+
+/// Word i of a column in which all of so many rows are set.
+constexpr uint64_t wordOfRows(uint32_t rows, size_t i)
+{
+    if (size_t(rows) >= 64 * (i + 1)) return ~uint64_t(0);
+    return size_t(rows) <= 64 * i ? 0 : (uint64_t(1) << (rows - 64 * i)) - 1;
+}
+
+inline uint32_t countBits(std::span<const uint64_t> words)
+{
+    uint32_t count = 0;
+    for (const uint64_t word : words) count += static_cast<uint32_t>(std::popcount(word));
+    return count;
+}
+
+inline bool getBit(std::span<const uint64_t> words, uint32_t i)
+{
+    return ((words[i / 64] >> (i % 64)) & 1) != 0;
+}
+inline void setBit(std::span<uint64_t> words, uint32_t i)
+{
+    words[i / 64] |= uint64_t(1) << (i % 64);
+}
+
+/// Calls f(i) for every set bit i, in ascending order.
+template <class F> void forEachBit(std::span<const uint64_t> words, F&& f)
+{
+    for (size_t w = 0; w < words.size(); ++w)
+        for (uint64_t rest = words[w]; rest != 0; rest &= rest - 1)
+            f(static_cast<uint32_t>(64 * w) + static_cast<uint32_t>(std::countr_zero(rest)));
+}
+
+/// Appends the bits that masks select from words to a packed sequence, from its bit `at` on, and
+/// returns where it ends. What lies behind `at` is zero beforehand.
+inline uint32_t packBits(std::span<const uint64_t> words, std::span<const uint64_t> mask,
+                         uint64_t* packed, uint32_t at = 0)
+{
+    for (size_t w = 0; w < mask.size(); ++w) {
+        if (mask[w] == 0) continue;
+        const uint64_t bits = extractBits(words[w], mask[w]);
+        const auto count = static_cast<uint32_t>(std::popcount(mask[w]));
+        const uint32_t shift = at % 64;
+        packed[at / 64] |= bits << shift;
+        if (shift + count > 64) packed[at / 64 + 1] |= bits >> (64 - shift);
+        at += count;
+    }
+    return at;
+}
+
+}  // namespace core::many_lights

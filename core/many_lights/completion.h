@@ -1,0 +1,76 @@
+// The visibility of one slice: receivers (rows) against clusters of lights (columns), of which only
+// a part is traced and the rest is predicted. S. Wang, N. Holzschuch, "Adaptive Matrix Completion
+// for Fast Visibility Computations with Many Lights Rendering" (2020), and S. Wang, "Efficient
+// Sample Usage in Photo-Realistic Rendering" (2022), chapter 5. Knows no geometry: an oracle
+// traces.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/many_lights/bit_matrix.h"
+#include "core/many_lights/completion_params.h"
+
+namespace core::many_lights {
+
+/// Columns begin <= j < end.
+struct ColumnRange {
+    uint32_t begin = 0, end = 0;
+};
+
+/// Some rows of one column: bit i of `rows` asks for row i, bit i of `visible` receives the answer.
+/// Bits of `visible` that are asked for are zero beforehand, the others stay as they are. Both are
+/// arrays of wordsFor(rows of the slice) words.
+struct TraceRequest {
+    uint32_t column = 0;
+    const uint64_t* rows = nullptr;
+    uint64_t* visible = nullptr;
+};
+
+/// Answers for one slice and its clusters. One thread at a time calls it; different slices have
+/// different oracles.
+class VisibilityOracle {
+public:
+    virtual ~VisibilityOracle() = default;
+
+    /// Traces all requests; the answers do not depend on which rows are asked for together. Rows of
+    /// one request, then requests of neighbouring columns, are what belongs into one packet: a call
+    /// asks for a few rows of each of some columns, or for all that is left of one.
+    virtual void trace(std::span<const TraceRequest> requests) = 0;
+
+    /// Bit i is 1 where visibility makes a difference at all: receiver and light face each other.
+    /// Null: everywhere. Stays valid while the slice is completed.
+    virtual const uint64_t* matters(uint32_t column) const = 0;
+};
+
+/// What completing one slice took, or the sum over slices.
+struct CompletionStats {
+    uint64_t entries = 0;  // rows x columns
+    uint64_t active = 0;   // of these, where visibility makes a difference
+    uint64_t rays = 0;     // shadow rays, each counted once, those of verification included
+    uint32_t columns = 0;
+    uint32_t inactive = 0;                 // columns without a row that matters: nothing to do
+    uint32_t full = 0;                     // columns traced in every row that matters
+    double traceSeconds = 0, seconds = 0;  // in the oracle; altogether
+
+    CompletionStats& operator+=(const CompletionStats& other);
+
+    /// Share of all entries that was traced.
+    double visibility() const { return entries > 0 ? double(rays) / double(entries) : 0; }
+};
+
+/// A completed slice; its memory may be used again for the next one.
+struct CompletedSlice {
+    BitMatrix visible;  // rows that do not matter are 0 or 1
+    CompletionStats stats;
+};
+
+/// Completes `rows` x (end of the last octant) bits. `octants` are adjacent ranges of columns,
+/// beginning at 0, that share nothing; within each, brighter columns come first. Rows are best in
+/// the order of a space-filling curve. The result is a function of the oracle's answers, `params`
+/// and `seed` (of the slice) alone.
+void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRange> octants,
+              const CompletionParams& params, uint64_t seed, CompletedSlice& out);
+
+}  // namespace core::many_lights
