@@ -7,14 +7,9 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/many_lights/bits.h"
 
 namespace core::many_lights {
-
-/// Words of 64 bits that hold one bit for each of so many rows.
-constexpr uint32_t wordsFor(uint32_t rows)
-{
-    return (rows + 63) / 64;
-}
 
 /// Bit i of a column is bit i % 64 of its word i / 64. The bits beyond the last row are zero, and
 /// whoever writes whole words keeps them so.

@@ -14,6 +14,12 @@ namespace core::many_lights {
 
 using Words = std::vector<uint64_t>;
 
+/// Words of 64 bits that hold one bit for each of so many rows.
+constexpr uint32_t wordsFor(uint32_t rows)
+{
+    return (rows + 63) / 64;
+}
+
 /// The bits of `word` where `mask` is set, packed into the low bits.
 inline uint64_t extractBits(uint64_t word, uint64_t mask)
 {

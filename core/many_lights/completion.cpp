@@ -1,7 +1,7 @@
 // Completion: the loop over octants, and full sampling.
 #include "core/many_lights/completion.h"
 
-#include "core/many_lights/tracer.h"
+#include "core/many_lights/matching.h"
 
 namespace core::many_lights {
 
@@ -25,18 +25,39 @@ void traceAll(Tracer& tracer, std::span<const uint32_t> columns, BitMatrix& visi
 {
     for (const uint32_t j : columns) tracer.trace(j, tracer.matters(j), visible.column(j));
     tracer.stats().full += static_cast<uint32_t>(columns.size());
+    tracer.stats().authorRays += uint64_t(visible.rows()) * columns.size();
 }
 
 }  // namespace
+
+uint64_t octantSeed(uint64_t seed, size_t octant)
+{
+    // The finalizer of G. Steele, D. Lea, C. Flood, "Fast Splittable Pseudorandom Number
+    // Generators" (2014), twice: neighbouring seeds give unrelated sequences.
+    const auto mix = [](uint64_t x) {
+        x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+        x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+        return x ^ (x >> 31);
+    };
+    return mix(seed ^ mix(octant + 1));
+}
 
 CompletionStats& CompletionStats::operator+=(const CompletionStats& other)
 {
     entries += other.entries;
     active += other.active;
     rays += other.rays;
+    authorRays += other.authorRays;
     columns += other.columns;
     inactive += other.inactive;
     full += other.full;
+    bailedOut += other.bailedOut;
+    matched += other.matched;
+    repaired += other.repaired;
+    basis += other.basis;
+    verificationFailures += other.verificationFailures;
+    ambiguous += other.ambiguous;
+    rates += other.rates;
     traceSeconds += other.traceSeconds;
     seconds += other.seconds;
     return *this;
@@ -52,14 +73,20 @@ void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRan
         columns = octant.end;
     }
     out.visible.reset(rows, columns);
+    out.residual.clear();
     out.stats = {};
     out.stats.entries = uint64_t(rows) * columns;
     out.stats.columns = columns;
     if (rows == 0) return;
     Tracer tracer(oracle, rows, params.dontCare, out.stats);
-    for (const ColumnRange& octant : octants)
-        traceAll(tracer, activeColumns(tracer, octant), out.visible);
-    (void)seed;
+    for (size_t o = 0; o < octants.size(); ++o) {
+        const std::vector<uint32_t> active = activeColumns(tracer, octants[o]);
+        if (active.empty()) continue;
+        if (params.method == CompletionMethod::full || rows <= params.smallSlice)
+            traceAll(tracer, active, out.visible);
+        else
+            MatchingOctant(tracer, active, params, octantSeed(seed, o), out).run();
+    }
     out.stats.seconds = secondsSince(start);
 }
 

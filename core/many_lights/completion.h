@@ -49,22 +49,49 @@ struct CompletionStats {
     uint64_t entries = 0;  // rows x columns
     uint64_t active = 0;   // of these, where visibility makes a difference
     uint64_t rays = 0;     // shadow rays, each counted once, those of verification included
+    /// As the thesis counts: the sampled rows of matched columns, with repetitions and without
+    /// those of verification, and all rows of the others.
+    uint64_t authorRays = 0;
     uint32_t columns = 0;
-    uint32_t inactive = 0;                 // columns without a row that matters: nothing to do
-    uint32_t full = 0;                     // columns traced in every row that matters
+    uint32_t inactive = 0;   // columns without a row that matters: nothing to do
+    uint32_t full = 0;       // columns traced in every row that matters
+    uint32_t bailedOut = 0;  // of these, without having been sampled first
+    uint32_t matched = 0;    // columns that agree with a known one
+    uint32_t repaired = 0;   // columns traced in part that agree with none
+    uint32_t basis = 0;      // known columns of all octants that others are compared with
+    uint32_t ambiguous = 0;  // columns with several matches
+    uint32_t verificationFailures = 0;
+    double rates = 0;  // the final row rate of each column's octant, summed over columns
     double traceSeconds = 0, seconds = 0;  // in the oracle; altogether
 
     CompletionStats& operator+=(const CompletionStats& other);
 
     /// Share of all entries that was traced.
     double visibility() const { return entries > 0 ? double(rays) / double(entries) : 0; }
+    double authorVisibility() const
+    {
+        return entries > 0 ? double(authorRays) / double(entries) : 0;
+    }
+    double meanRate() const { return columns > inactive ? rates / (columns - inactive) : 0; }
+};
+
+/// A sampled error of the prediction: shade(row, column) times `weight`, added to the picture of
+/// the predicted bits, makes its mean that of the true ones. `weight` is the true bit minus the
+/// predicted one over the probability that the row was sampled.
+struct ResidualEntry {
+    uint32_t row = 0, column = 0;
+    float weight = 0;
 };
 
 /// A completed slice; its memory may be used again for the next one.
 struct CompletedSlice {
-    BitMatrix visible;  // rows that do not matter are 0 or 1
+    BitMatrix visible;                    // rows that do not matter are 0 or 1
+    std::vector<ResidualEntry> residual;  // with CompletionParams::residualRate > 0
     CompletionStats stats;
 };
+
+/// The seed of the random numbers that complete one octant of a slice.
+uint64_t octantSeed(uint64_t seed, size_t octant);
 
 /// Completes `rows` x (end of the last octant) bits. `octants` are adjacent ranges of columns,
 /// beginning at 0, that share nothing; within each, brighter columns come first. Rows are best in

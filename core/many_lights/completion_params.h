@@ -3,29 +3,114 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string_view>
 
 #include "core/base/params.h"
 
 namespace core::many_lights {
 
-enum class CompletionMethod : uint8_t { full };
+enum class CompletionMethod : uint32_t {
+    full,      // trace everything
+    matching,  // Boolean: a column is a known column or its complement
+};
 
+/// What becomes of a column that agrees with no known one.
+enum class OnMismatch : uint32_t {
+    full,       // it is traced in full
+    recursion,  // only those parts of the slice are traced where the nearest known column disagrees
+    repair,     // so are, for every column, the borders of the shadows of the nearest known one
+};
+
+/// Row numbers and rates refer to the rows of a slice.
 struct CompletionParams {
-    CompletionMethod method = CompletionMethod::full;
+    CompletionMethod method = CompletionMethod::matching;
+    float rowRate = 0.025f;           // alpha, to begin with in every octant
+    float rowIncrement = 0.025f;      // of alpha at a failed verification
+    float verificationRate = 0.025f;  // beta
+    float rowCap = 0.4f;              // of alpha
+    uint32_t rowMinimum = 24;         // and as many for verification
+    uint32_t smallSlice = 64;         // up to so many rows everything is traced
+    bool adaptiveRows = true;
+    bool replacement = false;
+    bool joint = true;
+    bool disambiguate = true;
     bool dontCare = true;
+    uint32_t block = 16;
+    OnMismatch onMismatch = OnMismatch::full;
+    float bailOut = 0.75f;
+    bool twoPhase = false;
+    float residualRate = 0;
 
-    template <class Self, class V> static void visit(Self& p, V&& v)
+    /// As the thesis describes it and its tables were made.
+    static CompletionParams authorPreset()
     {
-        v(Field{"completion", "how visibility is found: trace all of it (full)"}, p.method);
-        v(Field{"dont-care", "trace no ray between surfaces that face away from each other"},
-          p.dontCare);
+        CompletionParams params;
+        params.rowMinimum = 1;
+        params.smallSlice = 0;
+        params.replacement = true;
+        params.joint = params.disambiguate = params.dontCare = false;
+        params.block = 1;
+        params.bailOut = 1;
+        return params;
     }
+
+    template <class Self, class V> static void visit(Self& p, V&& v);
     friend bool operator==(const CompletionParams&, const CompletionParams&) = default;
 };
+
+template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
+{
+    v(Field{"completion",
+            "how the visibility of clusters of lights is found: trace all of it (full), or trace "
+            "a few rows of a column and find a known column that agrees (matching)",
+            {},
+            true},
+      p.method);
+    v(Field{"row-rate", "share of a slice's rows that are traced of every column", {0, 1}, true},
+      p.rowRate);
+    v(Field{"row-increment", "what a failed verification adds to row-rate", {0, 1}},
+      p.rowIncrement);
+    v(Field{"verification-rate",
+            "share of the rows that verify a match; 0: none is verified",
+            {0, 1},
+            true},
+      p.verificationRate);
+    v(Field{"row-cap", "the most that row-rate becomes", {0, 1}}, p.rowCap);
+    v(Field{"row-minimum", "rows traced of a column at least, and as many to verify", {1, 1024}},
+      p.rowMinimum);
+    v(Field{"small-slice", "slices of so few rows are traced in full", {0, 65536}}, p.smallSlice);
+    v(Field{"adaptive-rows", "draw rows at the borders of known shadows more often"},
+      p.adaptiveRows);
+    v(Field{"replacement", "draw rows with replacement, as the thesis does"}, p.replacement);
+    v(Field{"joint", "trace the rows of verification with the others, and match on all of them"},
+      p.joint);
+    v(Field{"disambiguate", "let rays decide between several matches, not chance"}, p.disambiguate);
+    v(Field{"dont-care", "trace no ray between surfaces that face away from each other"},
+      p.dontCare);
+    v(Field{"block", "columns that share their sampled rows", {1, 1024}}, p.block);
+    v(Field{"on-mismatch",
+            "a column without a match is traced in full, where the nearest known column disagrees "
+            "(recursion), or, like all columns, there and at the borders of shadows (repair)"},
+      p.onMismatch);
+    v(Field{"bail-out",
+            "an octant of which a larger share was traced than this is traced in full; 1: never",
+            {0, 1}},
+      p.bailOut);
+    v(Field{"two-phase", "sample all columns of an octant before any is traced in full", {}, true},
+      p.twoPhase);
+    v(Field{"residual-rate",
+            "share of the rows traced to correct the mean of what is predicted, which makes the "
+            "picture unbiased and noisier; 0: none",
+            {0, 1}},
+      p.residualRate);
+}
 
 }  // namespace core::many_lights
 
 template <> struct core::EnumNames<core::many_lights::CompletionMethod> {
-    static constexpr std::array<std::string_view, 1> names{"full"};
+    static constexpr std::array<std::string_view, 2> names{"full", "matching"};
+};
+template <> struct core::EnumNames<core::many_lights::OnMismatch> {
+    static constexpr std::array<std::string_view, 3> names{"full", "recursion", "repair"};
 };

@@ -12,6 +12,13 @@ using namespace core::many_lights;
 using core::Pcg32;
 using tests::MatrixOracle;
 
+CompletionParams fullSampling()
+{
+    CompletionParams params;
+    params.method = CompletionMethod::full;
+    return params;
+}
+
 TEST(BitMatrix, ColumnsAreWords)
 {
     BitMatrix matrix(70, 3);
@@ -36,7 +43,7 @@ TEST(Completion, FullSamplingTracesEverythingOnce)
     MatrixOracle oracle(truth);
     CompletedSlice slice;
     const std::vector<ColumnRange> octants{{0, 10}, {10, 10}, {10, 40}};
-    complete(oracle, 300, octants, {}, 1, slice);
+    complete(oracle, 300, octants, fullSampling(), 1, slice);
     EXPECT_EQ(slice.visible, truth);
     EXPECT_EQ(slice.stats.rays, 300u * 40);
     EXPECT_EQ(slice.stats.rays, oracle.rays());
@@ -54,7 +61,7 @@ TEST(Completion, RowsThatDoNotMatterAreNotTraced)
     MatrixOracle oracle(truth, matters);
     CompletedSlice slice;
     const std::vector<ColumnRange> octants{{0, 30}};
-    complete(oracle, 200, octants, {}, 1, slice);
+    complete(oracle, 200, octants, fullSampling(), 1, slice);
     EXPECT_EQ(oracle.asked(), matters);
     EXPECT_EQ(slice.stats.active, 29u * 80);
     EXPECT_EQ(slice.stats.rays, 29u * 80);
@@ -62,7 +69,7 @@ TEST(Completion, RowsThatDoNotMatterAreNotTraced)
     EXPECT_EQ(tests::bitError(truth, slice.visible, &matters), 0);
 
     MatrixOracle all(truth);
-    CompletionParams params;
+    CompletionParams params = fullSampling();
     params.dontCare = false;
     complete(all, 200, octants, params, 1, slice);
     EXPECT_EQ(slice.visible, truth);
@@ -76,7 +83,7 @@ TEST(Completion, EmptySlicesTakeNoRays)
     complete(oracle, 0, {}, {}, 1, slice);
     EXPECT_EQ(slice.visible.columns(), 0u);
     const std::vector<ColumnRange> octants{{0, 5}};
-    complete(oracle, 0, octants, {}, 1, slice);
+    complete(oracle, 0, octants, fullSampling(), 1, slice);
     EXPECT_EQ(slice.visible.columns(), 5u);
     complete(oracle, 100, std::vector<ColumnRange>{{0, 0}}, {}, 1, slice);
     EXPECT_EQ(slice.stats.rays, 0u);

@@ -1,0 +1,334 @@
+// Completion by matching: the loop over blocks of columns, and what becomes of one column.
+#include "core/many_lights/matching.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/many_lights/repair.h"
+
+namespace core::many_lights {
+
+namespace {
+
+constexpr uint32_t kFewestRows = 8;  // fewer common rows prove nothing
+constexpr uint64_t kWindow = 32;     // columns after which bailing out is considered
+constexpr size_t kMostCandidates = 255;
+
+uint32_t share(double rate, uint32_t rows)
+{
+    return static_cast<uint32_t>(std::lround(rate * rows));
+}
+
+}  // namespace
+
+MatchingOctant::MatchingOctant(Tracer& tracer, std::span<const uint32_t> columns,
+                               const CompletionParams& params, uint64_t seed, CompletedSlice& out)
+    : rows_(out.visible.rows()), columns_(columns),
+      blockSize_(params.twoPhase ? columns.size()
+                                 : std::min<size_t>(std::max(params.block, 1u), columns.size())),
+      params_(params), out_(out), stats_(out.stats), tracer_(tracer),
+      block_(tracer, out.visible, static_cast<uint32_t>(blockSize_)), basis_(rows_),
+      weights_(rows_), random_(seed), rate_(double(params.rowRate)),
+      verification_(params.verificationRate > 0
+                        ? std::max(share(double(params.verificationRate), rows_), params.rowMinimum)
+                        : 0),
+      samples_(tracer.all().size()), checks_(samples_.size()), apart_(samples_.size()),
+      scratch_(samples_.size()), rest_(samples_.size())
+{}
+
+void MatchingOctant::run()
+{
+    for (size_t at = 0; at < columns_.size();) {
+        // Where nothing is known a column has nothing to be compared with.
+        const size_t most = basis_.size() == 0 && !params_.twoPhase ? 1 : blockSize_;
+        const size_t count = std::min(most, columns_.size() - at);
+        runBlock(columns_.subspan(at, count));
+        at += count;
+        if (!bailsOut()) continue;
+        for (; at < columns_.size(); ++at) {
+            block_.begin(columns_.subspan(at, 1));
+            block_.fetch(0, tracer_.all());
+            ++stats_.full;
+            ++stats_.bailedOut;
+            stats_.authorRays += rows_;
+        }
+    }
+    stats_.basis += basis_.size();
+    stats_.rates += rate_ * double(columns_.size());
+}
+
+void MatchingOctant::runBlock(std::span<const uint32_t> columns)
+{
+    block_.begin(columns);
+    if (basis_.size() == 0 && !params_.twoPhase) {
+        traceFully(0);
+        return;
+    }
+    drawRows();
+    if (params_.joint)
+        for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = samples_[w] | checks_[w];
+    else
+        rest_ = samples_;
+    block_.fetchAll(rest_, apart_);
+    basis_.select(samples_, params_.joint ? checks_ : Words(samples_.size()));
+    if (params_.twoPhase) traceRepresentatives();
+    for (size_t c = 0; c < block_.size(); ++c) completeColumn(c);
+}
+
+void MatchingOctant::drawRows()
+{
+    Words eligible(samples_.size());
+    block_.unionOfMatters(eligible);
+    std::ranges::fill(samples_, 0);
+    std::ranges::fill(checks_, 0);
+    std::ranges::fill(apart_, 0);
+    drawn_ = std::max({share(rate_, rows_), params_.rowMinimum, 1u});
+    if (params_.replacement)
+        weights_.drawWithReplacement(drawn_, eligible, random_, samples_);
+    else
+        weights_.draw(drawn_, eligible, random_, samples_);
+    for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~samples_[w];
+    if (params_.joint && verification_ > 0) {
+        drawUniform(verification_, eligible, random_, checks_);
+        for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~checks_[w];
+    }
+    if (params_.residualRate > 0) {
+        const uint32_t count = std::max(share(double(params_.residualRate), rows_), 1u);
+        apartProbability_ = drawUniform(count, eligible, random_, apart_);
+    }
+}
+
+/// Of the columns that agree on the sampled rows, the first is traced in full, all of them at once.
+void MatchingOctant::traceRepresentatives()
+{
+    std::vector<size_t> which;
+    const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
+    for (size_t c = 0; c < block_.size(); ++c) {
+        if (std::ranges::equal(block_.traced(c), block_.matters(c))) continue;
+        basis_.makeKey(block_.visible(c), block_.traced(c), key_);
+        basis_.match(key_, fewest, candidates_);
+        if (!candidates_.empty()) continue;
+        which.push_back(c);
+        basis_.push(block_.visible(c), block_.traced(c));
+    }
+    block_.fetchRest(which);
+    for (uint32_t k = 0; k < which.size(); ++k)
+        basis_.fill({k, false}, block_.visible(which[k]), block_.traced(which[k]));
+}
+
+void MatchingOctant::completeColumn(size_t c)
+{
+    const auto traced = block_.traced(c), matters = block_.matters(c);
+    windowActive_ += countBits(matters);
+    ++windowColumns_;
+    uint32_t left = 0;
+    for (size_t w = 0; w < traced.size(); ++w)
+        left += static_cast<uint32_t>(std::popcount(matters[w] & ~traced[w]));
+    const uint32_t known = countBits(traced);
+    const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
+    if (left == 0) {  // nothing is left to predict; such a column costs no comparison later
+        ++stats_.full;
+        stats_.authorRays += rows_;
+        windowTraced_ += known;
+        return;
+    }
+    if (known < fewest) return traceFully(c);
+    basis_.makeKey(block_.visible(c), traced, key_);
+    const bool onSamples = basis_.match(key_, fewest, candidates_);
+    if (candidates_.empty()) {
+        if (onSamples && params_.joint && verification_ > 0) raiseRate();
+        return unmatched(c);
+    }
+    const Candidate candidate = choose(c);
+    if (!params_.joint && !verify(c, candidate)) {
+        raiseRate();
+        return traceFully(c);
+    }
+    take(c, candidate);
+}
+
+/// Compares a match with further rows, as the paper does: after it has been chosen.
+bool MatchingOctant::verify(size_t c, Candidate candidate)
+{
+    if (verification_ == 0) return true;
+    const auto matters = block_.matters(c), traced = block_.traced(c);
+    for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~traced[w];
+    std::ranges::fill(checks_, 0);
+    drawUniform(verification_, rest_, random_, checks_);
+    block_.fetch(c, checks_);
+    const auto bits = basis_.bits(candidate.index), known = basis_.known(candidate.index);
+    const auto visible = block_.visible(c);
+    uint64_t wrong = 0;
+    for (size_t w = 0; w < checks_.size(); ++w) {
+        const uint64_t predicted = candidate.complement ? ~bits[w] : bits[w];
+        wrong |= (predicted ^ visible[w]) & known[w] & checks_[w];
+    }
+    return wrong == 0;
+}
+
+Candidate MatchingOctant::choose(size_t c)
+{
+    if (candidates_.size() == 1) return candidates_[0];
+    ++stats_.ambiguous;
+    if (params_.disambiguate) return ask(c);
+    return candidates_[drawBelow(static_cast<uint32_t>(candidates_.size()), random_)];
+}
+
+/// Traces rows on which candidates disagree until one is left, or those left agree wherever all
+/// are known: then the one that is known in the most rows.
+Candidate MatchingOctant::ask(size_t c)
+{
+    if (candidates_.size() > kMostCandidates) candidates_.resize(kMostCandidates);
+    while (candidates_.size() > 1) {
+        const std::optional<uint32_t> row = dividingRow(c);
+        if (!row) break;
+        std::ranges::fill(scratch_, 0);
+        setBit(scratch_, *row);
+        block_.fetch(c, scratch_);
+        const bool lit = getBit(block_.visible(c), *row);
+        std::erase_if(candidates_, [&](const Candidate& candidate) {
+            return (getBit(basis_.bits(candidate.index), *row) != candidate.complement) != lit;
+        });
+    }
+    const auto unknown = [&](const Candidate& candidate) {
+        const auto known = basis_.known(candidate.index), matters = block_.matters(c);
+        uint32_t count = 0;
+        for (size_t w = 0; w < known.size(); ++w)
+            count += static_cast<uint32_t>(std::popcount(matters[w] & ~known[w]));
+        return count;
+    };
+    return *std::ranges::min_element(candidates_, {}, unknown);
+}
+
+/// The row, not yet traced, that divides the candidates most evenly; one of several at random.
+/// Counts, for all rows at once, the candidates that predict light, in binary digits of which each
+/// is a word of rows.
+std::optional<uint32_t> MatchingOctant::dividingRow(size_t c)
+{
+    const auto matters = block_.matters(c), traced = block_.traced(c);
+    const auto count = static_cast<uint32_t>(candidates_.size());
+    const auto digits = static_cast<size_t>(std::bit_width(count));
+    counters_.resize(std::max(counters_.size(), digits));
+    for (size_t d = 0; d < digits; ++d) counters_[d].assign(rest_.size(), 0);
+    for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~traced[w];
+    for (const Candidate& candidate : candidates_) {
+        const auto bits = basis_.bits(candidate.index), known = basis_.known(candidate.index);
+        for (size_t w = 0; w < rest_.size(); ++w) {
+            rest_[w] &= known[w];
+            uint64_t carry = candidate.complement ? ~bits[w] : bits[w];
+            for (size_t d = 0; d < digits && carry != 0; ++d) {
+                const uint64_t sum = counters_[d][w] ^ carry;
+                carry &= counters_[d][w];
+                counters_[d][w] = sum;
+            }
+        }
+    }
+    const auto rowsWith = [&](uint32_t lit, size_t w) {
+        uint64_t rows = rest_[w];
+        for (size_t d = 0; d < digits; ++d)
+            rows &= ((lit >> d) & 1) != 0 ? counters_[d][w] : ~counters_[d][w];
+        return rows;
+    };
+    for (uint32_t few = count / 2; few > 0; --few) {
+        for (size_t w = 0; w < scratch_.size(); ++w)
+            scratch_[w] = rowsWith(few, w) | rowsWith(count - few, w);
+        const uint32_t found = countBits(scratch_);
+        if (found == 0) continue;
+        uint32_t skip = drawBelow(found, random_);
+        std::optional<uint32_t> row;
+        forEachBit(scratch_, [&](uint32_t i) {
+            if (skip-- == 0) row = i;
+        });
+        return row;
+    }
+    return std::nullopt;
+}
+
+/// Completes a column by a candidate that agrees with it. Rows that the candidate does not know
+/// are traced, and both know them from then on.
+void MatchingOctant::take(size_t c, Candidate candidate)
+{
+    const auto known = basis_.known(candidate.index), matters = block_.matters(c);
+    for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~known[w];
+    block_.fetch(c, rest_);
+    basis_.fill(candidate, block_.visible(c), rest_);
+    if (params_.onMismatch == OnMismatch::repair) {
+        const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate);
+        if (outcome == RepairOutcome::hopeless) return traceFully(c);
+        if (outcome == RepairOutcome::differs) append(c);
+    } else {
+        predict(block_, c, basis_, candidate);
+    }
+    ++stats_.matched;
+    stats_.authorRays += drawn_;
+    windowTraced_ += countBits(block_.traced(c));
+    noteResidual(c);
+}
+
+/// What was set aside for the residual and predicted wrongly.
+void MatchingOctant::noteResidual(size_t c)
+{
+    const auto rows = block_.residual(c), truth = block_.residualBits(c);
+    const auto visible = block_.visible(c);
+    for (size_t w = 0; w < rows.size(); ++w) scratch_[w] = (truth[w] ^ visible[w]) & rows[w];
+    const auto weight = static_cast<float>(1 / apartProbability_);
+    forEachBit(scratch_, [&](uint32_t i) {
+        out_.residual.push_back({i, block_.column(c), getBit(truth, i) ? weight : -weight});
+    });
+}
+
+/// A column that agrees with none.
+void MatchingOctant::unmatched(size_t c)
+{
+    if (params_.onMismatch == OnMismatch::full) return traceFully(c);
+    const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
+    const auto nearest = basis_.nearest(key_, fewest);
+    if (!nearest || 5 * nearest->differ > nearest->common) return traceFully(c);
+    if (params_.onMismatch == OnMismatch::recursion)
+        recurseColumn(block_, c, basis_, nearest->candidate);
+    else if (repairColumn(block_, c, basis_, nearest->candidate) == RepairOutcome::hopeless)
+        return traceFully(c);
+    ++stats_.repaired;
+    stats_.authorRays += countBits(block_.traced(c));
+    windowTraced_ += countBits(block_.traced(c));
+    noteResidual(c);
+    append(c);
+}
+
+void MatchingOctant::traceFully(size_t c)
+{
+    block_.fetch(c, tracer_.all());
+    ++stats_.full;
+    stats_.authorRays += rows_;
+    windowTraced_ += countBits(block_.traced(c));
+    append(c);
+}
+
+/// Makes a completed column part of the basis, unless an equal one is or it is too small.
+void MatchingOctant::append(size_t c)
+{
+    const std::span<const uint64_t> bits = block_.visible(c), known = block_.matters(c);
+    if (params_.adaptiveRows) weights_.addRuns(bits, known);
+    if (countBits(known) <= params_.smallSlice) return;
+    if (const auto equal = basis_.findEqual(bits, known))
+        basis_.fill(*equal, bits, known);
+    else
+        basis_.push(bits, known);
+}
+
+void MatchingOctant::raiseRate()
+{
+    ++stats_.verificationFailures;
+    rate_ = std::min(std::max(rate_, double(params_.rowCap)), rate_ + double(params_.rowIncrement));
+}
+
+bool MatchingOctant::bailsOut()
+{
+    if (params_.bailOut >= 1 || windowColumns_ < kWindow) return false;
+    const bool hopeless = double(windowTraced_) > double(params_.bailOut) * double(windowActive_);
+    windowColumns_ = windowTraced_ = windowActive_ = 0;
+    return hopeless;
+}
+
+}  // namespace core::many_lights

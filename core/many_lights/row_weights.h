@@ -1,0 +1,60 @@
+// Which rows of a slice are worth a ray: weights that grow at the borders of known shadows (S.
+// Wang, N. Holzschuch, "Adaptive Matrix Completion for Fast Visibility Computations with Many
+// Lights Rendering", 2020), and draws of rows.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/pcg32.h"
+
+namespace core::many_lights {
+
+/// A whole number below `end`.
+inline uint32_t drawBelow(uint32_t end, Pcg32& random)
+{
+    return static_cast<uint32_t>((uint64_t(random.bits()) * end) >> 32);
+}
+
+class RowWeights {
+public:
+    /// All rows alike.
+    explicit RowWeights(uint32_t rows) : weights_(rows, 1.0 / rows) {}
+
+    uint32_t rows() const { return static_cast<uint32_t>(weights_.size()); }
+    std::span<const double> weights() const { return weights_; }
+
+    /// A column has become known where `known` is set. Each of its R runs of equal bits (over the
+    /// known rows, in their order) receives 1 / R, evenly over its rows: rows of short runs lie at
+    /// shadow borders.
+    void addRuns(std::span<const uint64_t> column, std::span<const uint64_t> known);
+
+    /// Draws `count` rows of `eligible`, one after the other, each with a probability proportional
+    /// to its weight among those left; all of them when there are not more. Sets their bits in
+    /// `drawn`, which is zero. A. Wong, M. Easton, "An Efficient Method for Weighted Sampling
+    /// without Replacement" (1980), has the same distribution; here draws that repeat are rejected.
+    void draw(uint32_t count, std::span<const uint64_t> eligible, Pcg32& random,
+              std::span<uint64_t> drawn);
+
+    /// The same with replacement, as the thesis draws; fewer rows may come out.
+    void drawWithReplacement(uint32_t count, std::span<const uint64_t> eligible, Pcg32& random,
+                             std::span<uint64_t> drawn);
+
+private:
+    double cumulate(std::span<const uint64_t> eligible);
+    uint32_t pick(double u) const;
+    void drawByKeys(uint32_t count, std::span<const uint64_t> eligible, Pcg32& random,
+                    std::span<uint64_t> drawn) const;
+
+    std::vector<double> weights_;
+    std::vector<uint32_t> rows_;     // eligible ones
+    std::vector<double> cumulated_;  // of their weights
+};
+
+/// Draws `count` rows of `eligible` uniformly without replacement, all of them when there are not
+/// more; sets their bits in `drawn`, which is zero. Returns the probability of each to be drawn.
+double drawUniform(uint32_t count, std::span<const uint64_t> eligible, Pcg32& random,
+                   std::span<uint64_t> drawn);
+
+}  // namespace core::many_lights
