@@ -11,8 +11,8 @@ uint32_t Basis::push(std::span<const uint64_t> bits, std::span<const uint64_t> k
     for (size_t w = 0; w < words_; ++w) bits_.push_back(bits[w] & known[w]);
     known_.insert(known_.end(), known.begin(), known.end());
     const uint32_t k = size_++;
-    if (k % kLanes == 0) keys_.resize(keys_.size() + size_t(2) * kLanes * keyWords());
-    packLane(k);
+    if (k % kLanes == 0) keys_.resize(keys_.size() + groupSize());
+    if (keyWords_ > 0) packLane(k);
     return k;
 }
 
@@ -48,96 +48,129 @@ void Basis::fill(Candidate candidate, std::span<const uint64_t> bits,
 
 void Basis::select(std::span<const uint64_t> samples, std::span<const uint64_t> checks)
 {
-    samples_.assign(samples.begin(), samples.end());
-    checks_.assign(checks.begin(), checks.end());
-    sampleWords_ = wordsFor(countBits(samples_));
-    checkWords_ = wordsFor(countBits(checks_));
-    const uint32_t groups = (size_ + kLanes - 1) / kLanes;
-    keys_.assign(size_t(2) * kLanes * keyWords() * groups, 0);
+    parts_.clear();
+    uint32_t count = 0;
+    for (uint32_t w = 0; w < words_; ++w) {
+        const uint64_t mask = samples[w] | checks[w];
+        if (mask == 0) continue;
+        const auto bits = static_cast<uint32_t>(std::popcount(mask));
+        parts_.push_back({w, count % 64, bits, mask});
+        count += bits;
+    }
+    keyWords_ = wordsFor(count);
+    unfinished_ = count % 64 != 0;
+    wholeKey_.resize(keyWords_);
+    sampleKey_.resize(keyWords_);
+    for (uint32_t w = 0; w < keyWords_; ++w) wholeKey_[w] = wordOfRows(count, w);
+    pack(samples, sampleKey_.data());
+    scratch_.resize(keyWords_);
+    keys_.assign(groupSize() * ((size_ + kLanes - 1) / kLanes), 0);
     for (uint32_t k = 0; k < size_; ++k) packLane(k);
+}
+
+/// Packs the selected bits into keyWords_ words. The word that is being filled stays in a register.
+void Basis::pack(std::span<const uint64_t> words, uint64_t* key) const
+{
+    uint64_t filling = 0;
+    for (const Part& part : parts_) {
+        const uint64_t bits = extractBits(words[part.word], part.mask);
+        filling |= bits << part.shift;
+        const uint32_t end = part.shift + part.count;
+        if (end < 64) continue;
+        *key++ = filling;
+        filling = end > 64 ? bits >> (64 - part.shift) : 0;
+    }
+    if (unfinished_) *key = filling;
 }
 
 void Basis::packLane(uint32_t k)
 {
-    if (keyWords() == 0) return;
-    Words packed(2 * size_t(keyWords()));
-    const auto pack = [&](std::span<const uint64_t> words, uint64_t* to) {
-        packBits(words, samples_, to);
-        packBits(words, checks_, to + sampleWords_);
+    uint64_t* lane = keys_.data() + groupSize() * (k / kLanes) + k % kLanes;
+    const auto write = [&](std::span<const uint64_t> words, uint64_t* to) {
+        pack(words, scratch_.data());
+        for (uint32_t w = 0; w < keyWords_; ++w) to[size_t(2) * kLanes * w] = scratch_[w];
     };
-    pack(bits(k), packed.data());
-    pack(known(k), packed.data() + keyWords());
-    uint64_t* group = &keys_[size_t(2) * kLanes * keyWords() * (k / kLanes)];
-    for (uint32_t w = 0; w < keyWords(); ++w) {
-        group[2 * kLanes * w + k % kLanes] = packed[w];
-        group[2 * kLanes * w + kLanes + k % kLanes] = packed[keyWords() + w];
-    }
+    write(bits(k), lane);
+    write(known(k), lane + kLanes);
 }
 
 void Basis::makeKey(std::span<const uint64_t> bits, std::span<const uint64_t> known,
                     ColumnKey& key) const
 {
-    key.bits.assign(keyWords(), 0);
-    key.known.assign(keyWords(), 0);
-    packBits(bits, samples_, key.bits.data());
-    packBits(bits, checks_, key.bits.data() + sampleWords_);
-    packBits(known, samples_, key.known.data());
-    packBits(known, checks_, key.known.data() + sampleWords_);
+    key.bits.resize(keyWords_);
+    pack(bits, key.bits.data());
+    uint64_t unknown = 0;
+    for (const Part& part : parts_) unknown |= part.mask & ~known[part.word];
+    if (unknown == 0) {
+        key.known = wholeKey_;
+    } else {
+        key.known.resize(keyWords_);
+        pack(known, key.known.data());
+    }
 }
 
-bool Basis::match(const ColumnKey& key, uint32_t fewest, std::vector<Candidate>& found) const
+void Basis::match(const ColumnKey& key, uint32_t fewest, std::vector<Candidate>& found) const
 {
-    using Lanes = std::array<uint64_t, kLanes>;
     found.clear();
-    bool onSamples = false;
     for (uint32_t first = 0; first < size_; first += kLanes) {
-        const uint64_t* group = keys(first / kLanes);
-        Lanes differ{}, same{}, common{};
-        uint64_t hopeless = 0;
-        const auto compare = [&](uint32_t begin, uint32_t end) {
-            for (uint32_t w = begin; w < end && hopeless == 0; ++w) {
-                const uint64_t* bits = group + size_t(2) * kLanes * w;
-                const uint64_t x = key.bits[w], known = key.known[w];
-                hopeless = ~uint64_t(0);
-                for (uint32_t l = 0; l < kLanes; ++l) {
-                    const uint64_t both = bits[kLanes + l] & known;
-                    const uint64_t unequal = bits[l] ^ x;
-                    differ[l] |= unequal & both;
-                    same[l] |= ~unequal & both;
-                    common[l] += static_cast<uint64_t>(std::popcount(both));
-                    hopeless &= (differ[l] != 0 && same[l] != 0) ? ~uint64_t(0) : 0;
-                }
+        const uint64_t* group = keys_.data() + groupSize() * (first / kLanes);
+        std::array<uint64_t, kLanes> differ{}, same{};
+        uint32_t hopeless = 0;
+        for (uint32_t w = 0; w < keyWords_ && hopeless < kLanes; ++w, group += 2 * kLanes) {
+            const uint64_t bits = key.bits[w], known = key.known[w];
+            hopeless = 0;
+            for (uint32_t l = 0; l < kLanes; ++l) {
+                const uint64_t both = group[kLanes + l] & known, unequal = group[l] ^ bits;
+                differ[l] |= unequal & both;
+                same[l] |= ~unequal & both;
+                hopeless += static_cast<uint32_t>((differ[l] != 0) & (same[l] != 0));
             }
-        };
-        const uint32_t lanes = std::min(kLanes, size_ - first);
-        for (uint32_t l = lanes; l < kLanes; ++l) differ[l] = same[l] = 1;
-        compare(0, sampleWords_);
-        if (hopeless != 0) continue;
-        for (uint32_t l = 0; l < lanes; ++l)
-            onSamples |= common[l] > 0 && (differ[l] == 0 || same[l] == 0);
-        compare(sampleWords_, keyWords());
-        if (hopeless != 0) continue;
-        for (uint32_t l = 0; l < lanes; ++l) {
-            if (common[l] < fewest) continue;
-            if (differ[l] == 0) found.push_back({first + l, false});
-            if (same[l] == 0) found.push_back({first + l, true});
+        }
+        if (hopeless == kLanes) continue;
+        for (uint32_t k = first; k < std::min(first + kLanes, size_); ++k) {
+            const uint64_t d = differ[k - first], s = same[k - first];
+            if ((d != 0 && s != 0) || commonRows(key, k) < fewest) continue;
+            if (d == 0) found.push_back({k, false});
+            if (s == 0) found.push_back({k, true});
         }
     }
-    return onSamples;
+}
+
+/// Selected rows that a column of the basis and a key both know.
+uint32_t Basis::commonRows(const ColumnKey& key, uint32_t k) const
+{
+    const uint64_t* known = keys_.data() + groupSize() * (k / kLanes) + kLanes + k % kLanes;
+    uint32_t count = 0;
+    for (uint32_t w = 0; w < keyWords_; ++w)
+        count += static_cast<uint32_t>(std::popcount(known[size_t(2) * kLanes * w] & key.known[w]));
+    return count;
+}
+
+bool Basis::matchesSamples(const ColumnKey& key) const
+{
+    for (uint32_t k = 0; k < size_; ++k) {
+        const uint64_t* lane = keys_.data() + groupSize() * (k / kLanes) + k % kLanes;
+        uint64_t differ = 0, same = 0;
+        for (uint32_t w = 0; w < keyWords_; ++w, lane += 2 * kLanes) {
+            const uint64_t both = lane[kLanes] & key.known[w] & sampleKey_[w];
+            differ |= (lane[0] ^ key.bits[w]) & both;
+            same |= ~(lane[0] ^ key.bits[w]) & both;
+        }
+        if ((differ == 0) != (same == 0)) return true;
+    }
+    return false;
 }
 
 std::optional<Basis::Nearest> Basis::nearest(const ColumnKey& key, uint32_t fewest) const
 {
     std::optional<Nearest> best;
     for (uint32_t k = 0; k < size_; ++k) {
-        const uint64_t* lane = keys(k / kLanes) + k % kLanes;
-        uint32_t differ = 0, common = 0;
-        for (uint32_t w = 0; w < keyWords(); ++w) {
-            const uint64_t both = lane[(2 * w + 1) * kLanes] & key.known[w];
-            differ +=
-                static_cast<uint32_t>(std::popcount((lane[2 * w * kLanes] ^ key.bits[w]) & both));
-            common += static_cast<uint32_t>(std::popcount(both));
-        }
+        const uint64_t* lane = keys_.data() + groupSize() * (k / kLanes) + k % kLanes;
+        uint32_t differ = 0;
+        for (uint32_t w = 0; w < keyWords_; ++w, lane += 2 * kLanes)
+            differ += static_cast<uint32_t>(
+                std::popcount((lane[0] ^ key.bits[w]) & lane[kLanes] & key.known[w]));
+        const uint32_t common = commonRows(key, k);
         if (common < fewest) continue;
         const bool complement = 2 * differ > common;
         const Nearest here{{k, complement}, complement ? common - differ : differ, common};

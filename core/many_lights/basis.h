@@ -17,7 +17,7 @@ struct Candidate {
     friend bool operator==(const Candidate&, const Candidate&) = default;
 };
 
-/// What a column shows on the selected rows, packed as Basis::select asks for.
+/// What a column shows on the selected rows, packed.
 struct ColumnKey {
     Words bits, known;
 };
@@ -42,7 +42,7 @@ public:
     /// Makes rows of a column known that were not: `bits` as the candidate has them.
     void fill(Candidate candidate, std::span<const uint64_t> bits, std::span<const uint64_t> rows);
 
-    /// The rows on which columns are compared from now on, in two stages.
+    /// The rows on which columns are compared from now on. `checks` are others than `samples`.
     void select(std::span<const uint64_t> samples, std::span<const uint64_t> checks);
 
     /// Packs a column's bits in the selected rows; `known` may hold other rows, too.
@@ -50,9 +50,11 @@ public:
                  ColumnKey& key) const;
 
     /// Finds every candidate that agrees with the key in all selected rows that both know and has
-    /// at least `fewest` of them, in the order of columns, a column before its complement. Returns
-    /// whether some candidate agrees in the first stage.
-    bool match(const ColumnKey& key, uint32_t fewest, std::vector<Candidate>& found) const;
+    /// at least `fewest` of them, in the order of columns, a column before its complement.
+    void match(const ColumnKey& key, uint32_t fewest, std::vector<Candidate>& found) const;
+
+    /// Whether some candidate agrees in the samples alone.
+    bool matchesSamples(const ColumnKey& key) const;
 
     /// The candidate that disagrees in the fewest of the selected rows, the first of several, of
     /// those with at least `fewest` rows in common.
@@ -65,20 +67,26 @@ public:
 private:
     static constexpr uint32_t kLanes = 8;  // columns that are compared at once
 
-    uint32_t keyWords() const { return sampleWords_ + checkWords_; }
+    /// The bits of one word of a column that are selected, and where they go in its key.
+    struct Part {
+        uint32_t word = 0, shift = 0, count = 0;
+        uint64_t mask = 0;
+    };
+
+    void pack(std::span<const uint64_t> words, uint64_t* key) const;
     void packLane(uint32_t k);
-    const uint64_t* keys(uint32_t group) const
-    {
-        return &keys_[size_t(2) * kLanes * keyWords() * group];
-    }
+    size_t groupSize() const { return size_t(2) * kLanes * keyWords_; }
+    uint32_t commonRows(const ColumnKey& key, uint32_t k) const;
 
     uint32_t words_ = 0, size_ = 0;
     Words bits_, known_;
-    Words samples_, checks_;  // selected rows
-    uint32_t sampleWords_ = 0, checkWords_ = 0;
+    std::vector<Part> parts_;  // of the selected rows
+    uint32_t keyWords_ = 0;
+    bool unfinished_ = false;     // the last word of a key has bits to spare
+    Words sampleKey_, wholeKey_;  // which bits of a key are samples, and all of them
     // Groups of kLanes columns; in each, word by word, kLanes words of bits and kLanes of what is
     // known. Lanes without a column know nothing.
-    Words keys_;
+    Words keys_, scratch_;
 };
 
 }  // namespace core::many_lights

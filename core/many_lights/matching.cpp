@@ -135,9 +135,9 @@ void MatchingOctant::completeColumn(size_t c)
     }
     if (known < fewest) return traceFully(c);
     basis_.makeKey(block_.visible(c), traced, key_);
-    const bool onSamples = basis_.match(key_, fewest, candidates_);
+    basis_.match(key_, fewest, candidates_);
     if (candidates_.empty()) {
-        if (onSamples && params_.joint && verification_ > 0) raiseRate();
+        if (params_.joint && verification_ > 0 && basis_.matchesSamples(key_)) raiseRate();
         return unmatched(c);
     }
     const Candidate candidate = choose(c);
@@ -250,9 +250,15 @@ std::optional<uint32_t> MatchingOctant::dividingRow(size_t c)
 void MatchingOctant::take(size_t c, Candidate candidate)
 {
     const auto known = basis_.known(candidate.index), matters = block_.matters(c);
-    for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~known[w];
-    block_.fetch(c, rest_);
-    basis_.fill(candidate, block_.visible(c), rest_);
+    uint64_t unknown = 0;
+    for (size_t w = 0; w < rest_.size(); ++w) {
+        rest_[w] = matters[w] & ~known[w];
+        unknown |= rest_[w];
+    }
+    if (unknown != 0) {
+        block_.fetch(c, rest_);
+        basis_.fill(candidate, block_.visible(c), rest_);
+    }
     if (params_.onMismatch == OnMismatch::repair) {
         const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate);
         if (outcome == RepairOutcome::hopeless) return traceFully(c);
@@ -269,6 +275,7 @@ void MatchingOctant::take(size_t c, Candidate candidate)
 /// What was set aside for the residual and predicted wrongly.
 void MatchingOctant::noteResidual(size_t c)
 {
+    if (params_.residualRate <= 0) return;
     const auto rows = block_.residual(c), truth = block_.residualBits(c);
     const auto visible = block_.visible(c);
     for (size_t w = 0; w < rows.size(); ++w) scratch_[w] = (truth[w] ^ visible[w]) & rows[w];

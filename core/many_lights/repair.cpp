@@ -161,10 +161,12 @@ private:
 
 void predict(Block& block, size_t c, const Basis& basis, Candidate candidate)
 {
-    const Prediction p{block, c, basis, candidate};
+    const auto bits = basis.bits(candidate.index), known = basis.known(candidate.index);
+    const auto matters = block.matters(c), traced = block.traced(c);
     const auto visible = block.visible(c);
+    const uint64_t flip = candidate.complement ? ~uint64_t(0) : 0;
     for (size_t w = 0; w < visible.size(); ++w)
-        visible[w] |= p.bits(w) & p.common(w) & ~p.traced(w);
+        visible[w] |= (bits[w] ^ flip) & known[w] & matters[w] & ~traced[w];
 }
 
 void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candidate)

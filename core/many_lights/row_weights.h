@@ -20,10 +20,10 @@ inline uint32_t drawBelow(uint32_t end, Pcg32& random)
 class RowWeights {
 public:
     /// All rows alike.
-    explicit RowWeights(uint32_t rows) : weights_(rows, 1.0 / rows) {}
+    explicit RowWeights(uint32_t rows);
 
-    uint32_t rows() const { return static_cast<uint32_t>(weights_.size()); }
-    std::span<const double> weights() const { return weights_; }
+    uint32_t rows() const { return count_; }
+    std::span<const double> weights() const { return {weights_.data(), count_}; }
 
     /// A column has become known where `known` is set. Each of its R runs of equal bits (over the
     /// known rows, in their order) receives 1 / R, evenly over its rows: rows of short runs lie at
@@ -42,14 +42,22 @@ public:
                              std::span<uint64_t> drawn);
 
 private:
-    double cumulate(std::span<const uint64_t> eligible);
-    uint32_t pick(double u) const;
+    static constexpr uint32_t kRun = 32;  // rows whose sums are searched together
+
+    void cumulate();
+    uint32_t pick(Pcg32& random) const;
+    template <class Take>
+    uint32_t drawUntil(uint32_t count, uint32_t attempts, Pcg32& random, Take&& take);
     void drawByKeys(uint32_t count, std::span<const uint64_t> eligible, Pcg32& random,
                     std::span<uint64_t> drawn) const;
 
-    std::vector<double> weights_;
-    std::vector<uint32_t> rows_;     // eligible ones
-    std::vector<double> cumulated_;  // of their weights
+    uint32_t count_ = 0;
+    std::vector<double> weights_;    // padded with zeros to whole runs
+    std::vector<double> cumulated_;  // empty: weights have changed
+    std::vector<double> runSums_;    // up to the end of every run but the last
+    double total_ = 0;
+    std::vector<uint64_t> packed_;
+    std::vector<uint32_t> rows_, ends_;
 };
 
 /// Draws `count` rows of `eligible` uniformly without replacement, all of them when there are not
