@@ -64,6 +64,12 @@ template <class F> void forEachBit(std::span<const uint64_t> words, F&& f)
             f(static_cast<uint32_t>(64 * w) + static_cast<uint32_t>(std::countr_zero(rest)));
 }
 
+/// 0 or 1 for each of the rows.
+inline void bitsToFloats(std::span<const uint64_t> words, std::span<float> values)
+{
+    for (uint32_t i = 0; i < values.size(); ++i) values[i] = getBit(words, i) ? 1.0f : 0.0f;
+}
+
 /// Appends the bits that masks select from words to a packed sequence, from its bit `at` on, and
 /// returns where it ends. What lies behind `at` is zero beforehand.
 inline uint32_t packBits(std::span<const uint64_t> words, std::span<const uint64_t> mask,

@@ -1,6 +1,8 @@
 // Completion: the loop over octants, and full sampling.
 #include "core/many_lights/completion.h"
 
+#include "core/many_lights/amc.h"
+#include "core/many_lights/gauss_jordan.h"
 #include "core/many_lights/matching.h"
 
 namespace core::many_lights {
@@ -73,20 +75,32 @@ void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRan
         columns = octant.end;
     }
     out.visible.reset(rows, columns);
+    const bool real =
+        params.method == CompletionMethod::amc && params.coefficients != Coefficients::bits;
+    out.coefficients.assign(real ? size_t(rows) * columns : 0, 0.0f);
     out.residual.clear();
     out.stats = {};
     out.stats.entries = uint64_t(rows) * columns;
     out.stats.columns = columns;
     if (rows == 0) return;
     Tracer tracer(oracle, rows, params.dontCare, out.stats);
+    const bool full = params.method == CompletionMethod::full || rows <= params.smallSlice;
     for (size_t o = 0; o < octants.size(); ++o) {
         const std::vector<uint32_t> active = activeColumns(tracer, octants[o]);
         if (active.empty()) continue;
-        if (params.method == CompletionMethod::full || rows <= params.smallSlice)
+        const uint64_t octant = octantSeed(seed, o);
+        if (full)
             traceAll(tracer, active, out.visible);
+        else if (params.method == CompletionMethod::matching)
+            MatchingOctant(tracer, active, params, octant, out).run();
+        else if (params.method == CompletionMethod::gaussJordan)
+            GaussJordanOctant(tracer, active, params, octant, out).run();
         else
-            MatchingOctant(tracer, active, params, octantSeed(seed, o), out).run();
+            AmcOctant(tracer, active, params, octant, out).run();
     }
+    if (full && !out.coefficients.empty())
+        for (uint32_t j = 0; j < columns; ++j)
+            bitsToFloats(out.visible.column(j), {&out.coefficients[size_t(j) * rows], rows});
     out.stats.seconds = secondsSince(start);
 }
 

@@ -76,8 +76,8 @@ struct CompletionStats {
 };
 
 /// A sampled error of the prediction: shade(row, column) times `weight`, added to the picture of
-/// the predicted bits, makes its mean that of the true ones. `weight` is the true bit minus the
-/// predicted one over the probability that the row was sampled.
+/// what was predicted, makes its mean that of the true bits. `weight` is the true bit minus the
+/// predicted one (or its coefficient) over the probability that the row was sampled.
 struct ResidualEntry {
     uint32_t row = 0, column = 0;
     float weight = 0;
@@ -85,7 +85,10 @@ struct ResidualEntry {
 
 /// A completed slice; its memory may be used again for the next one.
 struct CompletedSlice {
-    BitMatrix visible;                    // rows that do not matter are 0 or 1
+    BitMatrix visible;  // rows that do not matter are 0 or 1
+    /// Numbers in place of bits, column by column: of `amc`, unless its predictions are rounded to
+    /// bits. Else empty.
+    std::vector<float> coefficients;
     std::vector<ResidualEntry> residual;  // with CompletionParams::residualRate > 0
     CompletionStats stats;
 };

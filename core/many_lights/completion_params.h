@@ -11,8 +11,17 @@
 namespace core::many_lights {
 
 enum class CompletionMethod : uint32_t {
-    full,      // trace everything
-    matching,  // Boolean: a column is a known column or its complement
+    full,         // trace everything
+    matching,     // Boolean: a column is a known column or its complement
+    gaussJordan,  // a column is a sum over GF(2) of known columns
+    amc,          // a column is a linear combination of known columns
+};
+
+/// What becomes of the numbers that linear combinations give.
+enum class Coefficients : uint32_t {
+    bits,     // rounded to 0 or 1
+    clamped,  // to [0, 1]
+    real,     // as they are, as in the thesis
 };
 
 /// What becomes of a column that agrees with no known one.
@@ -40,6 +49,9 @@ struct CompletionParams {
     OnMismatch onMismatch = OnMismatch::full;
     float bailOut = 0.75f;
     bool twoPhase = false;
+    bool seedConstant = false;
+    bool guard = true;
+    Coefficients coefficients = Coefficients::real;
     float residualRate = 0;
 
     /// As the thesis describes it and its tables were made.
@@ -50,6 +62,7 @@ struct CompletionParams {
         params.smallSlice = 0;
         params.replacement = true;
         params.joint = params.disambiguate = params.dontCare = false;
+        params.guard = false;
         params.block = 1;
         params.bailOut = 1;
         return params;
@@ -63,7 +76,8 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
 {
     v(Field{"completion",
             "how the visibility of clusters of lights is found: trace all of it (full), or trace "
-            "a few rows of a column and find a known column that agrees (matching)",
+            "a few rows of a column and find a known column that agrees (matching), a sum of known "
+            "columns over GF(2) (gauss-jordan), or a linear combination of them (amc)",
             {},
             true},
       p.method);
@@ -99,6 +113,14 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
       p.bailOut);
     v(Field{"two-phase", "sample all columns of an octant before any is traced in full", {}, true},
       p.twoPhase);
+    v(Field{"seed-constant", "count the column that is lit everywhere as known from the beginning"},
+      p.seedConstant);
+    v(Field{"guard", "gauss-jordan and amc: sample so many rows that what is known cannot explain "
+                     "any column"},
+      p.guard);
+    v(Field{"coefficients", "what becomes of predictions of amc: rounded to bits, clamped to 0..1, "
+                            "or real numbers"},
+      p.coefficients);
     v(Field{"residual-rate",
             "share of the rows traced to correct the mean of what is predicted, which makes the "
             "picture unbiased and noisier; 0: none",
@@ -109,8 +131,12 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
 }  // namespace core::many_lights
 
 template <> struct core::EnumNames<core::many_lights::CompletionMethod> {
-    static constexpr std::array<std::string_view, 2> names{"full", "matching"};
+    static constexpr std::array<std::string_view, 4> names{"full", "matching", "gauss-jordan",
+                                                           "amc"};
 };
 template <> struct core::EnumNames<core::many_lights::OnMismatch> {
     static constexpr std::array<std::string_view, 3> names{"full", "recursion", "repair"};
+};
+template <> struct core::EnumNames<core::many_lights::Coefficients> {
+    static constexpr std::array<std::string_view, 3> names{"bits", "clamped", "real"};
 };

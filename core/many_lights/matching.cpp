@@ -15,27 +15,22 @@ constexpr uint32_t kFewestRows = 8;  // fewer common rows prove nothing
 constexpr uint64_t kWindow = 32;     // columns after which bailing out is considered
 constexpr size_t kMostCandidates = 255;
 
-uint32_t share(double rate, uint32_t rows)
+size_t blockSize(const CompletionParams& params, size_t columns)
 {
-    return static_cast<uint32_t>(std::lround(rate * rows));
+    return params.twoPhase ? columns : std::min<size_t>(std::max(params.block, 1u), columns);
 }
 
 }  // namespace
 
 MatchingOctant::MatchingOctant(Tracer& tracer, std::span<const uint32_t> columns,
                                const CompletionParams& params, uint64_t seed, CompletedSlice& out)
-    : rows_(out.visible.rows()), columns_(columns),
-      blockSize_(params.twoPhase ? columns.size()
-                                 : std::min<size_t>(std::max(params.block, 1u), columns.size())),
-      params_(params), out_(out), stats_(out.stats), tracer_(tracer),
-      block_(tracer, out.visible, static_cast<uint32_t>(blockSize_)), basis_(rows_),
-      weights_(rows_), random_(seed), rate_(double(params.rowRate)),
-      verification_(params.verificationRate > 0
-                        ? std::max(share(double(params.verificationRate), rows_), params.rowMinimum)
-                        : 0),
-      samples_(tracer.all().size()), checks_(samples_.size()), apart_(samples_.size()),
-      scratch_(samples_.size()), rest_(samples_.size())
-{}
+    : Octant(tracer, columns, params, seed, blockSize(params, columns.size()), out),
+      blockSize_(blockSize(params, columns.size())), basis_(rows_), samples_(tracer.all().size()),
+      checks_(samples_.size()), apart_(samples_.size()), scratch_(samples_.size()),
+      rest_(samples_.size())
+{
+    if (params.seedConstant) basis_.push(tracer.all(), tracer.all());
+}
 
 void MatchingOctant::run()
 {
@@ -49,13 +44,11 @@ void MatchingOctant::run()
         for (; at < columns_.size(); ++at) {
             block_.begin(columns_.subspan(at, 1));
             block_.fetch(0, tracer_.all());
-            ++stats_.full;
+            noteFull(0);
             ++stats_.bailedOut;
-            stats_.authorRays += rows_;
         }
     }
-    stats_.basis += basis_.size();
-    stats_.rates += rate_ * double(columns_.size());
+    finish(basis_.size());
 }
 
 void MatchingOctant::runBlock(std::span<const uint32_t> columns)
@@ -83,18 +76,15 @@ void MatchingOctant::drawRows()
     std::ranges::fill(samples_, 0);
     std::ranges::fill(checks_, 0);
     std::ranges::fill(apart_, 0);
-    drawn_ = std::max({share(rate_, rows_), params_.rowMinimum, 1u});
-    if (params_.replacement)
-        weights_.drawWithReplacement(drawn_, eligible, random_, samples_);
-    else
-        weights_.draw(drawn_, eligible, random_, samples_);
+    drawn_ = sampleCount();
+    drawSamples(drawn_, eligible, samples_);
     for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~samples_[w];
-    if (params_.joint && verification_ > 0) {
-        drawUniform(verification_, eligible, random_, checks_);
+    if (params_.joint && checkCount() > 0) {
+        drawUniform(checkCount(), eligible, random_, checks_);
         for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~checks_[w];
     }
     if (params_.residualRate > 0) {
-        const uint32_t count = std::max(share(double(params_.residualRate), rows_), 1u);
+        const auto count = static_cast<uint32_t>(std::ceil(double(params_.residualRate) * rows_));
         apartProbability_ = drawUniform(count, eligible, random_, apart_);
     }
 }
@@ -128,16 +118,14 @@ void MatchingOctant::completeColumn(size_t c)
     const uint32_t known = countBits(traced);
     const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
     if (left == 0) {  // nothing is left to predict; such a column costs no comparison later
-        ++stats_.full;
-        stats_.authorRays += rows_;
-        windowTraced_ += known;
+        noteFull(c);
         return;
     }
     if (known < fewest) return traceFully(c);
     basis_.makeKey(block_.visible(c), traced, key_);
     basis_.match(key_, fewest, candidates_);
     if (candidates_.empty()) {
-        if (params_.joint && verification_ > 0 && basis_.matchesSamples(key_)) raiseRate();
+        if (params_.joint && checkCount() > 0 && basis_.matchesSamples(key_)) raiseRate();
         return unmatched(c);
     }
     const Candidate candidate = choose(c);
@@ -151,12 +139,8 @@ void MatchingOctant::completeColumn(size_t c)
 /// Compares a match with further rows, as the paper does: after it has been chosen.
 bool MatchingOctant::verify(size_t c, Candidate candidate)
 {
-    if (verification_ == 0) return true;
-    const auto matters = block_.matters(c), traced = block_.traced(c);
-    for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~traced[w];
-    std::ranges::fill(checks_, 0);
-    drawUniform(verification_, rest_, random_, checks_);
-    block_.fetch(c, checks_);
+    if (checkCount() == 0) return true;
+    fetchChecks(c, checks_);
     const auto bits = basis_.bits(candidate.index), known = basis_.known(candidate.index);
     const auto visible = block_.visible(c);
     uint64_t wrong = 0;
@@ -262,13 +246,11 @@ void MatchingOctant::take(size_t c, Candidate candidate)
     if (params_.onMismatch == OnMismatch::repair) {
         const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate);
         if (outcome == RepairOutcome::hopeless) return traceFully(c);
-        if (outcome == RepairOutcome::differs) append(c);
+        if (outcome == RepairOutcome::differs) learn(c);
     } else {
         predict(block_, c, basis_, candidate);
     }
-    ++stats_.matched;
-    stats_.authorRays += drawn_;
-    windowTraced_ += countBits(block_.traced(c));
+    noteMatched(c, drawn_);
     noteResidual(c);
 }
 
@@ -300,15 +282,12 @@ void MatchingOctant::unmatched(size_t c)
     stats_.authorRays += countBits(block_.traced(c));
     windowTraced_ += countBits(block_.traced(c));
     noteResidual(c);
-    append(c);
+    learn(c);
 }
 
 void MatchingOctant::traceFully(size_t c)
 {
-    block_.fetch(c, tracer_.all());
-    ++stats_.full;
-    stats_.authorRays += rows_;
-    windowTraced_ += countBits(block_.traced(c));
+    fetchAll(c);
     append(c);
 }
 
@@ -316,7 +295,6 @@ void MatchingOctant::traceFully(size_t c)
 void MatchingOctant::append(size_t c)
 {
     const std::span<const uint64_t> bits = block_.visible(c), known = block_.matters(c);
-    if (params_.adaptiveRows) weights_.addRuns(bits, known);
     if (countBits(known) <= params_.smallSlice) return;
     if (const auto equal = basis_.findEqual(bits, known))
         basis_.fill(*equal, bits, known);
@@ -324,10 +302,11 @@ void MatchingOctant::append(size_t c)
         basis_.push(bits, known);
 }
 
-void MatchingOctant::raiseRate()
+/// Makes a column that was traced in part a known one.
+void MatchingOctant::learn(size_t c)
 {
-    ++stats_.verificationFailures;
-    rate_ = std::min(std::max(rate_, double(params_.rowCap)), rate_ + double(params_.rowIncrement));
+    if (params_.adaptiveRows) weights_.addRuns(block_.visible(c), block_.matters(c));
+    append(c);
 }
 
 bool MatchingOctant::bailsOut()

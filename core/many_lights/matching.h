@@ -8,13 +8,12 @@
 #pragma once
 
 #include "core/many_lights/basis.h"
-#include "core/many_lights/block.h"
-#include "core/many_lights/row_weights.h"
+#include "core/many_lights/octant.h"
 
 namespace core::many_lights {
 
 /// Completes the columns of one octant. `columns` have a row that matters each.
-class MatchingOctant {
+class MatchingOctant : Octant {
 public:
     MatchingOctant(Tracer& tracer, std::span<const uint32_t> columns,
                    const CompletionParams& params, uint64_t seed, CompletedSlice& out);
@@ -35,23 +34,11 @@ private:
     void unmatched(size_t c);
     void traceFully(size_t c);
     void append(size_t c);
-    void raiseRate();
+    void learn(size_t c);
     bool bailsOut();
 
-    uint32_t rows_;
-    std::span<const uint32_t> columns_;
     size_t blockSize_;
-    const CompletionParams& params_;
-    CompletedSlice& out_;
-    CompletionStats& stats_;
-    Tracer& tracer_;
-    Block block_;
     Basis basis_;
-    RowWeights weights_;
-    Pcg32 random_;
-
-    double rate_;
-    uint32_t verification_;           // rows that verify a match
     Words samples_, checks_, apart_;  // rows: matched, verified, kept for the residual
     double apartProbability_ = 0;     // of a row to be among the last
     uint32_t drawn_ = 0;              // how many rows were drawn as samples
@@ -59,7 +46,7 @@ private:
     std::vector<Candidate> candidates_;
     Words scratch_, rest_;
     std::vector<Words> counters_;
-    uint64_t windowColumns_ = 0, windowTraced_ = 0, windowActive_ = 0;
+    uint64_t windowColumns_ = 0, windowActive_ = 0;  // since bailing out was considered last
 };
 
 }  // namespace core::many_lights

@@ -86,6 +86,10 @@ inline std::vector<Variant> variants()
         [](CompletionParams& p) { p.onMismatch = core::many_lights::OnMismatch::recursion; });
     add("no bail-out", [](CompletionParams& p) { p.bailOut = 1; });
     add("few rows", [](CompletionParams& p) { p.rowMinimum = 1; });
+    add("gauss-jordan",
+        [](CompletionParams& p) { p.method = core::many_lights::CompletionMethod::gaussJordan; });
+    add("amc", [](CompletionParams& p) { p.method = core::many_lights::CompletionMethod::amc; });
+    add("seeded", [](CompletionParams& p) { p.seedConstant = true; });
     return all;
 }
 

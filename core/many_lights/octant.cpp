@@ -1,0 +1,88 @@
+// The part that all ways of completion share.
+#include "core/many_lights/octant.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace core::many_lights {
+
+namespace {
+
+uint32_t share(double rate, uint32_t rows)
+{
+    return static_cast<uint32_t>(std::lround(rate * rows));
+}
+
+}  // namespace
+
+Octant::Octant(Tracer& tracer, std::span<const uint32_t> columns, const CompletionParams& params,
+               uint64_t seed, size_t together, CompletedSlice& out)
+    : rows_(out.visible.rows()), columns_(columns), params_(params), out_(out), stats_(out.stats),
+      tracer_(tracer), block_(tracer, out.visible, static_cast<uint32_t>(together)),
+      weights_(rows_), random_(seed), rate_(double(params.rowRate))
+{}
+
+uint32_t Octant::sampleCount() const
+{
+    return std::max({share(rate_, rows_), params_.rowMinimum, 1u});
+}
+
+uint32_t Octant::checkCount() const
+{
+    if (params_.verificationRate <= 0) return 0;
+    return std::max({share(double(params_.verificationRate), rows_), params_.rowMinimum, 1u});
+}
+
+void Octant::drawSamples(uint32_t count, std::span<const uint64_t> eligible,
+                         std::span<uint64_t> drawn)
+{
+    if (params_.replacement)
+        weights_.drawWithReplacement(count, eligible, random_, drawn);
+    else
+        weights_.draw(count, eligible, random_, drawn);
+}
+
+void Octant::fetchChecks(size_t c, Words& checks)
+{
+    const auto matters = block_.matters(c), traced = block_.traced(c);
+    Words left(checks.size());
+    for (size_t w = 0; w < left.size(); ++w) left[w] = matters[w] & ~traced[w];
+    std::ranges::fill(checks, 0);
+    drawUniform(checkCount(), left, random_, checks);
+    block_.fetch(c, checks);
+}
+
+void Octant::raiseRate()
+{
+    ++stats_.verificationFailures;
+    rate_ = std::min(std::max(rate_, double(params_.rowCap)), rate_ + double(params_.rowIncrement));
+}
+
+void Octant::fetchAll(size_t c)
+{
+    block_.fetch(c, tracer_.all());
+    noteFull(c);
+    if (params_.adaptiveRows) weights_.addRuns(block_.visible(c), block_.matters(c));
+}
+
+void Octant::noteFull(size_t c)
+{
+    ++stats_.full;
+    stats_.authorRays += rows_;
+    windowTraced_ += countBits(block_.traced(c));
+}
+
+void Octant::noteMatched(size_t c, uint32_t drawn)
+{
+    ++stats_.matched;
+    stats_.authorRays += drawn;
+    windowTraced_ += countBits(block_.traced(c));
+}
+
+void Octant::finish(uint32_t basis)
+{
+    stats_.basis += basis;
+    stats_.rates += rate_ * double(columns_.size());
+}
+
+}  // namespace core::many_lights

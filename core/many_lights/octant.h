@@ -1,0 +1,55 @@
+// What every way of completing an octant has: its columns, the rate of sampled rows, draws of rows,
+// and what is counted.
+#pragma once
+
+#include "core/many_lights/block.h"
+#include "core/many_lights/row_weights.h"
+
+namespace core::many_lights {
+
+class Octant {
+protected:
+    /// Everything is kept by reference. `columns` have a row that matters each; up to `together` of
+    /// them are worked on at once.
+    Octant(Tracer& tracer, std::span<const uint32_t> columns, const CompletionParams& params,
+           uint64_t seed, size_t together, CompletedSlice& out);
+    ~Octant() = default;
+
+    /// Rows to sample of a column at the present rate.
+    uint32_t sampleCount() const;
+    /// Rows that verify a match; 0: none do.
+    uint32_t checkCount() const;
+
+    /// Draws rows by weight, with or without replacement.
+    void drawSamples(uint32_t count, std::span<const uint64_t> eligible, std::span<uint64_t> drawn);
+
+    /// Draws rows to verify column c among those left and traces them.
+    void fetchChecks(size_t c, Words& checks);
+
+    /// A verification has failed.
+    void raiseRate();
+
+    /// Traces all that is left of column c and learns where its shadows end.
+    void fetchAll(size_t c);
+
+    /// Counts column c, which is complete.
+    void noteFull(size_t c);
+    void noteMatched(size_t c, uint32_t drawn);
+
+    /// Counts the columns of the basis at the end.
+    void finish(uint32_t basis);
+
+    uint32_t rows_;
+    std::span<const uint32_t> columns_;
+    const CompletionParams& params_;
+    CompletedSlice& out_;
+    CompletionStats& stats_;
+    Tracer& tracer_;
+    Block block_;
+    RowWeights weights_;
+    Pcg32 random_;
+    double rate_;
+    uint64_t windowTraced_ = 0;  // rows of columns counted since it was set to zero
+};
+
+}  // namespace core::many_lights
