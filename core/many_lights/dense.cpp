@@ -12,7 +12,9 @@ namespace core::many_lights {
 
 namespace {
 
-/// Four sums side by side: a single one waits for each addition.
+constexpr double kRounding = 1e-30;  // squared length of a column, relative, that counts as zero
+
+/// Eight sums side by side: a single one waits for each addition.
 double dot(std::span<const double> a, std::span<const double> b)
 {
     constexpr size_t kSums = 8;
@@ -52,12 +54,14 @@ void orthogonalize(Matrix& a, Matrix& v)
 {
     constexpr int kMostSweeps = 60;
     constexpr double kTolerance = 1e-14;
+    const double nothing = kRounding * dot(a.values(), a.values());
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
         bool rotated = false;
         for (size_t p = 0; p + 1 < a.columns(); ++p)
             for (size_t q = p + 1; q < a.columns(); ++q) {
                 const double pp = dot(a.column(p), a.column(p)), qq = dot(a.column(q), a.column(q)),
                              pq = dot(a.column(p), a.column(q));
+                if (pp <= nothing || qq <= nothing) continue;  // rounding has no direction
                 if (!(std::abs(pq) > kTolerance * std::sqrt(pp * qq))) continue;
                 rotated = true;
                 const double zeta = (qq - pp) / (2 * pq);
@@ -113,9 +117,12 @@ Svd svd(const Matrix& a)
     Matrix scaled = a, v(a.columns(), a.columns());
     for (size_t k = 0; k < v.columns(); ++k) v(k, k) = 1;
     orthogonalize(scaled, v);
+    const double all = dot(a.values(), a.values());
     std::vector<double> lengths(a.columns());
-    for (size_t k = 0; k < lengths.size(); ++k)
-        lengths[k] = std::sqrt(dot(scaled.column(k), scaled.column(k)));
+    for (size_t k = 0; k < lengths.size(); ++k) {
+        const double squared = dot(scaled.column(k), scaled.column(k));
+        lengths[k] = squared > kRounding * all ? std::sqrt(squared) : 0;
+    }
     std::vector<size_t> order(lengths.size());
     std::iota(order.begin(), order.end(), size_t(0));
     std::ranges::stable_sort(order, [&](size_t x, size_t y) { return lengths[x] > lengths[y]; });
