@@ -19,7 +19,6 @@ AmcOctant::AmcOctant(Tracer& tracer, std::span<const uint32_t> columns,
     : LinearOctant(tracer, columns, params, seed, out), sampledRows_(tracer.all().size())
 {
     if (params.seedConstant) append(tracer.all());
-    if (!out.coefficients.empty()) coefficients_.resize(rows_);
 }
 
 void AmcOctant::append(std::span<const uint64_t> column)
@@ -63,19 +62,10 @@ bool AmcOctant::predict(std::span<const uint64_t> column, std::span<const uint64
     for (size_t i = 0; i < numbers_.size(); ++i) deviation += std::abs(fit(i, 0) - x(i, 0));
     if (!(deviation <= kAgreement)) return false;
 
-    std::vector<float>& y = values_;
-    y.assign(rows_, 0);
+    std::ranges::fill(predicted_, 0.5f);
     for (size_t k = 0; k < basis_.size(); ++k) {
-        const auto factor = static_cast<float>(factors(k, 0));
-        for (uint32_t i = 0; i < rows_; ++i) y[i] += factor * basis_[k][i];
-    }
-    std::ranges::fill(predicted_, 0);
-    for (uint32_t i = 0; i < rows_; ++i)
-        if (y[i] > 0) setBit(predicted_, i);
-    const bool clamped = params_.coefficients == Coefficients::clamped;
-    for (size_t i = 0; i < coefficients_.size(); ++i) {
-        const float real = 0.5f * (y[i] + 1);
-        coefficients_[i] = clamped ? std::clamp(real, 0.0f, 1.0f) : real;
+        const auto factor = static_cast<float>(0.5 * factors(k, 0));
+        for (uint32_t i = 0; i < rows_; ++i) predicted_[i] += factor * basis_[k][i];
     }
     return true;
 }

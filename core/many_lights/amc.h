@@ -23,15 +23,12 @@ private:
     bool predict(std::span<const uint64_t> column, std::span<const uint64_t> matters,
                  const Words& samples) override;
     void append(std::span<const uint64_t> column) override;
-    std::span<const float> coefficients() const override { return coefficients_; }
 
     std::vector<std::vector<float>> basis_;  // columns of -1 and 1
     Words sampledRows_;
     std::vector<uint32_t> numbers_;  // of these rows
     uint32_t drawn_ = 0;             // how many draws that took; 0: the basis has grown since
     Matrix sampled_, inverse_;       // the basis in these rows, and its pseudo-inverse
-    std::vector<float> values_;      // predicted, about -1 to 1
-    std::vector<float> coefficients_;
 };
 
 }  // namespace core::many_lights

@@ -4,6 +4,7 @@
 #include "core/many_lights/amc.h"
 #include "core/many_lights/gauss_jordan.h"
 #include "core/many_lights/matching.h"
+#include "core/many_lights/svt.h"
 
 namespace core::many_lights {
 
@@ -75,8 +76,7 @@ void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRan
         columns = octant.end;
     }
     out.visible.reset(rows, columns);
-    const bool real =
-        params.method == CompletionMethod::amc && params.coefficients != Coefficients::bits;
+    const bool real = givesNumbers(params.method) && params.coefficients != Coefficients::bits;
     out.coefficients.assign(real ? size_t(rows) * columns : 0, 0.0f);
     out.residual.clear();
     out.stats = {};
@@ -95,6 +95,8 @@ void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRan
             MatchingOctant(tracer, active, params, octant, out).run();
         else if (params.method == CompletionMethod::gaussJordan)
             GaussJordanOctant(tracer, active, params, octant, out).run();
+        else if (params.method == CompletionMethod::svt)
+            SvtOctant(tracer, active, params, octant, out).run();
         else
             AmcOctant(tracer, active, params, octant, out).run();
     }

@@ -86,9 +86,10 @@ struct ResidualEntry {
 /// A completed slice; its memory may be used again for the next one.
 struct CompletedSlice {
     BitMatrix visible;  // rows that do not matter are 0 or 1
-    /// Numbers in place of bits, column by column: of `amc`, unless its predictions are rounded to
-    /// bits. Else empty.
+    /// Numbers in place of bits, column by column: of methods that predict numbers (givesNumbers),
+    /// unless these are rounded to bits. Else empty.
     std::vector<float> coefficients;
+    /// Not of `svt`.
     std::vector<ResidualEntry> residual;  // with CompletionParams::residualRate > 0
     CompletionStats stats;
 };

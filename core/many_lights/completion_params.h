@@ -15,9 +15,16 @@ enum class CompletionMethod : uint32_t {
     matching,     // Boolean: a column is a known column or its complement
     gaussJordan,  // a column is a sum over GF(2) of known columns
     amc,          // a column is a linear combination of known columns
+    svt,          // the columns have a small nuclear norm
 };
 
-/// What becomes of the numbers that linear combinations give.
+/// Whether a method predicts numbers, which are bits only where they are rounded.
+constexpr bool givesNumbers(CompletionMethod method)
+{
+    return method == CompletionMethod::amc || method == CompletionMethod::svt;
+}
+
+/// What becomes of predictions that are numbers.
 enum class Coefficients : uint32_t {
     bits,     // rounded to 0 or 1
     clamped,  // to [0, 1]
@@ -52,6 +59,7 @@ struct CompletionParams {
     bool seedConstant = false;
     bool guard = true;
     Coefficients coefficients = Coefficients::real;
+    uint32_t svtIterations = 100;
     float residualRate = 0;
 
     /// As the thesis describes it and its tables were made.
@@ -77,7 +85,9 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
     v(Field{"completion",
             "how the visibility of clusters of lights is found: trace all of it (full), or trace "
             "a few rows of a column and find a known column that agrees (matching), a sum of known "
-            "columns over GF(2) (gauss-jordan), or a linear combination of them (amc)",
+            "columns over GF(2) (gauss-jordan), or a linear combination of them (amc); or let few "
+            "rows of all "
+            "columns decide the matrix of least nuclear norm (svt)",
             {},
             true},
       p.method);
@@ -121,6 +131,7 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
     v(Field{"coefficients", "what becomes of predictions of amc: rounded to bits, clamped to 0..1, "
                             "or real numbers"},
       p.coefficients);
+    v(Field{"svt-iterations", "svt: iterations at most", {1, 10000}}, p.svtIterations);
     v(Field{"residual-rate",
             "share of the rows traced to correct the mean of what is predicted, which makes the "
             "picture unbiased and noisier; 0: none",
@@ -131,8 +142,8 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
 }  // namespace core::many_lights
 
 template <> struct core::EnumNames<core::many_lights::CompletionMethod> {
-    static constexpr std::array<std::string_view, 4> names{"full", "matching", "gauss-jordan",
-                                                           "amc"};
+    static constexpr std::array<std::string_view, 5> names{"full", "matching", "gauss-jordan",
+                                                           "svt", "amc"};
 };
 template <> struct core::EnumNames<core::many_lights::OnMismatch> {
     static constexpr std::array<std::string_view, 3> names{"full", "recursion", "repair"};

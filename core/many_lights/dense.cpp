@@ -103,6 +103,20 @@ Matrix innerProducts(const Matrix& a, const Matrix& b)
     return c;
 }
 
+Matrix orthonormalized(Matrix a)
+{
+    const double nothing = kRounding * dot(a.values(), a.values());
+    for (size_t k = 0; k < a.columns(); ++k) {
+        for (int pass = 0; pass < 2; ++pass)
+            for (size_t j = 0; j < k; ++j)
+                addScaled(a.column(k), -dot(a.column(j), a.column(k)), a.column(j));
+        const double squared = dot(a.column(k), a.column(k));
+        const double factor = squared > nothing ? 1 / std::sqrt(squared) : 0;
+        for (double& x : a.column(k)) x *= factor;
+    }
+    return a;
+}
+
 double frobeniusNorm(const Matrix& a)
 {
     return std::sqrt(dot(a.values(), a.values()));

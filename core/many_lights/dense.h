@@ -36,6 +36,9 @@ Matrix product(const Matrix& a, const Matrix& b);
 Matrix innerProducts(const Matrix& a, const Matrix& b);
 double frobeniusNorm(const Matrix& a);
 
+/// Orthonormal columns that span those of a tall matrix; zero where one is a combination of others.
+Matrix orthonormalized(Matrix a);
+
 /// A = U diag(s) V^T with orthonormal columns of U and V, s descending. Columns of U that belong to
 /// s = 0 are zero.
 struct Svd {

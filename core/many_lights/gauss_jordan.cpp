@@ -63,11 +63,13 @@ uint32_t GaussJordanOctant::chooseRows(std::span<const uint64_t> matters, Words&
 bool GaussJordanOctant::predict(std::span<const uint64_t> column, std::span<const uint64_t> matters,
                                 const Words& samples)
 {
-    basis_.combine(column, samples, predicted_);
+    basis_.combine(column, samples, chosen_);
     uint64_t wrong = 0;
     for (size_t w = 0; w < samples.size(); ++w)
-        wrong |= (predicted_[w] ^ column[w]) & samples[w] & matters[w];
-    return wrong == 0;
+        wrong |= (chosen_[w] ^ column[w]) & samples[w] & matters[w];
+    if (wrong != 0) return false;
+    bitsToFloats(chosen_, predicted_);
+    return true;
 }
 
 }  // namespace core::many_lights

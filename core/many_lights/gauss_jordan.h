@@ -47,7 +47,7 @@ private:
     void append(std::span<const uint64_t> column) override { basis_.insert(column); }
 
     EchelonBasis basis_;
-    Words others_, chosen_;
+    Words others_, chosen_;  // rows to draw from and drawn, then the sum
 };
 
 }  // namespace core::many_lights

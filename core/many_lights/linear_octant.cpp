@@ -8,7 +8,7 @@ namespace core::many_lights {
 
 LinearOctant::LinearOctant(Tracer& tracer, std::span<const uint32_t> columns,
                            const CompletionParams& params, uint64_t seed, CompletedSlice& out)
-    : Octant(tracer, columns, params, seed, 1, out), predicted_(tracer.all().size()),
+    : Octant(tracer, columns, params, seed, 1, out), predicted_(out.visible.rows()),
       samples_(tracer.all().size()), checks_(tracer.all().size())
 {}
 
@@ -34,20 +34,7 @@ void LinearOctant::run()
 void LinearOctant::finishTraced()
 {
     noteFull(0);
-    writeCoefficients(false);
-}
-
-/// Where numbers are wanted, writes those of a complete column: bits where they are known.
-void LinearOctant::writeCoefficients(bool predicted)
-{
-    if (out_.coefficients.empty()) return;
-    const std::span<float> column{&out_.coefficients[size_t(block_.column(0)) * rows_], rows_};
-    bitsToFloats(block_.visible(0), column);
-    if (!predicted) return;
-    const auto matters = block_.matters(0), traced = block_.traced(0);
-    const std::span<const float> real = coefficients();
-    for (uint32_t i = 0; i < real.size(); ++i)
-        if (getBit(matters, i) && !getBit(traced, i)) column[i] = real[i];
+    writeTraced(0);
 }
 
 /// Samples the column; false where that is not worth while.
@@ -65,21 +52,16 @@ bool LinearOctant::verified()
     if (checkCount() == 0) return true;
     fetchChecks(0, checks_);
     const auto visible = block_.visible(0);
-    for (size_t w = 0; w < checks_.size(); ++w) {
-        if (((predicted_[w] ^ visible[w]) & checks_[w]) == 0) continue;
-        raiseRate();
-        return false;
-    }
-    return true;
+    bool right = true;
+    forEachBit(checks_,
+               [&](uint32_t i) { right = right && (predicted_[i] > 0.5f) == getBit(visible, i); });
+    if (!right) raiseRate();
+    return right;
 }
 
 void LinearOctant::take()
 {
-    const auto matters = block_.matters(0), traced = block_.traced(0);
-    const auto visible = block_.visible(0);
-    for (size_t w = 0; w < visible.size(); ++w)
-        visible[w] |= predicted_[w] & matters[w] & ~traced[w];
-    writeCoefficients(true);
+    writePrediction(0, predicted_);
     noteMatched(0, drawn_);
     addResidual();
 }
@@ -107,7 +89,7 @@ void LinearOctant::addResidual()
 void LinearOctant::traceFully()
 {
     fetchAll(0);
-    writeCoefficients(false);
+    writeTraced(0);
     append(block_.visible(0));
 }
 

@@ -30,17 +30,13 @@ protected:
     /// Adds a column that is known in full.
     virtual void append(std::span<const uint64_t> column) = 0;
 
-    /// The numbers that predicted_ was rounded from; empty: predicted_ is all there is.
-    virtual std::span<const float> coefficients() const { return {}; }
-
-    Words predicted_;  // bits
+    std::vector<float> predicted_;  // 0 (dark) to 1 (lit)
 
 private:
     bool sampled();
     bool verified();
     void take();
     void finishTraced();
-    void writeCoefficients(bool predicted);
     void addResidual();
     void traceFully();
 

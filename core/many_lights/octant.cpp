@@ -65,6 +65,27 @@ void Octant::fetchAll(size_t c)
     if (params_.adaptiveRows) weights_.addRuns(block_.visible(c), block_.matters(c));
 }
 
+void Octant::writePrediction(size_t c, std::span<const float> lit)
+{
+    const auto matters = block_.matters(c), traced = block_.traced(c);
+    const auto visible = block_.visible(c);
+    writeTraced(c);
+    float* numbers =
+        out_.coefficients.empty() ? nullptr : &out_.coefficients[size_t(block_.column(c)) * rows_];
+    const bool clamped = params_.coefficients == Coefficients::clamped;
+    for (uint32_t i = 0; i < rows_; ++i) {
+        if (!getBit(matters, i) || getBit(traced, i)) continue;
+        if (lit[i] > 0.5f) setBit(visible, i);
+        if (numbers != nullptr) numbers[i] = clamped ? std::clamp(lit[i], 0.0f, 1.0f) : lit[i];
+    }
+}
+
+void Octant::writeTraced(size_t c)
+{
+    if (out_.coefficients.empty()) return;
+    bitsToFloats(block_.visible(c), {&out_.coefficients[size_t(block_.column(c)) * rows_], rows_});
+}
+
 void Octant::noteFull(size_t c)
 {
     ++stats_.full;

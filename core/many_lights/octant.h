@@ -32,6 +32,12 @@ protected:
     /// Traces all that is left of column c and learns where its shadows end.
     void fetchAll(size_t c);
 
+    /// Writes what a column is predicted to be, 0 (dark) to 1 (lit), to its rows that matter and
+    /// have not been traced: rounded to bits, and as the numbers that CompletionParams asks for.
+    void writePrediction(size_t c, std::span<const float> lit);
+    /// Writes the numbers of a column whose bits are complete and exact.
+    void writeTraced(size_t c);
+
     /// Counts column c, which is complete.
     void noteFull(size_t c);
     void noteMatched(size_t c, uint32_t drawn);
