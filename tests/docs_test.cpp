@@ -119,7 +119,7 @@ Names idsIn(const std::string& text)
 {
     static const Pattern denominator(R"(/\([^()]*\))");
     const std::string line = denominator.replace(text, "");
-    static const Pattern pattern(R"(\b(T-|[TNVB])([0-9]{1,2})(?:-\1([0-9]{1,2}))?\b)");
+    static const Pattern pattern(R"(\b(T-|[TNVBM])([0-9]{1,2})(?:-\1([0-9]{1,2}))?\b)");
     Names ids;
     for (const Pattern::Groups& id : pattern.findAll(line)) {
         const int first = std::stoi(id[2]), last = id[3].empty() ? first : std::stoi(id[3]);
@@ -143,7 +143,7 @@ using Claims = std::map<std::string, Names>;
 
 Claims claimsIn(const Text& text)
 {
-    static const Pattern row(R"(^\| (T-?\d+|[NVB]\d+) \| (.{10,}) \| (.*) \|$)"),
+    static const Pattern row(R"(^\| (T-?\d+|[NVBM]\d+) \| (.{10,}) \| (.*) \|$)"),
         test(R"(`(\w+)`)");
     Claims claims;
     for (const std::string& line : text.lines) {

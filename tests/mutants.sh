@@ -35,6 +35,13 @@ reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*
 reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - v.c) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*
 reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseMethod.Asking*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*
+completion-run-mass@core/many_lights/row_weights.cpp@const double each = share / (end - begin);@const double each = share;@RowWeights*
+completion-no-complement@core/many_lights/basis.cpp@if (s == 0) found.push_back({k, true});@@Basis*:Matching*
+completion-key-spill@core/many_lights/basis.cpp@filling = end > 64 ? bits >> (64 - part.shift) : 0;@filling = 0;@Basis*
+completion-residual-unpaid@core/many_lights/matching.cpp@static_cast<float>(1 / apartProbability_)@1.0f@Residual*
+completion-rate-stays@core/many_lights/matching.cpp@basis_.matchesSamples(key_)) raiseRate();@basis_.matchesSamples(key_)) {}@Matching*
+completion-unknown-untraced@core/many_lights/matching.cpp@rest_[w] = matters[w] & ~known[w];@rest_[w] = 0;@Matching*
+completion-pivot-lost@core/many_lights/gauss_jordan.cpp@if (getBit(this->column(k), pivot))@if (false)@GaussJordan*
 srgb-twice@shaders/shared/tonemap.h@pow((x + 0.055f) * (1.0f / 1.055f), 2.4f)@pow((x + 0.055f) * (1.0f / 1.055f), 5.76f)@Tone*:Image*:Gltf*
 '
 

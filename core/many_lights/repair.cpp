@@ -2,7 +2,7 @@
 #include "core/many_lights/repair.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 
 namespace core::many_lights {
 
@@ -12,11 +12,6 @@ constexpr uint32_t kPatch = 16;  // rows
 constexpr uint32_t kPatchesPerWord = 64 / kPatch;
 constexpr double kHopeless = 0.6;  // share of a column's rows
 
-uint64_t predicted(std::span<const uint64_t> bits, Candidate candidate, size_t w)
-{
-    return candidate.complement ? ~bits[w] : bits[w];
-}
-
 /// The rows begin <= i < end of word w.
 uint64_t rangeInWord(uint32_t begin, uint32_t end, size_t w)
 {
@@ -25,24 +20,28 @@ uint64_t rangeInWord(uint32_t begin, uint32_t end, size_t w)
 
 /// One column and its candidate, for both ways of repair.
 struct Prediction {
+    Prediction(Block& b, size_t column, const Basis& basis, Candidate candidate)
+        : block(b), c(column), visible(b.visible(column)), traced(b.traced(column)),
+          common(visible.size()), bits(visible.size())
+    {
+        const auto matters = b.matters(column), known = basis.known(candidate.index);
+        const auto source = basis.bits(candidate.index);
+        const uint64_t flip = candidate.complement ? ~uint64_t(0) : 0;
+        for (size_t w = 0; w < visible.size(); ++w) {
+            common[w] = matters[w] & known[w];
+            bits[w] = (source[w] ^ flip) & common[w];
+        }
+    }
+
+    size_t words() const { return bits.size(); }
+    /// Traced rows that are not as predicted.
+    uint64_t wrong(size_t w) const { return (visible[w] ^ bits[w]) & traced[w] & common[w]; }
+
     Block& block;
     size_t c;
-    const Basis& basis;
-    Candidate candidate;
-
-    size_t words() const { return block.traced(c).size(); }
-    uint64_t traced(size_t w) const { return block.traced(c)[w]; }
-    /// Rows that matter and that the candidate knows.
-    uint64_t common(size_t w) const
-    {
-        return block.matters(c)[w] & basis.known(candidate.index)[w];
-    }
-    uint64_t bits(size_t w) const { return predicted(basis.bits(candidate.index), candidate, w); }
-    /// Traced rows that are not as predicted.
-    uint64_t wrong(size_t w) const
-    {
-        return (block.visible(c)[w] ^ bits(w)) & traced(w) & common(w);
-    }
+    std::span<const uint64_t> visible, traced;
+    Words common;  // rows that matter and that the candidate knows
+    Words bits;    // what it predicts there
 };
 
 /// Collects in `ask` what recursion traces of the rows begin..end.
@@ -51,7 +50,7 @@ void recurse(const Prediction& p, uint32_t begin, uint32_t end, Words& ask)
     uint64_t traced = 0, wrong = 0;
     for (size_t w = begin / 64; w < wordsFor(end); ++w) {
         const uint64_t range = rangeInWord(begin, end, w);
-        traced |= p.traced(w) & range;
+        traced |= p.traced[w] & range;
         wrong |= p.wrong(w) & range;
     }
     if (wrong == 0 && traced != 0) return;
@@ -70,7 +69,7 @@ enum class Patch : uint8_t { empty, dark, lit, mixed };
 
 class Repair {
 public:
-    explicit Repair(const Prediction& prediction)
+    explicit Repair(Prediction& prediction)
         : p_(prediction), patches_(kPatchesPerWord * static_cast<uint32_t>(p_.words())),
           asked_(patches_), spread_(patches_), ask_(p_.words())
     {}
@@ -87,7 +86,6 @@ public:
         }
         bool differs = false;
         for (size_t w = 0; w < p_.words(); ++w) differs |= p_.wrong(w) != 0;
-        predict(p_.block, p_.c, p_.basis, p_.candidate);
         return differs ? RepairOutcome::differs : RepairOutcome::agrees;
     }
 
@@ -115,29 +113,49 @@ private:
     {
         Patch last = Patch::empty;
         uint32_t lastIndex = 0;
-        for (uint32_t k = 0; k < patches_; ++k) {
-            const size_t w = k / kPatchesPerWord;
-            const uint64_t rows = rowsOf(k) & p_.common(w);
-            if (rows == 0) continue;
-            const uint64_t lit = p_.bits(w) & rows;
-            const Patch here = lit == 0 ? Patch::dark : lit == rows ? Patch::lit : Patch::mixed;
-            if (here == Patch::mixed) mark(k);
-            if (last != Patch::empty && last != here) {
-                mark(lastIndex);
-                mark(k);
+        for (uint32_t w = 0; w < p_.words(); ++w) {
+            const Patch whole = look(p_.common[w], p_.bits[w]);
+            if (whole == Patch::empty) continue;
+            if (whole == last && whole != Patch::mixed) {  // as most words are
+                lastIndex = lastPatch(w);
+                continue;
             }
-            last = here;
-            lastIndex = k;
+            for (uint32_t k = kPatchesPerWord * w; k < kPatchesPerWord * (w + 1); ++k) {
+                const Patch here = look(p_.common[w] & rowsOf(k), p_.bits[w] & rowsOf(k));
+                if (here == Patch::empty) continue;
+                if (here == Patch::mixed) mark(k);
+                if (last != Patch::empty && last != here) {
+                    mark(lastIndex);
+                    mark(k);
+                }
+                last = here;
+                lastIndex = k;
+            }
         }
+    }
+
+    static Patch look(uint64_t rows, uint64_t lit)
+    {
+        if (rows == 0) return Patch::empty;
+        return lit == 0 ? Patch::dark : lit == rows ? Patch::lit : Patch::mixed;
+    }
+    uint32_t lastPatch(uint32_t w) const
+    {
+        return kPatchesPerWord * w +
+               static_cast<uint32_t>(63 - std::countl_zero(p_.common[w])) / kPatch;
     }
 
     /// Patches around traced rows that were predicted wrongly, each once.
     void markWrong(uint32_t reach)
     {
-        for (uint32_t k = 0; k < patches_; ++k) {
-            if (spread_[k] >= reach || (p_.wrong(k / kPatchesPerWord) & rowsOf(k)) == 0) continue;
-            spread_[k] = static_cast<uint8_t>(reach);
-            markAround(k, reach);
+        for (uint32_t w = 0; w < p_.words(); ++w) {
+            const uint64_t wrong = p_.wrong(w);
+            if (wrong == 0) continue;
+            for (uint32_t k = kPatchesPerWord * w; k < kPatchesPerWord * (w + 1); ++k) {
+                if (spread_[k] >= reach || (wrong & rowsOf(k)) == 0) continue;
+                spread_[k] = static_cast<uint8_t>(reach);
+                markAround(k, reach);
+            }
         }
     }
 
@@ -150,7 +168,7 @@ private:
         return true;
     }
 
-    Prediction p_;
+    Prediction& p_;
     uint32_t patches_;
     std::vector<uint8_t> asked_, spread_;
     Words ask_;
@@ -171,17 +189,20 @@ void predict(Block& block, size_t c, const Basis& basis, Candidate candidate)
 
 void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candidate)
 {
-    const Prediction p{block, c, basis, candidate};
+    const Prediction p(block, c, basis, candidate);
     Words ask(p.words());
     recurse(p, 0, static_cast<uint32_t>(64 * p.words()), ask);
-    for (size_t w = 0; w < ask.size(); ++w) ask[w] |= ~p.common(w);
+    for (size_t w = 0; w < ask.size(); ++w) ask[w] |= ~p.common[w];
     block.fetch(c, ask);
     predict(block, c, basis, candidate);
 }
 
 RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate)
 {
-    return Repair({block, c, basis, candidate}).run();
+    Prediction p(block, c, basis, candidate);
+    const RepairOutcome outcome = Repair(p).run();
+    if (outcome != RepairOutcome::hopeless) predict(block, c, basis, candidate);
+    return outcome;
 }
 
 }  // namespace core::many_lights

@@ -1,10 +1,11 @@
-// What holds for every variant of completion: what was traced is kept, all rows are exact, any size
-// works, the seed alone decides.
+// M4. What holds for every variant of completion: what was traced is kept, all rows are exact, any
+// size works, the seed alone decides.
 #include <algorithm>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "core/base/parallel.h"
 #include "core/many_lights/bits.h"
 #include "tests/support/completion_runs.h"
 
@@ -102,6 +103,31 @@ TEST(Completion, TheSeedAloneDecides)
         EXPECT_EQ(a.visible, b.visible) << variant.name;
         EXPECT_EQ(a.stats.rays, b.stats.rays);
         EXPECT_TRUE(a.visible != c.visible || a.stats.rays != c.stats.rays) << variant.name;
+    }
+}
+
+TEST(Completion, ThreadsDoNotChangeABit)
+{
+    constexpr size_t kSlices = 40;
+    Pcg32 random(9);
+    const BitMatrix truth = tests::edgesMatrix(300, 60, random);
+    const auto run = [&](size_t threads) {
+        const core::ThreadLimit limit(threads);
+        std::vector<CompletedSlice> slices(kSlices);
+        core::parallelFor(kSlices, 1, [&](size_t begin, size_t end) {
+            CompletedSlice slice;  // used again for the next one of the block
+            for (size_t s = begin; s < end; ++s) {
+                MatrixOracle oracle(truth);
+                complete(oracle, 300, std::vector<ColumnRange>{{0, 60}}, {}, s, slice);
+                slices[s] = slice;
+            }
+        });
+        return slices;
+    };
+    const auto one = run(1), many = run(0);
+    for (size_t s = 0; s < kSlices; ++s) {
+        EXPECT_EQ(one[s].visible, many[s].visible);
+        EXPECT_EQ(one[s].stats.rays, many[s].stats.rays);
     }
 }
 

@@ -1,5 +1,5 @@
-// Completion by linear combinations: elimination over GF(2), adaptive matrix completion, and the
-// linear algebra under them.
+// M5, M6. Completion by linear combinations: elimination over GF(2), adaptive matrix completion,
+// and the linear algebra under them.
 #include <algorithm>
 #include <cmath>
 #include <set>

@@ -1,4 +1,4 @@
-// Recovery of matrices of low rank, with the numbers of entries and the errors of the papers.
+// M7. Recovery of matrices of low rank, with the numbers of entries and the errors of the papers.
 #include <algorithm>
 #include <cmath>
 #include <vector>

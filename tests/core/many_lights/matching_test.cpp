@@ -1,5 +1,5 @@
-// Completion by matching: against a plain implementation of the paper's loop, and against the
-// numbers of rays and errors that follow from the structure of synthetic matrices.
+// M1, M2. Completion by matching: against a plain implementation of the paper's loop, and against
+// the numbers of rays and errors that follow from the structure of synthetic matrices.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -235,6 +235,11 @@ TEST(Matching, ShadowEdgesCostRaysRatherThanErrors)
     EXPECT_LT(raised.error, 0.2);
     EXPECT_NEAR(raised.basis, 413, 0.15 * 413);
     EXPECT_GT(raised.rate, 0.3);
+    CompletionParams joint;
+    joint.bailOut = 1;
+    EXPECT_GT(meanOf(joint, edges).rate, 0.3);
+    joint.rowIncrement = 0;
+    EXPECT_NEAR(meanOf(joint, edges).rate, 0.025, 1e-7);
 }
 
 TEST(Matching, RowsAtShadowBordersHalveTheError)

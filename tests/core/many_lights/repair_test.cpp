@@ -1,5 +1,5 @@
-// What mends predictions: patches at the borders of shadows, and the residual, which corrects their
-// mean.
+// M6. What mends predictions: patches at the borders of shadows, and the residual, which corrects
+// their mean.
 #include <cmath>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// Draws of rows: against the textbook's method and against exact probabilities.
+// M3. Draws of rows: against the textbook's method and against exact probabilities.
 #include <algorithm>
 #include <bit>
 #include <cmath>
