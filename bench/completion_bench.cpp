@@ -98,6 +98,18 @@ void completeRepair(benchmark::State& state)
 }
 BENCHMARK(completeRepair)->Args({2000, 5, 10});
 
+void completeMethod(benchmark::State& state, CompletionMethod method)
+{
+    CompletionParams params;
+    params.method = method;
+    params.verificationRate = 0;
+    params.rowRate = 0.1f;  // as in the thesis's comparison of methods
+    completeSlice(state, params);
+}
+BENCHMARK_CAPTURE(completeMethod, matching, CompletionMethod::matching)->Args({1000, 5, 10});
+BENCHMARK_CAPTURE(completeMethod, gaussJordan, CompletionMethod::gaussJordan)->Args({1000, 5, 10});
+BENCHMARK_CAPTURE(completeMethod, amc, CompletionMethod::amc)->Args({1000, 5, 10});
+
 void completeFull(benchmark::State& state)
 {
     CompletionParams params;

@@ -1,6 +1,7 @@
 // Operations on rows of bits in words of 64, as BitMatrix stores its columns.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -67,7 +68,11 @@ template <class F> void forEachBit(std::span<const uint64_t> words, F&& f)
 /// 0 or 1 for each of the rows.
 inline void bitsToFloats(std::span<const uint64_t> words, std::span<float> values)
 {
-    for (uint32_t i = 0; i < values.size(); ++i) values[i] = getBit(words, i) ? 1.0f : 0.0f;
+    for (size_t w = 0; w < words.size(); ++w) {
+        const size_t first = 64 * w, count = std::min<size_t>(64, values.size() - first);
+        for (size_t b = 0; b < count; ++b)
+            values[first + b] = static_cast<float>((words[w] >> b) & 1);
+    }
 }
 
 /// Appends the bits that masks select from words to a packed sequence, from its bit `at` on, and

@@ -73,10 +73,17 @@ void Octant::writePrediction(size_t c, std::span<const float> lit)
     float* numbers =
         out_.coefficients.empty() ? nullptr : &out_.coefficients[size_t(block_.column(c)) * rows_];
     const bool clamped = params_.coefficients == Coefficients::clamped;
-    for (uint32_t i = 0; i < rows_; ++i) {
-        if (!getBit(matters, i) || getBit(traced, i)) continue;
-        if (lit[i] > 0.5f) setBit(visible, i);
-        if (numbers != nullptr) numbers[i] = clamped ? std::clamp(lit[i], 0.0f, 1.0f) : lit[i];
+    for (uint32_t w = 0; w < visible.size(); ++w) {
+        const uint64_t open = matters[w] & ~traced[w];
+        const uint32_t first = 64 * w, count = std::min(64u, rows_ - first);
+        uint64_t bright = 0;
+        for (uint32_t b = 0; b < count; ++b) bright |= uint64_t(lit[first + b] > 0.5f) << b;
+        visible[w] |= bright & open;
+        if (numbers == nullptr) continue;
+        for (uint32_t b = 0; b < count; ++b) {
+            const float number = clamped ? std::clamp(lit[first + b], 0.0f, 1.0f) : lit[first + b];
+            if (((open >> b) & 1) != 0) numbers[first + b] = number;
+        }
     }
 }
 

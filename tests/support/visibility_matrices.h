@@ -52,7 +52,7 @@ BitMatrix sumsMatrix(uint32_t rows, uint32_t columns, uint32_t rank, core::Pcg32
 BitMatrix edgesMatrix(uint32_t rows, uint32_t columns, core::Pcg32& random);
 
 /// A room of unit height: `side` x `side` receivers in scan-line order on a patch of the floor of
-/// edge `patch`, lights on the ceiling, brightest first is any order, spheres between them.
+/// edge `patch`, lights on the ceiling, spheres between them.
 BitMatrix spheresMatrix(uint32_t side, uint32_t columns, uint32_t spheres, double radius,
                         double patch, core::Pcg32& random);
 
