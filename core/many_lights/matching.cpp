@@ -14,6 +14,8 @@ namespace {
 constexpr uint32_t kFewestRows = 8;  // fewer common rows prove nothing
 constexpr uint64_t kWindow = 32;     // columns after which bailing out is considered
 constexpr size_t kMostCandidates = 255;
+constexpr double kNear =
+    0.2;  // share of sampled rows in which a column may differ from the nearest
 
 size_t blockSize(const CompletionParams& params, size_t columns)
 {
@@ -93,6 +95,7 @@ void MatchingOctant::drawRows()
 void MatchingOctant::traceRepresentatives()
 {
     std::vector<size_t> which;
+    const uint32_t before = basis_.size();
     const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
     for (size_t c = 0; c < block_.size(); ++c) {
         if (std::ranges::equal(block_.traced(c), block_.matters(c))) continue;
@@ -104,7 +107,7 @@ void MatchingOctant::traceRepresentatives()
     }
     block_.fetchRest(which);
     for (uint32_t k = 0; k < which.size(); ++k)
-        basis_.fill({k, false}, block_.visible(which[k]), block_.traced(which[k]));
+        basis_.fill({before + k, false}, block_.visible(which[k]), block_.traced(which[k]));
 }
 
 void MatchingOctant::completeColumn(size_t c)
@@ -273,7 +276,7 @@ void MatchingOctant::unmatched(size_t c)
     if (params_.onMismatch == OnMismatch::full) return traceFully(c);
     const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
     const auto nearest = basis_.nearest(key_, fewest);
-    if (!nearest || 5 * nearest->differ > nearest->common) return traceFully(c);
+    if (!nearest || nearest->differ > kNear * nearest->common) return traceFully(c);
     if (params_.onMismatch == OnMismatch::recursion)
         recurseColumn(block_, c, basis_, nearest->candidate);
     else if (repairColumn(block_, c, basis_, nearest->candidate) == RepairOutcome::hopeless)

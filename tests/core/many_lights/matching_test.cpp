@@ -193,6 +193,21 @@ TEST(Matching, DictionariesAreCompletedExactlyWithTheRaysOfTheClosedForm)
     }
 }
 
+// All columns sampled before any is traced in full, and the constant column known: the same rays.
+TEST(Matching, TwoPhasesCompleteDictionariesExactly)
+{
+    for (const bool seeded : {false, true}) {
+        CompletionParams params;
+        params.twoPhase = true;
+        params.seedConstant = seeded;
+        params.rowMinimum = 25;
+        const Mean mean = meanOf(params, tenColumns);
+        EXPECT_EQ(mean.error, 0);
+        EXPECT_NEAR(mean.rays, 1 + 99 * 0.05, 1e-4);
+        EXPECT_EQ(mean.basis, seeded ? 11 : 10);
+    }
+}
+
 TEST(Matching, SumsOfColumnsAreColumnsOfTheirOwn)
 {
     const auto rank20 = [](Pcg32& random) { return tests::sumsMatrix(1000, 1000, 20, random); };
