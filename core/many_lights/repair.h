@@ -1,6 +1,7 @@
 // Columns that a known column predicts nearly: which rows are traced to mend the prediction. Rows
 // are taken to follow a space-filling curve, so that ranges of rows are places; 16 rows are a
-// patch, whose rays make one packet.
+// patch, whose rays make one packet. Columns that differ from every known one in more than a fifth
+// of their sampled rows are traced in full, in recursion too; the thesis has no such limit.
 #pragma once
 
 #include "core/many_lights/basis.h"
