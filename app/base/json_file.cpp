@@ -11,11 +11,16 @@ using Json = nlohmann::ordered_json;
 
 Json parseJson(const std::string& text, const std::string& place)
 {
+    // Sizes of nlohmann's nodes on 64 bits: a value in an array, a key-value node, an object's or
+    // array's header.
+    constexpr uint64_t kValueBytes = 32, kKeyBytes = 80, kContainerBytes = 48;
     constexpr uint64_t kMaxTree = uint64_t{1} << 30;
     const core::JsonScan scan = core::scanJson(text);
     if (!scan.problem.empty()) throw core::Error(place + ": not JSON: " + scan.problem);
-    if (scan.treeBytes > kMaxTree)
-        throw core::Error(place + ": would take " + std::to_string(scan.treeBytes >> 20) +
+    const uint64_t bytes = text.size() + scan.commas * kValueBytes + scan.colons * kKeyBytes +
+                           scan.containers * kContainerBytes;
+    if (bytes > kMaxTree)
+        throw core::Error(place + ": would take " + std::to_string(bytes >> 20) +
                           " MiB of memory, allowed are " + std::to_string(kMaxTree >> 20));
     try {
         return Json::parse(text);

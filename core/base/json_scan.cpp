@@ -7,10 +7,7 @@ namespace core {
 
 JsonScan scanJson(std::string_view text)
 {
-    // Sizes of nlohmann's nodes on 64 bits: a value in an array, a key-value node, an object's or
-    // array's header.
-    constexpr uint64_t kValueBytes = 32, kKeyBytes = 80, kContainerBytes = 48;
-    JsonScan scan{{}, text.size()};
+    JsonScan scan;
     int depth = 0;
     bool inString = false;
     for (size_t i = 0; i < text.size(); ++i) {
@@ -25,11 +22,11 @@ JsonScan scanJson(std::string_view text)
         if (c == '"') {
             inString = true;
         } else if (c == ',') {
-            scan.treeBytes += kValueBytes;
+            ++scan.commas;
         } else if (c == ':') {
-            scan.treeBytes += kKeyBytes;
+            ++scan.colons;
         } else if (c == '{' || c == '[') {
-            scan.treeBytes += kContainerBytes;
+            ++scan.containers;
             if (++depth > kMaxJsonDepth) {
                 scan.problem = "nested deeper than " + std::to_string(kMaxJsonDepth) +
                                " levels at " + placeInText(text, i);

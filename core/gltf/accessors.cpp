@@ -171,7 +171,7 @@ Accessor readAccessor(Load& load, const Object& object)
     accessor.matrix = shape.starts_with("MAT");
     if (accessor.components == 0) {
         accessor.problemAt = object.at("type");
-        accessor.problem = "is " + describe(Json(shape)) + ", must be SCALAR, VEC2..4 or MAT2..4";
+        accessor.problem = "is " + describe(shape) + ", must be SCALAR, VEC2..4 or MAT2..4";
         return accessor;
     }
     accessor.normalized = object.boolean("normalized", false);

@@ -116,7 +116,7 @@ private:
                         "animated morph weights are not supported");
         else
             return skip("VALUE_NOT_IN_LIST", target->at("path"),
-                        describe(Json(path)) + " is not a property of nodes");
+                        describe(path) + " is not a property of nodes");
         if (load_.scene.nodes[static_cast<size_t>(channel.node)].local.matrix)
             return skip("ANIMATION_CHANNEL_TARGET_NODE_MATRIX", target->at("node"),
                         "the node has a matrix, which cannot be animated");
@@ -128,7 +128,7 @@ private:
             channel.interpolation = Channel::Interpolation::cubicSpline;
         else if (!interpolation.empty() && interpolation != "LINEAR")
             return skip("VALUE_NOT_IN_LIST", source.at("interpolation"),
-                        describe(Json(interpolation)) + " is not known");
+                        describe(interpolation) + " is not known");
 
         const Accessor& times = usable(load_, accessors_, input);
         const Accessor& values = usable(load_, accessors_, output);

@@ -69,11 +69,11 @@ std::vector<std::string> strings(const Load& load, const char* key)
 {
     std::vector<std::string> result;
     for (size_t i = 0; i < countOf(load, key); ++i) {
-        const Json& name = load.document.at(key).at(i);
-        if (!name.is_string())
+        const Json& name = (*load.document.root().find(key))[i];
+        if (!name.isString())
             load.refuse("TYPE_MISMATCH", child(std::string("/") + key, i),
                         "is " + describe(name) + ", must be a string");
-        result.push_back(name.get<std::string>());
+        result.emplace_back(name.text());
     }
     return result;
 }
@@ -159,20 +159,18 @@ void parseDocument(Load& load, std::string_view text)
                         formatBytes(kMaxTextBytes));
     const JsonScan scan = scanJson(text);
     if (!scan.problem.empty()) load.refuse("INVALID_JSON", "", scan.problem);
-    load.reserveMemory(scan.treeBytes, "");
-    try {
-        load.document = Json::parse(text.begin(), text.end());
-    } catch (const Json::exception& error) {
-        load.refuse("INVALID_JSON", "", tidy(error.what()));
-    }
-    if (!load.document.is_object())
+    load.reserveMemory(text.size() + jsonTreeBytes(scan.commas, scan.colons, scan.containers), "");
+    if (const std::string problem = load.document.parse(text); !problem.empty())
+        load.refuse("INVALID_JSON", "", tidy(problem));
+    const Json& root = load.document.root();
+    if (!root.isObject())
         load.refuse("INVALID_JSON", "",
-                    "the document is " + describe(load.document) + ", must be an object");
+                    "the document is " + describe(root) + ", must be an object");
 }
 
 void checkVersionAndExtensions(Load& load)
 {
-    const Object root(load, load.document, "");
+    const Object root(load, load.document.root(), "");
     const std::optional<Object> asset = root.object("asset");
     if (!asset) load.refuse("UNDEFINED_PROPERTY", "", "'asset' is missing: not glTF 2.0");
     const std::string version = asset->requiredString("version");

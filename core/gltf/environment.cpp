@@ -16,7 +16,7 @@ void readMap(Load& load, const Object& object)
     const std::string mapping = object.has("mapping") ? object.softString("mapping") : "latlong";
     if (mapping != "latlong")
         load.refuse("VALUE_NOT_IN_LIST", object.at("mapping"),
-                    "is " + describe(Json(mapping)) + ", must be latlong");
+                    "is " + describe(mapping) + ", must be latlong");
     Content content = readUri(load, uri);
     if (!content.problem.empty())
         load.refuse("IO_ERROR", object.at("uri"), "environment: " + content.problem);

@@ -138,7 +138,7 @@ std::string_view schemeOf(std::string_view uri)
 std::string quoted(std::string_view text)
 {
     constexpr size_t kLongest = 120;
-    return "'" + printable(text, kLongest) + "'";
+    return std::string("'").append(printable(text, kLongest)).append("'");
 }
 
 /// The names that a reference may stand for, likeliest first: decoded; as it is, from exporters

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include <nlohmann/json.hpp>
+
+#include "core/base/check.h"
 #include "core/base/text.h"
 
 namespace core::gltf {
@@ -29,26 +32,53 @@ std::string child(const std::string& pointer, size_t index)
 
 std::optional<uint64_t> wholeNumber(const Json& value)
 {
-    if (value.is_number_unsigned()) return value.get<uint64_t>();
-    if (!value.is_number_float()) return std::nullopt;  // a signed integer is negative here
-    const double number = value.get<double>();
+    if (value.kind() == Json::Kind::whole) return value.whole();
+    if (value.kind() != Json::Kind::real) return std::nullopt;
+    const double number = value.number();
     if (!(number >= 0 && number < 9.0e15) || number != std::floor(number)) return std::nullopt;
     return static_cast<uint64_t>(number);
 }
 
 std::string describe(const Json& value)
 {
+    switch (value.kind()) {
+    case Json::Kind::null:
+        return "null";
+    case Json::Kind::boolean:
+        return value.boolean() ? "true" : "false";
+    case Json::Kind::whole:
+        return std::to_string(value.whole());
+    case Json::Kind::negative:
+        return std::to_string(static_cast<int64_t>(value.number()));
+    case Json::Kind::real:
+        return describe(value.number());
+    case Json::Kind::string:
+        return describe(value.text());
+    case Json::Kind::array:
+        return "an array of " + std::to_string(value.size());
+    case Json::Kind::object:
+        break;
+    }
+    return "an object";
+}
+
+std::string describe(double value)
+{
+    return nlohmann::json(value).dump();
+}
+
+std::string describe(std::string_view text)
+{
     constexpr size_t kLongest = 40;
-    if (value.is_object()) return "an object";
-    if (value.is_array()) return "an array of " + std::to_string(value.size());
-    return printable(value.dump(-1, ' ', false, Json::error_handler_t::replace), kLongest);
+    using nlohmann::json;
+    return printable(json(text).dump(-1, ' ', false, json::error_handler_t::replace), kLongest);
 }
 
 size_t countOf(const Load& load, const char* key)
 {
-    const auto found = load.document.find(key);
-    if (found == load.document.end()) return 0;
-    if (!found->is_array())
+    const Json* found = load.document.root().find(key);
+    if (!found) return 0;
+    if (!found->isArray())
         load.refuse("TYPE_MISMATCH", std::string("/") + key,
                     "is " + describe(*found) + ", must be an array");
     return found->size();
@@ -56,20 +86,21 @@ size_t countOf(const Load& load, const char* key)
 
 Object topLevel(Load& load, const char* key, size_t i)
 {
-    return {load, load.document.at(key).at(i), child(std::string("/") + key, i)};
+    const Json* all = load.document.root().find(key);
+    CHECK(all);
+    return {load, (*all)[i], child(std::string("/") + key, i)};
 }
 
 Object::Object(Load& load, const Json& value, std::string pointer)
     : load_(&load), value_(&value), pointer_(std::move(pointer))
 {
-    if (!value.is_object())
+    if (!value.isObject())
         load.refuse("TYPE_MISMATCH", pointer_, "is " + describe(value) + ", must be an object");
 }
 
 const Json* Object::find(const char* key) const
 {
-    const auto found = value_->find(key);
-    return found == value_->end() ? nullptr : &*found;
+    return value_->find(key);
 }
 
 // --- structure
@@ -113,19 +144,19 @@ std::string Object::requiredString(const char* key) const
     const Json* value = find(key);
     if (!value)
         load_->refuse("UNDEFINED_PROPERTY", pointer_, std::string("'") + key + "' is missing");
-    if (!value->is_string())
+    if (!value->isString())
         load_->refuse("TYPE_MISMATCH", at(key), "is " + describe(*value) + ", must be a string");
-    return value->get<std::string>();
+    return std::string(value->text());
 }
 
 bool Object::boolean(const char* key, bool fallback) const
 {
     const Json* value = find(key);
     if (!value) return fallback;
-    if (!value->is_boolean())
+    if (!value->isBoolean())
         load_->refuse("TYPE_MISMATCH", at(key),
                       "is " + describe(*value) + ", must be true or false");
-    return value->get<bool>();
+    return value->boolean();
 }
 
 std::optional<Object> Object::object(const char* key) const
@@ -139,33 +170,33 @@ bool Object::numbers(const char* key, double* out, size_t count) const
 {
     const Json* value = find(key);
     if (!value) return false;
-    if (!value->is_array() || value->size() != count)
+    if (!value->isArray() || value->size() != count)
         load_->refuse("ARRAY_LENGTH_NOT_IN_LIST", at(key),
                       "is " + describe(*value) + ", must be an array of " + std::to_string(count) +
                           " numbers");
     for (size_t i = 0; i < count; ++i) {
         const Json& number = (*value)[i];
-        if (!number.is_number())
+        if (!number.isNumber())
             load_->refuse("TYPE_MISMATCH", child(at(key), i),
                           "is " + describe(number) + ", must be a number");
-        out[i] = number.get<double>();
+        out[i] = number.number();
     }
     return true;
 }
 
 const Json& Object::array(const char* key) const
 {
-    static const Json empty = Json::array();
+    static const Json empty{std::span<const Json>()};
     const Json* value = find(key);
     if (!value) return empty;
-    if (!value->is_array())
+    if (!value->isArray())
         load_->refuse("TYPE_MISMATCH", at(key), "is " + describe(*value) + ", must be an array");
     return *value;
 }
 
 Object Object::element(const char* key, size_t i) const
 {
-    return {*load_, array(key).at(i), child(at(key), i)};
+    return {*load_, array(key)[i], child(at(key), i)};
 }
 
 // --- quality
@@ -174,7 +205,7 @@ std::string Object::softString(const char* key) const
 {
     const Json* value = find(key);
     if (!value) return {};
-    if (value->is_string()) return value->get<std::string>();
+    if (value->isString()) return std::string(value->text());
     load_->warn("TYPE_MISMATCH", at(key),
                 "is " + describe(*value) + ", must be a string — ignored");
     return {};
@@ -189,7 +220,7 @@ bool Object::softBoolean(const char* key, bool fallback) const
 {
     const Json* value = find(key);
     if (!value) return fallback;
-    if (value->is_boolean()) return value->get<bool>();
+    if (value->isBoolean()) return value->boolean();
     load_->warn("TYPE_MISMATCH", at(key),
                 "is " + describe(*value) + ", must be true or false — ignored");
     return fallback;
@@ -199,17 +230,17 @@ double Object::softNumber(const char* key, double fallback, double low, double h
 {
     const Json* value = find(key);
     if (!value) return fallback;
-    if (!value->is_number()) {
+    if (!value->isNumber()) {
         load_->warn("TYPE_MISMATCH", at(key),
                     "is " + describe(*value) + ", must be a number — ignored");
         return fallback;
     }
-    const double number = value->get<double>();
+    const double number = value->number();
     if (number >= low && number <= high) return number;
     const double clamped = std::clamp(number, low, high);
     load_->warn("VALUE_NOT_IN_RANGE", at(key),
-                "is " + describe(*value) + ", must be in [" + describe(Json(low)) + ", " +
-                    describe(Json(high)) + "] — clamped");
+                "is " + describe(*value) + ", must be in [" + describe(low) + ", " +
+                    describe(high) + "] — clamped");
     return clamped;
 }
 
@@ -218,9 +249,8 @@ void Object::softNumbers(const char* key, double* values, size_t count, double l
 {
     const Json* value = find(key);
     if (!value) return;
-    const bool isNumbers = value->is_array() && value->size() == count &&
-                           std::all_of(value->begin(), value->end(),
-                                       [](const Json& number) { return number.is_number(); });
+    const bool isNumbers = value->isArray() && value->size() == count &&
+                           std::ranges::all_of(value->elements(), &Json::isNumber);
     if (!isNumbers) {
         load_->warn("ARRAY_LENGTH_NOT_IN_LIST", at(key),
                     "is " + describe(*value) + ", must be an array of " + std::to_string(count) +
@@ -229,21 +259,20 @@ void Object::softNumbers(const char* key, double* values, size_t count, double l
     }
     bool clamped = false;
     for (size_t i = 0; i < count; ++i) {
-        const double number = (*value)[i].get<double>();
+        const double number = (*value)[i].number();
         values[i] = std::clamp(number, low, high);
         clamped = clamped || values[i] != number;
     }
     if (clamped)
         load_->warn("VALUE_NOT_IN_RANGE", at(key),
-                    "has values outside [" + describe(Json(low)) + ", " + describe(Json(high)) +
-                        "] — clamped");
+                    "has values outside [" + describe(low) + ", " + describe(high) + "] — clamped");
 }
 
 std::optional<Object> Object::softObject(const char* key) const
 {
     const Json* value = find(key);
     if (!value) return std::nullopt;
-    if (value->is_object()) return Object(*load_, *value, at(key));
+    if (value->isObject()) return Object(*load_, *value, at(key));
     load_->warn("TYPE_MISMATCH", at(key),
                 "is " + describe(*value) + ", must be an object — ignored");
     return std::nullopt;
@@ -265,7 +294,7 @@ int Object::softIndex(const char* key, size_t limit, const char* array,
 std::optional<Object> Object::extension(const char* name) const
 {
     const Json* extensions = find("extensions");
-    if (!extensions || !extensions->is_object()) return std::nullopt;
+    if (!extensions || !extensions->isObject()) return std::nullopt;
     return Object(*load_, *extensions, at("extensions")).softObject(name);
 }
 

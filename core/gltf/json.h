@@ -87,6 +87,8 @@ std::optional<uint64_t> wholeNumber(const Json& value);
 
 /// Short form of a value for messages.
 std::string describe(const Json& value);
+std::string describe(double value);
+std::string describe(std::string_view text);
 
 /// Number of elements of an array at the top of the document (0 when absent; refuses another type).
 size_t countOf(const Load& load, const char* key);

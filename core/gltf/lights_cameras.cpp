@@ -18,15 +18,13 @@ double positive(const Object& object, const char* key, double fallback, double h
     const Json* value = object.find(key);
     if (!value) {
         load.warn("UNDEFINED_PROPERTY", object.pointer(),
-                  std::string("'") + key + "' is missing — " + describe(Json(fallback)) +
-                      " instead");
+                  std::string("'") + key + "' is missing — " + describe(fallback) + " instead");
         return fallback;
     }
-    if (value->is_number() && value->get<double>() > 0 && value->get<double>() <= high)
-        return value->get<double>();
+    if (value->isNumber() && value->number() > 0 && value->number() <= high) return value->number();
     load.warn("VALUE_NOT_IN_RANGE", object.at(key),
-              "is " + describe(*value) + ", must be above 0 and at most " + describe(Json(high)) +
-                  " — " + describe(Json(fallback)) + " instead");
+              "is " + describe(*value) + ", must be above 0 and at most " + describe(high) + " — " +
+                  describe(fallback) + " instead");
     return fallback;
 }
 
@@ -34,12 +32,12 @@ double positive(const Object& object, const char* key, double fallback, double h
 void checkClipPlanes(const Object& lens)
 {
     const Json *near = lens.find("znear"), *far = lens.find("zfar");
-    const bool wrong = (near && (!near->is_number() || near->get<double>() < 0)) ||
-                       (far && (!far->is_number() || far->get<double>() <= 0)) ||
-                       (near && far && near->is_number() && far->is_number() &&
-                        far->get<double>() <= near->get<double>());
+    const bool wrong =
+        (near && (!near->isNumber() || near->number() < 0)) ||
+        (far && (!far->isNumber() || far->number() <= 0)) ||
+        (near && far && near->isNumber() && far->isNumber() && far->number() <= near->number());
     const bool perspectiveAtZero =
-        lens.has("yfov") && near && near->is_number() && near->get<double>() == 0;
+        lens.has("yfov") && near && near->isNumber() && near->number() == 0;
     if (wrong || perspectiveAtZero)
         lens.load().warn("CAMERA_ZFAR_LEQUAL_ZNEAR", lens.pointer(),
                          "has clip planes that make no sense — clip planes are not used anyway");
@@ -138,18 +136,18 @@ void readCameras(Load& load, const NodePlan& plan)
 
 void readLights(Load& load, const NodePlan& plan)
 {
-    const Object root(load, load.document, "");
+    const Object root(load, load.document.root(), "");
     const std::optional<Object> extension = root.extension("KHR_lights_punctual");
     std::vector<int> sceneLight;  // per light of the document, -1: skipped
     if (extension && extension->has("lights")) {
         const Json* list = extension->find("lights");
-        if (!list->is_array())
+        if (!list->isArray())
             load.warn("TYPE_MISMATCH", extension->at("lights"),
                       "is " + describe(*list) + ", must be an array — ignored");
         else
             for (size_t i = 0; i < list->size(); ++i) {
                 std::optional<PunctualLight> light;
-                if ((*list)[i].is_object())
+                if ((*list)[i].isObject())
                     light = readLight(load, extension->element("lights", i));
                 else
                     load.warn("TYPE_MISMATCH", child(extension->at("lights"), i),

@@ -111,6 +111,7 @@ std::shared_ptr<const Scene> build(Load& load, std::span<const std::byte> bytes)
     load.hash.add(bytes);
     load.stage("parsing", 0);
     parseDocument(load, openContainer(load, bytes));
+    if (load.binaryChunk.empty()) load.content = {};  // the tree has copies of what it needs
     checkVersionAndExtensions(load);
     readBuffers(load);
     load.stage("checking", 0);
@@ -137,7 +138,7 @@ std::shared_ptr<const Scene> buildOrRefuse(Load& load, std::span<const std::byte
     try {
         return build(load, bytes);
     } catch (const std::bad_alloc&) {
-        load.document = nullptr;
+        load.document.clear();
         load.scene = {};
         load.refuse("OUT_OF_MEMORY", "", "not enough memory to load the scene",
                     "close other programs or simplify it");
@@ -171,7 +172,8 @@ std::shared_ptr<const Scene> loadGltf(const std::filesystem::path& file, const L
         load.refuse("IO_ERROR", "", "cannot be resolved: " + error.message(),
                     "give a .gltf or .glb file");
     load.folder = real.parent_path();
-    return gltf::buildOrRefuse(load, content.bytes);
+    load.content = std::move(content.bytes);
+    return gltf::buildOrRefuse(load, load.content);
 }
 
 std::shared_ptr<const Scene> loadGltfFromMemory(std::span<const std::byte> bytes,

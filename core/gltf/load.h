@@ -11,13 +11,11 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "core/gltf/gltf.h"
+#include "core/gltf/json_tree.h"
 
 namespace core::gltf {
 
-using Json = nlohmann::json;
 using Bytes = std::vector<std::byte>;
 
 /// 64-bit hash of a sequence of byte strings: eight bytes at a time, multiplied and rotated, then
@@ -47,7 +45,8 @@ struct Load {
     LoadProgress progress;
     std::stop_token stop;
 
-    Json document;
+    Bytes content;  // the file; let go after parsing unless binaryChunk points into it
+    JsonDocument document;
     std::vector<Bytes> storage;              // owns what `buffers` and `binaryChunk` point into
     std::span<const std::byte> binaryChunk;  // of a GLB
     std::vector<std::span<const std::byte>> buffers;  // cut to their byteLength

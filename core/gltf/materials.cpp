@@ -145,8 +145,7 @@ private:
             m.flags |= shared::kMaterialAlphaBlend;
         else if (mode != "OPAQUE")
             load_.warn("VALUE_NOT_IN_LIST", object.at("alphaMode"),
-                       "is " + describe(Json(mode)) +
-                           ", must be OPAQUE, MASK or BLEND — opaque instead");
+                       "is " + describe(mode) + ", must be OPAQUE, MASK or BLEND — opaque instead");
         m.alphaCutoff = static_cast<float>(object.softNumber("alphaCutoff", 0.5, 0, kHuge));
     }
 
@@ -194,7 +193,7 @@ private:
         double ior = x.softNumber("ior", 1.5, 0, kHuge);
         if (ior > 0 && ior < 1) {
             load_.warn("VALUE_NOT_IN_RANGE", x.at("ior"),
-                       "is " + describe(Json(ior)) + ", must be 0 or at least 1 — 1 instead");
+                       "is " + describe(ior) + ", must be 0 or at least 1 — 1 instead");
             ior = 1;
         }
         m.ior = static_cast<float>(ior);
@@ -261,7 +260,7 @@ private:
         }
         if (set != 0 && set != 1) {
             load_.warn("MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", info->pointer(),
-                       "uses texture coordinates " + describe(Json(set)) +
+                       "uses texture coordinates " + describe(set) +
                            ", only sets 0 and 1 are supported — no texture");
             return std::nullopt;
         }
@@ -334,15 +333,16 @@ MaterialPlan readMaterials(Load& load, const NodePlan& plan)
     std::vector<bool> used(count, false), seen(countOf(load, "meshes"), false);
     bool fallback = false;
     for (const MeshUse& meshUse : plan.meshUses) {
-        if (seen[meshUse.mesh]) continue;
-        seen[meshUse.mesh] = true;
-        const Object mesh = topLevel(load, "meshes", meshUse.mesh);
+        const auto index = static_cast<size_t>(meshUse.mesh);
+        if (seen[index]) continue;
+        seen[index] = true;
+        const Object mesh = topLevel(load, "meshes", index);
         for (size_t i = 0; i < mesh.array("primitives").size(); ++i) {
             const Object primitive = mesh.element("primitives", i);
             const Json* value = primitive.find("material");
-            const std::optional<uint64_t> index = value ? wholeNumber(*value) : std::nullopt;
-            if (index && *index < count)
-                used[*index] = true;
+            const std::optional<uint64_t> material = value ? wholeNumber(*value) : std::nullopt;
+            if (material && *material < count)
+                used[*material] = true;
             else
                 fallback = true;
         }

@@ -335,8 +335,8 @@ void checkReferences(const Object& mesh, size_t accessorCount)
         const Object primitive = mesh.element("primitives", i);
         primitive.index("indices", accessorCount, "accessor");
         const auto check = [&](const Object& attributes) {
-            for (const auto& [name, value] : attributes.json().items())
-                attributes.index(name.c_str(), accessorCount, "accessor");
+            for (const JsonMember& member : attributes.json().members())
+                attributes.index(member.key->c_str(), accessorCount, "accessor");
         };
         if (const std::optional<Object> attributes = primitive.object("attributes"))
             check(*attributes);
@@ -355,7 +355,7 @@ void reserveInstance(Load& load, const MeshUse& use, const std::vector<int>& mes
         const Mesh& mesh = load.scene.meshes[static_cast<size_t>(index)];
         bytes += kTriangleBytes * mesh.triangles.size() + kVertexBytes * mesh.positions.size();
     }
-    load.reserveMemory(bytes, child("/meshes", use.mesh));
+    load.reserveMemory(bytes, child("/meshes", static_cast<size_t>(use.mesh)));
 }
 
 }  // namespace
@@ -366,22 +366,22 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
     for (size_t i = 0; i < countOf(load, "meshes"); ++i)
         checkReferences(topLevel(load, "meshes", i), accessors.size());
     Reader reader(load, accessors, materials);
-    std::map<std::pair<size_t, std::vector<double>>, std::vector<int>> made;
-    size_t done = 0;
-    for (const MeshUse& use : plan.meshUses) {
-        load.stage("meshes",
-                   static_cast<double>(done++) / static_cast<double>(plan.meshUses.size()));
-        const auto [entry, isNew] = made.try_emplace({use.mesh, use.weights});
+    std::map<std::pair<int, std::vector<double>>, std::vector<int>> made;
+    const size_t uses = plan.meshUses.size();
+    for (size_t u = 0; u < uses; ++u) {
+        const MeshUse& use = plan.meshUses[u];
+        const std::vector<double>& weights = plan.weights[use.weights];
+        const auto [entry, isNew] = made.try_emplace({use.mesh, weights});
         if (isNew) {
-            const Object source = topLevel(load, "meshes", use.mesh);
+            load.stage("meshes", static_cast<double>(u) / static_cast<double>(uses));
+            const Object source = topLevel(load, "meshes", static_cast<size_t>(use.mesh));
             const std::string name = source.name();
             const size_t count = source.array("primitives").size();
             if (count == 0)
                 load.warn("EMPTY_ENTITY", source.pointer(), "has no primitives — skipped");
             for (size_t i = 0; i < count; ++i) {
                 load.checkpoint();
-                std::optional<Mesh> mesh =
-                    reader.read(source.element("primitives", i), use.weights);
+                std::optional<Mesh> mesh = reader.read(source.element("primitives", i), weights);
                 if (!mesh) continue;
                 mesh->name = name;
                 entry->second.push_back(static_cast<int>(load.scene.meshes.size()));

@@ -5,7 +5,6 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "core/base/memory.h"
 #include "core/base/text.h"
 #include "core/gltf/parts.h"
 
@@ -19,7 +18,13 @@ constexpr size_t kMaxNodes = 1'000'000;
 /// Parent and children of every node of the document.
 struct Forest {
     std::vector<int> parent;
-    std::vector<std::vector<int>> children;
+    std::vector<int> below;     // all children, those of a node side by side
+    std::vector<size_t> first;  // where those of each node begin in `below`, and where the last end
+
+    std::span<const int> children(size_t node) const
+    {
+        return std::span(below).subspan(first[node], first[node + 1] - first[node]);
+    }
 };
 
 int referenceIn(Load& load, const Json& value, const std::string& pointer, size_t limit,
@@ -39,7 +44,8 @@ int referenceIn(Load& load, const Json& value, const std::string& pointer, size_
 Forest readForest(Load& load)
 {
     const size_t count = countOf(load, "nodes");
-    Forest forest{std::vector<int>(count, -1), std::vector<std::vector<int>>(count)};
+    Forest forest{std::vector<int>(count, -1), {}, {0}};
+    forest.first.reserve(count + 1);
     for (size_t i = 0; i < count; ++i) {
         const Object node = topLevel(load, "nodes", i);
         const Json& children = node.array("children");
@@ -57,8 +63,9 @@ Forest readForest(Load& load)
                 continue;
             }
             forest.parent[c] = static_cast<int>(i);
-            forest.children[i].push_back(static_cast<int>(c));
+            forest.below.push_back(static_cast<int>(c));
         }
+        forest.first.push_back(forest.below.size());
     }
     return forest;
 }
@@ -74,7 +81,7 @@ void requireNoLoops(Load& load, const Forest& forest)
         if (forest.parent[i] < 0) reached.push_back(static_cast<int>(i));
     for (size_t next = 0; next < reached.size(); ++next) {
         const auto node = static_cast<size_t>(reached[next]);
-        for (const int c : forest.children[node]) {
+        for (const int c : forest.children(node)) {
             const auto below = static_cast<size_t>(c);
             depth[below] = depth[node] + 1;
             if (depth[below] > kMaxDepth)
@@ -168,13 +175,13 @@ std::vector<double> readWeights(const Object& holder, size_t targets)
     const Json& weights = holder.array("weights");
     std::vector<double> result;
     for (size_t i = 0; i < weights.size(); ++i) {
-        if (!weights[i].is_number() || weights.size() != targets) {
+        if (!weights[i].isNumber() || weights.size() != targets) {
             holder.load().warn("MESH_INVALID_WEIGHTS_COUNT", holder.at("weights"),
                                "is " + describe(weights) + " for " + std::to_string(targets) +
                                    " morph targets — ignored");
             return {};
         }
-        result.push_back(std::clamp(weights[i].get<double>(), -kHuge, kHuge));
+        result.push_back(std::clamp(weights[i].number(), -kHuge, kHuge));
     }
     return result;
 }
@@ -183,7 +190,7 @@ std::vector<double> readWeights(const Object& holder, size_t targets)
 size_t targetCount(const Object& mesh)
 {
     const Json& primitives = mesh.array("primitives");
-    if (primitives.empty()) return 0;
+    if (primitives.size() == 0) return 0;
     return mesh.element("primitives", 0).array("targets").size();
 }
 
@@ -202,16 +209,17 @@ void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
     if (std::all_of(weights.begin(), weights.end(), [](double w) { return w == 0; }))
         weights.clear();
     load.reserveMemory(2 * weights.size() * sizeof(double), node.pointer());
-    plan.meshUses.push_back({sceneNode, static_cast<size_t>(mesh), std::move(weights)});
+    plan.meshUses.push_back({sceneNode, mesh, weights.empty() ? 0 : plan.weights.size()});
+    if (!weights.empty()) plan.weights.push_back(std::move(weights));
 }
 
 /// Punctual lights of the document.
 size_t lightCount(Load& load)
 {
-    const Object root(load, load.document, "");
+    const Object root(load, load.document.root(), "");
     const std::optional<Object> extension = root.extension("KHR_lights_punctual");
     const Json* list = extension ? extension->find("lights") : nullptr;
-    return list && list->is_array() ? list->size() : 0;
+    return list && list->isArray() ? list->size() : 0;
 }
 
 void readOtherUses(const Object& node, int sceneNode, size_t cameras, size_t lights, NodePlan& plan)
@@ -246,7 +254,7 @@ std::vector<int> readRoots(Load& load, const Forest& forest)
 
 std::optional<Object> shownScene(Load& load)
 {
-    const Object root(load, load.document, "");
+    const Object root(load, load.document.root(), "");
     const size_t count = countOf(load, "scenes");
     const int index = root.index("scene", count, "scene");
     if (count == 0) return std::nullopt;
@@ -293,10 +301,7 @@ NodePlan readNodes(Load& load)
             load.scene.nodes[static_cast<size_t>(visit.parent)].children.push_back(index);
         readMeshUse(load, object, index, plan);
         readOtherUses(object, index, cameraCount, lights, plan);
-        // A million of them take more than the scene does.
-        load.document["nodes"][source] = nullptr;
-        if (load.scene.nodes.size() % 65536 == 0) giveBackMemory();
-        const std::vector<int>& children = forest.children[source];
+        const std::span<const int> children = forest.children(source);
         for (auto c = children.rbegin(); c != children.rend(); ++c) stack.push_back({*c, index});
     }
     load.scene.name = printable(load.file.stem().string());

@@ -11,8 +11,8 @@ namespace core::gltf {
 /// A mesh of the document as a node shows it. Nodes with equal weights share what is made of it.
 struct MeshUse {
     int node = -1;  // of the scene
-    size_t mesh = 0;
-    std::vector<double> weights;  // of its morph targets
+    int mesh = 0;
+    size_t weights = 0;  // of its morph targets, in NodePlan::weights
 };
 
 /// A node of the scene that refers to a camera or light of the document.
@@ -25,6 +25,7 @@ struct NodeUse {
 struct NodePlan {
     std::vector<int> sceneNode;  // per node of the document, -1: not in the scene
     std::vector<MeshUse> meshUses;
+    std::vector<std::vector<double>> weights{{}};  // [0]: none
     std::vector<NodeUse> cameraUses, lightUses;
 };
 

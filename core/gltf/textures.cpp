@@ -43,31 +43,31 @@ std::vector<Job> makeJobs(const std::vector<TextureRequest>& requests)
 /// array of images.
 std::span<const std::byte> fetch(Load& load, Job& job)
 {
-    const Json& image = load.document.at("images").at(job.image);
-    if (!image.is_object()) {
+    const Json& image = (*load.document.root().find("images"))[job.image];
+    if (!image.isObject()) {
         job.problem = "is " + describe(image) + ", must be an object";
         return {};
     }
-    if (const auto name = image.find("name"); name != image.end() && name->is_string())
-        job.name = printable(name->get<std::string>(), kLongestName);
-    const auto uri = image.find("uri"), view = image.find("bufferView");
-    if ((uri != image.end()) == (view != image.end())) {
-        job.problem = uri == image.end() ? "has neither 'uri' nor 'bufferView'"
-                                         : "has both 'uri' and 'bufferView'";
+    if (const Json* name = image.find("name"); name && name->isString())
+        job.name = printable(name->text(), kLongestName);
+    const Json *uri = image.find("uri"), *view = image.find("bufferView");
+    if (!uri == !view) {
+        job.problem =
+            uri ? "has both 'uri' and 'bufferView'" : "has neither 'uri' nor 'bufferView'";
         return {};
     }
-    if (view != image.end()) {
+    if (view) {
         const std::optional<uint64_t> index = wholeNumber(*view);
         if (index && *index < countOf(load, "bufferViews")) return bufferViewBytes(load, *index);
         job.problem = "refers to bufferView " + describe(*view) + ", there are " +
                       std::to_string(countOf(load, "bufferViews"));
         return {};
     }
-    if (!uri->is_string()) {
+    if (!uri->isString()) {
         job.problem = "has the uri " + describe(*uri) + ", must be a string";
         return {};
     }
-    const auto& text = uri->get_ref<const std::string&>();
+    const std::string_view text = uri->text();
     if (job.name.empty() && !isDataUri(text)) job.name = printable(text, kLongestName);
     Content content = readUri(load, text);
     job.problem = std::move(content.problem);

@@ -161,14 +161,15 @@ Pose poseAt(const Scene& scene, double time)
             apply(channel, time, scene, animated);
 
     Pose pose;
-    pose.toFile.assign(scene.nodes.size(), glm::dmat4(1));
+    pose.toFile.assign(scene.nodes.size(), glm::dmat4x3(1));
     visitNodes(scene, [&](int node, int parent) {
         const size_t n = static_cast<size_t>(node);
         pose.order.push_back(node);
         const auto changed = animated.empty() ? animated.end() : animated.find(node);
         const glm::dmat4 local =
             localMatrix(changed == animated.end() ? scene.nodes[n].local : changed->second);
-        pose.toFile[n] = parent < 0 ? local : pose.toFile[static_cast<size_t>(parent)] * local;
+        pose.toFile[n] =
+            parent < 0 ? glm::dmat4x3(local) : pose.toFile[static_cast<size_t>(parent)] * local;
     });
     return pose;
 }

@@ -9,10 +9,10 @@
 namespace core {
 
 /// Nodes that the roots reach, parents first, and their matrices into the file's space. Entries of
-/// `toFile` of nodes that are not in `order` mean nothing.
+/// `toFile` of nodes that are not in `order` mean nothing. The last row, 0 0 0 1, is left out.
 struct Pose {
     std::vector<int> order;
-    std::vector<glm::dmat4> toFile;
+    std::vector<glm::dmat4x3> toFile;
 };
 
 /// Value of a channel at `time` seconds, held outside its keys: xyz, or a unit quaternion as xyzw

@@ -77,7 +77,8 @@ glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback)
 
 /// Camera of a node: looks along -Z with +Y up; the node's scale does not matter
 /// (glTF 2.0, 3.10.2).
-Camera cameraOfNode(const SceneCamera& camera, const glm::dmat4& toFile, const Placement& placement)
+Camera cameraOfNode(const SceneCamera& camera, const glm::dmat4x3& toFile,
+                    const Placement& placement)
 {
     Camera c;
     c.name = camera.name;

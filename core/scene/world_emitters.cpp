@@ -179,7 +179,7 @@ void addTriangles(World& world, const std::vector<TriangleEmission>& emission, C
 
 /// Record of a punctual light at a node; its power. Directional lights count through the scene's
 /// disc.
-double makePunctual(const PunctualLight& light, const glm::dmat4& toFile, const World& world,
+double makePunctual(const PunctualLight& light, const glm::dmat4x3& toFile, const World& world,
                     shared::Emitter& e)
 {
     const double scale2 = world.placement.scale * world.placement.scale;

@@ -63,7 +63,7 @@ struct Mapping {
 
     Mapping(const Instance& instance, const Placement& placement)
     {
-        toWorld = *instance.toFile;
+        toWorld = glm::dmat4(*instance.toFile);
         toWorld[3] = glm::dvec4(glm::dvec3(toWorld[3]) - placement.centre, 1);
         for (int column = 0; column < 4; ++column) {
             for (int row = 0; row < 3; ++row) toWorld[column][row] *= placement.scale;
@@ -210,7 +210,7 @@ std::vector<glm::dmat4> movingTransforms(const std::vector<Instance>& instances)
 {
     std::vector<glm::dmat4> transforms;
     for (const Instance& instance : instances) {
-        if (instance.moves) transforms.push_back(*instance.toFile);
+        if (instance.moves) transforms.emplace_back(*instance.toFile);
     }
     return transforms;
 }
@@ -286,7 +286,7 @@ std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnin
     for (const int n : pose.order) {
         const Node& node = scene.nodes[static_cast<size_t>(n)];
         if (node.meshes.empty()) continue;
-        const glm::dmat4& toFile = pose.toFile[static_cast<size_t>(n)];
+        const glm::dmat4x3& toFile = pose.toFile[static_cast<size_t>(n)];
         const glm::dmat3 normals = cofactors(glm::dmat3(toFile));
         const double size = glm::dot(normals[0], normals[0]) + glm::dot(normals[1], normals[1]) +
                             glm::dot(normals[2], normals[2]);
@@ -357,6 +357,7 @@ Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
     reserve(geometry, scene, instances, stored);
     Extent moving;
     std::vector<IndexRange> pieces;
+    topology.dropped.reserve(instances.size());
     for (const Instance& instance : instances) {
         const uint32_t vertex = geometry.vertexCount(), triangle = geometry.triangleCount();
         topology.dropped.push_back(appendInstance(geometry, scene, instance, world.placement,

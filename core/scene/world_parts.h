@@ -17,12 +17,12 @@ struct Instance {
     int mesh = 0;
     int node = 0;
     bool moves = false;
-    const glm::dmat4* toFile = nullptr;  // of the pose that it was found in; none in a topology
+    const glm::dmat4x3* toFile = nullptr;  // of the pose that it was found in; none in a topology
 };
 
 /// What becomes of the triangles of one instance.
 struct Dropped {
-    uint64_t degenerate = 0, notFinite = 0;
+    uint32_t degenerate = 0, notFinite = 0;
 
     friend bool operator==(const Dropped&, const Dropped&) = default;
 };

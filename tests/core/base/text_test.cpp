@@ -57,7 +57,10 @@ TEST(JsonScan, DepthAndPlace)
     EXPECT_EQ(core::scanJson("\n" + std::string(65, '[')).problem,
               "nested deeper than 64 levels at line 2, column 65");
     EXPECT_EQ(core::scanJson(std::string_view("{\0}", 3)).problem, "NUL byte at line 1, column 2");
-    EXPECT_GT(core::scanJson("[" + std::string(1000, ',') + "]").treeBytes, 32000u);
+    const core::JsonScan scan = core::scanJson(R"({"a": [1, 2, {}], ",:[{": 3})");
+    EXPECT_EQ(scan.commas, 3u);
+    EXPECT_EQ(scan.colons, 2u);
+    EXPECT_EQ(scan.containers, 3u);
 }
 
 }  // namespace

@@ -1,0 +1,98 @@
+// The JSON text of a scene as a tree. Its values lie side by side in a few large blocks, 16 bytes
+// each and 24 with a key, and keys are held once: a scene of a million nodes takes a third of the
+// memory of nlohmann's tree, whose parser makes this one, and is gone without a walk through it.
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+
+namespace core::gltf {
+
+struct JsonMember;
+
+/// One value of a document; a handle, valid as long as its JsonDocument.
+class Json {
+public:
+    /// Whole numbers with a minus are of a kind of their own: no index or count may be one.
+    enum class Kind : uint8_t { null, boolean, whole, negative, real, string, array, object };
+
+    Json() = default;  // null
+    explicit Json(bool value) : kind_(Kind::boolean) { content_.whole = value ? 1 : 0; }
+    explicit Json(uint64_t value) : kind_(Kind::whole) { content_.whole = value; }
+    explicit Json(int64_t value) : kind_(Kind::negative) { content_.negative = value; }
+    explicit Json(double value) : kind_(Kind::real) { content_.real = value; }
+    /// These refer to what they are given.
+    explicit Json(std::string_view text);
+    explicit Json(std::span<const Json> elements);
+    /// Sorted by key, each key once.
+    explicit Json(std::span<const JsonMember> members);
+
+    Kind kind() const { return kind_; }
+    bool isBoolean() const { return kind_ == Kind::boolean; }
+    bool isNumber() const;
+    bool isString() const { return kind_ == Kind::string; }
+    bool isArray() const { return kind_ == Kind::array; }
+    bool isObject() const { return kind_ == Kind::object; }
+
+    bool boolean() const;           // of a boolean
+    uint64_t whole() const;         // of a whole number
+    double number() const;          // of any number
+    std::string_view text() const;  // of a string
+
+    /// Elements of an array or members of an object; 0 for other values.
+    size_t size() const { return isArray() || isObject() ? size_ : 0; }
+    /// Element of an array. CHECKs that there is one.
+    const Json& operator[](size_t i) const;
+    /// Nothing for other values than arrays, and than objects.
+    std::span<const Json> elements() const;
+    std::span<const JsonMember> members() const;
+    /// The member of that name; null when there is none, or this is no object.
+    const Json* find(std::string_view key) const;
+
+private:
+    union {
+        uint64_t whole = 0;
+        int64_t negative;
+        double real;
+        const char* text;
+        const Json* elements;
+        const JsonMember* members;
+    } content_;
+    uint32_t size_ = 0;
+    Kind kind_ = Kind::null;
+};
+
+struct JsonMember {
+    const std::string* key = nullptr;
+    Json value;
+};
+
+/// A parsed text and the memory of its tree.
+class JsonDocument {
+public:
+    /// Replaces the tree by that of `text`, which must not nest deeper than scanJson allows and be
+    /// shorter than 4 GiB. Returns what is wrong with the text, in nlohmann's words; empty:
+    /// nothing. Of members with equal keys the last one counts.
+    std::string parse(std::string_view text);
+
+    const Json& root() const { return root_; }
+
+    /// Leaves null behind.
+    void clear();
+
+private:
+    class Builder;
+
+    std::pmr::monotonic_buffer_resource memory_;
+    std::unordered_set<std::string> keys_;
+    Json root_;
+};
+
+/// About what a tree takes that was parsed from text with so many commas, colons and brackets.
+uint64_t jsonTreeBytes(uint64_t commas, uint64_t colons, uint64_t containers);
+
+}  // namespace core::gltf
