@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -26,6 +27,8 @@ Json vectorJson(glm::dvec3 v)
 {
     return Json::array({v.x, v.y, v.z});
 }
+
+const glm::dvec3 kLevel(0, 1, 0);  // up in glTF
 
 /// A place in a file: the file alone, or with a JSON pointer.
 struct Place {
@@ -112,6 +115,28 @@ glm::dvec3 velocity(const std::vector<CameraPath::Key>& keys, size_t i)
     return (b.camera.position - a.camera.position) / (b.frame - a.frame);
 }
 
+bool isAside(glm::dvec3 forward, glm::dvec3 up)
+{
+    return glm::length(glm::cross(forward, up)) > 1e-9;
+}
+
+/// False when nothing is said of where the camera looks.
+bool readForward(const Json& json, core::Camera& camera, const core::Placement& placement,
+                 const Place& place)
+{
+    if (json.contains("target")) {
+        const glm::dvec3 towards =
+            placement.toWorld(readVector(json["target"], place / "target")) - camera.position;
+        if (!(glm::length(towards) > 1e-12)) (place / "target").fail("is the position itself");
+        camera.forward = glm::normalize(towards);
+    } else if (json.contains("forward")) {
+        camera.forward = readDirection(json["forward"], place / "forward");
+    } else {
+        return false;
+    }
+    return true;
+}
+
 void readOptics(const Json& json, core::Camera& camera, const core::Placement& placement,
                 const Place& place)
 {
@@ -155,32 +180,32 @@ Json cameraJson(const core::Camera& camera, const core::Placement& placement)
     return json;
 }
 
-/// See cameraFromJson.
-static core::Camera readCameraAt(const Json& json, const core::Camera& defaults,
-                                 const core::Placement& placement, const Place& place)
+/// A camera as it is described, from `camera` on. `up` is what the file has said last; where it has
+/// said nothing, a camera that turns is level. What keys say must not depend on how the camera of
+/// the key before was rolled: two paths that end in one key end in one view.
+static core::Camera readCameraAt(const Json& json, core::Camera camera,
+                                 std::optional<glm::dvec3>& up, const core::Placement& placement,
+                                 const Place& place)
 {
     if (!json.is_object()) place.fail("expected a camera, {\"position\": ...}");
     for (const auto& [name, value] : json.items())
         if (std::find(kMembers.begin(), kMembers.end(), name) == kMembers.end())
             place.fail("a camera has no \"" + name + '"' + suggestion(name, kMembers));
-    core::Camera camera = defaults;
     if (json.contains("name") && json["name"].is_string())
         camera.name = json["name"].get<std::string>();
     if (json.contains("position"))
         camera.position = placement.toWorld(readVector(json["position"], place / "position"));
-    if (json.contains("target")) {
-        const glm::dvec3 towards =
-            placement.toWorld(readVector(json["target"], place / "target")) - camera.position;
-        if (!(glm::length(towards) > 1e-12)) (place / "target").fail("is the position itself");
-        camera.forward = glm::normalize(towards);
-    } else if (json.contains("forward")) {
-        camera.forward = readDirection(json["forward"], place / "forward");
-    }
-    if (json.contains("up")) camera.up = readDirection(json["up"], place / "up");
-    const glm::dvec3 right = glm::cross(camera.forward, camera.up);
-    if (!(glm::length(right) > 1e-9)) (place / "up").fail("is parallel to the direction of view");
+    const bool turns = readForward(json, camera, placement, place);
+    if (json.contains("up")) up = readDirection(json["up"], place / "up");
+    if (up)
+        camera.up = *up;
+    else if (turns && isAside(camera.forward, kLevel))
+        camera.up = kLevel;
+    if (!isAside(camera.forward, camera.up))
+        (place / "up").fail("is parallel to the direction of view");
     if (std::abs(glm::dot(camera.forward, camera.up)) > 1e-14)
-        camera.up = glm::cross(glm::normalize(right), camera.forward);
+        camera.up =
+            glm::cross(glm::normalize(glm::cross(camera.forward, camera.up)), camera.forward);
     readOptics(json, camera, placement, place);
     return camera;
 }
@@ -188,7 +213,8 @@ static core::Camera readCameraAt(const Json& json, const core::Camera& defaults,
 core::Camera cameraFromJson(const Json& json, const core::Camera& defaults,
                             const core::Placement& placement, const std::string& file)
 {
-    return readCameraAt(json, defaults, placement, {file, ""});
+    std::optional<glm::dvec3> up;
+    return readCameraAt(json, defaults, up, placement, {file, ""});
 }
 
 core::Camera readCamera(const std::filesystem::path& file, const core::Camera& defaults,
@@ -256,11 +282,12 @@ CameraPath cameraPathFromJson(const Json& json, const core::Camera& defaults,
         throw core::Error(file + ": expected {\"keys\": [{\"frame\": 0, \"position\": ...}, ...]}");
     CameraPath path;
     core::Camera last = defaults;
+    std::optional<glm::dvec3> up;
     for (size_t i = 0; i < json["keys"].size(); ++i) {
         const Place place = Place{file, ""} / "keys" / std::to_string(i);
         const Json& key = json["keys"][i];
         last.name.clear();  // the only member that the next key does not inherit
-        last = readCameraAt(key, last, placement, place);
+        last = readCameraAt(key, last, up, placement, place);
         const double frame = key.contains("frame")
                                  ? readNumber(key["frame"], 0, 1e9, place / "frame")
                                  : static_cast<double>(i);

@@ -1,8 +1,9 @@
 // Cameras and camera paths as JSON, in the scene file's own units and axes.
 //   A camera: {"position":[x,y,z], "target":[x,y,z] or "forward":[x,y,z], "up":[0,1,0],
 //   "yfov":degrees, "aspect":width/height, "aperture_radius":r, "focus_distance":d}; with "ymag"
-//   (half the height) it is orthographic. A path: {"keys":[{"frame":0, ...a camera...}, ...]} in
-//   order of frames.
+//   (half the height) it is orthographic. Where "up" is absent and a direction is given, the
+//   horizon is level (up is +y). A path: {"keys":[{"frame":0, ...a camera...}, ...]} in order of
+//   frames.
 #pragma once
 
 #include <filesystem>
@@ -48,7 +49,8 @@ struct CameraPath {
     core::Camera at(double frame) const;
 };
 
-/// A path; what keys leave out is that of the key before, and of `defaults` before the first.
+/// A path; what keys leave out is that of the key before, and of `defaults` before the first. Of
+/// "up" that is what was said last, not how the key before was rolled.
 /// Throws core::Error led by `file` and the place in it.
 CameraPath cameraPathFromJson(const nlohmann::ordered_json& json, const core::Camera& defaults,
                               const core::Placement& placement, const std::string& file);

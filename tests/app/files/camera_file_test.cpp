@@ -134,6 +134,50 @@ TEST_F(CameraPathFile, PassesThroughItsKeysAndHoldsItsEnds)
     EXPECT_NEAR(glm::dot(middle.forward, middle.up), 0, 1e-12);
 }
 
+/// A path on a circle above what it looks at, `step` degrees from key to key, to one last key.
+std::string circle(double step, const char* firstUp)
+{
+    std::string keys;
+    for (int i = 12; i >= 0; --i) {
+        const double angle = glm::radians(step * i);
+        char key[200];
+        std::snprintf(key, sizeof key,
+                      R"(%s{"frame": %d, "position": [%.17g, 1.5, %.17g], "target": [0, 0, 0]%s})",
+                      i == 12 ? "" : ", ", 12 - i, 2 * std::sin(angle), 2 * std::cos(angle),
+                      i == 12 ? firstUp : "");
+        keys += key;
+    }
+    return "{\"keys\": [" + keys + "]}";
+}
+
+TEST_F(CameraPathFile, PathsThatEndInOneKeyEndInOneView)
+{
+    const core::Camera level = core::lookAt({0, 1.5, 2}, {0, 0, 0}, {0, 1, 0}, core::Camera{}.yfov);
+    for (const double step : {1.0, 4.0, 25.0})
+        expectNear(read(circle(step, "")).at(12), level, 1e-15);
+    // What a key has said of "up" holds for those after it, too, as it was said.
+    const core::Camera tilted =
+        core::lookAt({0, 1.5, 2}, {0, 0, 0}, {0.6, 0.8, 0}, core::Camera{}.yfov);
+    for (const double step : {1.0, 4.0, 25.0})
+        expectNear(read(circle(step, R"(, "up": [0.6, 0.8, 0])")).at(12), tilted, 1e-15);
+}
+
+TEST(CameraJson, WhoSaysNothingOfUpIsLevel)
+{
+    const auto json =
+        nlohmann::ordered_json::parse(R"({"position": [0, 0, 0], "target": [2, 1, 0]})");
+    const core::Camera level = app::cameraFromJson(json, {}, kPlacement, "c");
+    EXPECT_NEAR(glm::cross(level.forward, level.up).y, 0, 1e-15);
+    // Whatever view stands behind it: one that looks down, or one that is rolled.
+    const core::Camera rolled = core::lookAt({0, 9, 1}, {0, 0, 0}, {1, 0.2, 0}, 0.6);
+    EXPECT_EQ(app::cameraFromJson(json, rolled, kPlacement, "c").up, level.up);
+    // Straight down there is no level: the view behind it decides.
+    const core::Camera down = app::cameraFromJson(
+        nlohmann::ordered_json::parse(R"({"forward": [0, -1, 0]})"), rolled, kPlacement, "c");
+    EXPECT_NEAR(glm::dot(down.up, down.forward), 0, 1e-15);
+    EXPECT_GT(down.up.x, 0.9);
+}
+
 TEST_F(CameraPathFile, StraightKeysMakeASteadyStraightLine)
 {
     const app::CameraPath path = read(R"({"keys": [{"position": [0, 0, 0]}, {"position": [2, 0, 0]},
