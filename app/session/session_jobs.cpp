@@ -61,7 +61,9 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
             context.progress(("frame " + std::to_string(frame)).c_str(),
                              static_cast<double>(frame - first) / (last - first + 1));
             const core::Camera camera = track.at(frame);
-            renderer->setView({camera, size, params}, core::Start::anew);
+            // A method that keeps samples does so from frame to frame, as in the window.
+            renderer->setView({camera, size, params},
+                              frame == first ? core::Start::anew : core::Start::moved);
             renderer->advance({.samples = samples}, context.stop());
             if (renderer->progress().samples < samples) return;  // cancelled: no half frames
             core::Estimate estimate = renderer->read(core::Reading::everything);

@@ -18,8 +18,9 @@ core::Worker::Job loadJob(const SceneOptions& scene, std::shared_ptr<core::Mailb
 core::Worker::Job poseJob(const Document& document, double time,
                           std::shared_ptr<core::Mailbox<Loaded>> box);
 
-/// Renders the track's frames one by one with the method on the CPU. Throws core::Error when
-/// the pattern has no place for a number or cannot be written.
+/// Renders the track's frames one after the other with the method of `params` on the CPU, each
+/// following on the one before. Throws core::Error when the pattern has no place for a number or
+/// cannot be written.
 core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
                             const std::filesystem::path& pattern, glm::uvec2 size,
                             const core::AnyParams& params, uint32_t samples,

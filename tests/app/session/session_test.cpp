@@ -308,6 +308,40 @@ TEST(Session, ExportsAPath)
     EXPECT_TRUE(fs::exists(folder / "frame-0002.png"));
 }
 
+TEST(Session, ExportsAPathWithTheMethodShown)
+{
+    const tests::TemporaryFolder folder;
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "set", {{"name", "method"}, {"value", "reuse"}});
+    act(session, "set", {{"name", "reuse"}, {"value", "mis"}});
+    act(session, "set", {{"name", "seed"}, {"value", 5}});
+    act(session, "add-key", {{"frame", 0}});
+    act(session, "orbit", {{"dx", 0.02}, {"dy", 0}});
+    act(session, "add-key", {{"frame", 3}});
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "export-path", {{"file", (folder / "frame-%d.exr").string()}, {"spp", 1}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "export frame-%d.exr: done"); }));
+
+    core::ReuseParams params;
+    params.reuse = core::ReuseStrategy::mis;
+    params.seed = 5;
+    const core::ImageFile last = core::readExr(folder / "frame-3.exr");
+    const core::Image& picture = last.layer("");
+    const auto renderer = core::makeRenderer("reuse");
+    renderer->setWorld(session.document()->world, {});
+    const auto flown = [&](core::Start start) {
+        for (int i = 0; i <= 3; ++i) {
+            renderer->setView({session.track.at(i), {picture.width, picture.height}, params},
+                              i == 0 ? core::Start::anew : start);
+            renderer->advance({.samples = 1}, {});
+        }
+        return renderer->read(core::Reading::mean).mean.pixels;
+    };
+    EXPECT_EQ(picture.pixels, flown(core::Start::moved));
+    EXPECT_NE(picture.pixels, flown(core::Start::anew));
+}
+
 TEST(Session, WrongActionsAreRefusedWithTheirNames)
 {
     Session session(options(""));
