@@ -58,6 +58,19 @@ AovChoice readAovs(const std::string& text)
     return choice;
 }
 
+/// A frame has one budget, and nothing beside it says when it is done.
+void checkBudget(const RenderOptions& o)
+{
+    if (!o.budgetMs && !o.budgetRays) return;
+    const std::string name = o.budgetMs ? "--budget-ms" : "--budget-rays";
+    if (o.budgetMs && o.budgetRays)
+        badCommandLine("--budget-ms and --budget-rays: give one of them");
+    if (o.spp || o.timeSeconds)
+        badCommandLine(name + " says how many samples a frame gets: it does not go with " +
+                       (o.spp ? "--spp" : "--time"));
+    if (!o.frames) badCommandLine(name + " is for the frames of a flight: give --frames A-B");
+}
+
 /// Options that make no sense together, or alone.
 void checkRender(const RenderOptions& o)
 {
@@ -75,6 +88,7 @@ void checkRender(const RenderOptions& o)
         badCommandLine("--device-index is for --device vulkan");
     if (o.frames && !o.reference.empty())
         badCommandLine("--reference is one picture: it does not go with --frames");
+    checkBudget(o);
     if (o.untilRmse && o.reference.empty())
         badCommandLine("--until-rmse needs --reference REF.exr to compare with");
 }
@@ -97,13 +111,21 @@ Subcommand renderCommandLine(CLI::App& root)
     addValue(app, picture, "--exposure", o->exposure, "stops that brighten a PNG", {-40, 40});
     addValue(app, picture, "--tone", o->tone, "tone curve of a PNG");
     addValue(app, stop, "--spp", o->spp,
-             "samples per pixel (default 64 unless --time or --until-rmse is given)",
-             {1, 2147483647});
+             "samples per pixel (default 64 unless another limit is given)", {1, 2147483647});
     addValue(app, stop, "--time", o->timeSeconds,
              "seconds for each picture, from the scene in memory: building and compiling count, "
              "loading and "
              "writing do not; at least one sample is taken",
              {1e-3, 1e9});
+    addValue(app, stop, "--budget-ms", o->budgetMs,
+             "milliseconds for each of --frames: as many whole samples as fit, at least one; a new "
+             "camera or pose counts, reading, writing and the first frame's compiling do not",
+             {1e-3, 1e9});
+    addValue(app, stop, "--budget-rays", o->budgetRays,
+             "rays per pixel for each of --frames, those to lights included: as many whole samples "
+             "as fit, at least one; a method with --rays (reuse) takes fewer paths than pixels "
+             "where one for each would be too many",
+             {0.1, 1e9});
     addValue(app, stop, "--reference", o->reference, "EXR to measure the error against");
     addValue(app, stop, "--until-rmse", o->untilRmse,
              "stop when the RMSE against --reference is this small; exit code 6 when another limit "

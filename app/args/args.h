@@ -55,7 +55,8 @@ struct RenderOptions {
     uint32_t width = 640;  // when `size` is absent: height from the camera's aspect
     std::optional<uint64_t> spp;
     std::optional<double> timeSeconds;
-    std::string camera;  // name, index or file; empty: the scene's first
+    std::optional<double> budgetMs, budgetRays;  // of each frame; rays per pixel
+    std::string camera;                          // name, index or file; empty: the scene's first
     std::filesystem::path path;
     std::optional<FrameRange> frames;  // of the path, or of the scene's animation
     double framesPerSecond = 24;
@@ -104,8 +105,9 @@ struct FlightBenchOptions {
     std::vector<double> steps;  // degrees per frame, or frames of the path; ascending
     uint32_t seeds = 0;
     uint64_t referenceSpp = 0;
-    double exposure = 0;                          // stops of the pictures
-    bool sweeps = true;                           // of parameters, in the first scene
+    std::optional<glm::uvec2> window;  // flights in the window's own loop, too, at that size
+    double exposure = 0;               // stops of the pictures
+    bool sweeps = true;                // of parameters, in the first scene
     std::vector<core::ReuseStrategy> strategies;  // ascending, Discard first
     core::AnyParams params;                       // of reuse, what all strategies have in common
     bool quick = false, quiet = false;

@@ -8,6 +8,7 @@
 #include "app/base/files.h"
 #include "app/base/interrupt.h"
 #include "app/base/log.h"
+#include "app/commands/frame_budget.h"
 #include "app/commands/render_loop.h"
 #include "app/files/load.h"
 #include "app/files/picture_file.h"
@@ -57,6 +58,13 @@ uint32_t forcedFeatures(const RenderOptions& o)
     return bits;
 }
 
+double meanOf(const core::Image& map)
+{
+    double sum = 0;
+    for (const float x : map.pixels) sum += static_cast<double>(x);
+    return sum / static_cast<double>(std::max<size_t>(map.pixels.size(), 1));
+}
+
 /// One render command at work.
 class Job {
 public:
@@ -72,6 +80,9 @@ private:
     Ended renderFrame(uint32_t index);
     Outcome takeSamples(uint32_t index);
     void checkReference() const;
+    void setGoal();
+    void fitBudget();
+    std::vector<std::pair<std::string, double>> mapMeans();
     void report(uint32_t index, const Outcome& outcome);
     void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs);
     [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
@@ -81,7 +92,7 @@ private:
         return o_.frames ? numbered(o_.output, index) : o_.output;
     }
 
-    const RenderOptions& o_;
+    RenderOptions o_;  // as given, but for what a budget makes of the parameters
     const PathMaker& makePath_;
     const RendererMaker& makeRenderer_;
     const Clock::time_point start_ = Clock::now();
@@ -132,9 +143,43 @@ void Job::prepare()
     const Clock::time_point start = Clock::now();
     renderer_->setWorld(loaded.world, log_.callback());
     prepareSeconds_ = secondsSince(start);
-    goal_.spp = o_.spp.value_or(o_.timeSeconds || o_.untilRmse ? kMaxSpp : kDefaultSpp);
+    setGoal();
+}
+
+void Job::setGoal()
+{
+    const bool limited = o_.timeSeconds || o_.untilRmse || o_.budgetMs || o_.budgetRays;
+    goal_.spp = o_.spp.value_or(limited ? kMaxSpp : kDefaultSpp);
     goal_.rmse = o_.untilRmse.value_or(0);
     goal_.reference = o_.untilRmse ? &reference_ : nullptr;
+    goal_.budgetRays = o_.budgetRays.value_or(0) * report_.size.x * report_.size.y;
+    if (o_.budgetRays) fitBudget();
+}
+
+/// Views of the whole flight are tried: the parameters stay, since what is kept depends on them.
+void Job::fitBudget()
+{
+    std::vector<core::View> views;
+    const FrameRange frames = o_.frames.value_or(FrameRange{});
+    for (const uint32_t part : {0u, 1u, 2u}) {
+        const uint32_t index =
+            frames.first + static_cast<uint32_t>(uint64_t{frames.last - frames.first} * part / 2);
+        views.push_back({path_ ? path_->at(index) : report_.camera, report_.size, o_.params});
+        if (!path_ || frames.first == frames.last) break;
+    }
+    const std::string said = fitRays(*renderer_, views, *o_.budgetRays, o_.params);
+    if (!said.empty()) log_.line(said);
+}
+
+/// Of the frame under way, for the statistics.
+std::vector<std::pair<std::string, double>> Job::mapMeans()
+{
+    std::vector<std::pair<std::string, double>> means;
+    if (o_.stats.empty()) return means;
+    const std::vector<core::Image> maps = renderer_->maps();
+    const auto infos = core::methodNamed(o_.params.id()).maps;
+    for (size_t i = 0; i < maps.size(); ++i) means.emplace_back(infos[i].name, meanOf(maps[i]));
+    return means;
 }
 
 void Job::checkReference() const
@@ -174,13 +219,17 @@ void Job::reportProgress(uint64_t samples, double seconds, std::optional<double>
 
 void Job::report(uint32_t index, const Outcome& outcome)
 {
-    constexpr const char* kNames[] = {"spp", "time", "target", "interrupted"};
+    constexpr const char* kNames[] = {"spp", "time", "target", "interrupted", "budget"};
     report_.renderer = renderer_->stats();
     report_.ended = kNames[static_cast<size_t>(outcome.ended)];
     report_.rmse = outcome.rmse;
-    report_.frames.push_back({index, outcome.seconds, report_.renderer.rays - raysBefore_,
-                              report_.renderer.paths - pathsBefore_, outcome.samples,
-                              report_.renderer.details});
+    report_.frames.push_back({index,
+                              outcome.seconds,
+                              report_.renderer.rays - raysBefore_,
+                              report_.renderer.paths - pathsBefore_,
+                              outcome.samples,
+                              report_.renderer.details,
+                              {}});
 }
 
 Outcome Job::takeSamples(uint32_t index)
@@ -242,10 +291,16 @@ Ended Job::renderFrame(uint32_t index)
     report_.prepareSeconds += prepareSeconds_;
     // What is left of the time after preparation; never zero, which would mean no limit.
     goal_.seconds = o_.timeSeconds ? std::max(*o_.timeSeconds - prepareSeconds_, 1e-9) : 0;
+    if (o_.budgetMs) {
+        // Of the first frame compiling is a part, which says nothing of those that follow.
+        const double spent = follows ? prepareSeconds_ : 0;
+        goal_.budgetSeconds = std::max(*o_.budgetMs * 1e-3 - spent, 1e-9);
+    }
     prepareSeconds_ = 0;
     interrupt_.keepResult(true);
     const Outcome outcome = takeSamples(index);
     report(index, outcome);
+    if (outcome.samples > 0) report_.frames.back().means = mapMeans();
     if (outcome.samples > 0) {
         const core::Estimate estimate = renderer_->read(core::Reading::everything);
         core::Aovs aovs;

@@ -34,6 +34,48 @@ uint64_t withinTime(uint64_t step, uint64_t samples, double seconds, double limi
     return std::clamp<uint64_t>(static_cast<uint64_t>(std::max(left, 1.0)), 1, step);
 }
 
+/// How many more samples a budget allows, from what the last step has taken.
+class BudgetWatch {
+public:
+    BudgetWatch(const core::Renderer& renderer, const Goal& goal)
+        : renderer_(renderer), goal_(goal), raysBefore_(rays())
+    {}
+
+    void step(uint64_t samples, double seconds)
+    {
+        if (samples == 0) return;
+        const double now = rays();
+        secondsEach_ = seconds / static_cast<double>(samples);
+        raysEach_ = (now - raysBefore_ - raysSpent_) / static_cast<double>(samples);
+        raysSpent_ = now - raysBefore_;
+        secondsSpent_ += seconds;
+    }
+
+    uint64_t samplesLeft() const
+    {
+        return std::min(whole(goal_.budgetSeconds, secondsSpent_, secondsEach_),
+                        whole(goal_.budgetRays, raysSpent_, raysEach_));
+    }
+
+private:
+    static constexpr uint64_t kMany = 1ull << 40;
+
+    double rays() const
+    {
+        return goal_.budgetRays > 0 ? static_cast<double>(renderer_.stats().rays) : 0;
+    }
+
+    static uint64_t whole(double budget, double spent, double each)
+    {
+        if (budget <= 0 || each <= 0) return kMany;
+        return static_cast<uint64_t>(std::clamp((budget - spent) / each, 0.0, 1e12));
+    }
+
+    const core::Renderer& renderer_;
+    const Goal& goal_;
+    double raysBefore_, raysSpent_ = 0, secondsSpent_ = 0, raysEach_ = 0, secondsEach_ = 0;
+};
+
 }  // namespace
 
 Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_token& stop,
@@ -41,6 +83,7 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
 {
     CHECK(goal.spp >= 1);
     Outcome outcome;
+    BudgetWatch budget(renderer, goal);
     uint64_t step = 1, first = renderer.progress().samples;
     double nextMeasurement = 1;
     outcome.samples = first;
@@ -58,11 +101,15 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
             // A step longer than the samples between two measurements would overshoot a target.
             if (goal.rmse > 0) step = std::min(step, std::max<uint64_t>(1, outcome.samples / 5));
             const uint64_t taken = std::min(
-                left, withinTime(step, outcome.samples - first, outcome.seconds, goal.seconds));
+                {left, withinTime(step, outcome.samples - first, outcome.seconds, goal.seconds),
+                 std::max<uint64_t>(budget.samplesLeft(), 1)});
             const core::Clock::time_point start = core::Clock::now();
+            const uint64_t had = outcome.samples;
             renderer.advance({.samples = static_cast<uint32_t>(taken)}, stop);
-            outcome.seconds += core::secondsSince(start);
+            const double seconds = core::secondsSince(start);
+            outcome.seconds += seconds;
             outcome.samples = renderer.progress().samples;
+            budget.step(outcome.samples - had, seconds);
         }
         const bool enough = outcome.samples >= goal.spp;
         const bool late = goal.seconds > 0 && outcome.seconds >= goal.seconds;
@@ -80,6 +127,8 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
             outcome.ended = Ended::spp;
         else if (late && outcome.samples > 0)
             outcome.ended = Ended::time;
+        else if (outcome.samples > first && budget.samplesLeft() == 0)
+            outcome.ended = Ended::budget;
         else
             continue;
         return outcome;

@@ -1,5 +1,5 @@
-// Takes samples until a limit is reached: a number of them, a time, an error against a reference,
-// or a stop request.
+// Takes samples until a limit is reached: a number of them, a time, an error against a reference, a
+// budget, or a stop request.
 #pragma once
 
 #include <cstdint>
@@ -19,9 +19,12 @@ struct Goal {
     double seconds = 0;  // of rendering, 0 = no limit; at least one sample is taken
     const core::Image* reference = nullptr;
     double rmse = 0;  // against `reference`, over all pixels and channels; 0 = not a goal
+    // What is to be spent and no more: a sample that would probably run past it is not begun, but
+    // for the first. 0 = no limit.
+    double budgetSeconds = 0, budgetRays = 0;
 };
 
-enum class Ended { spp, time, target, stopped };
+enum class Ended { spp, time, target, stopped, budget };
 
 struct Outcome {
     Ended ended = Ended::spp;

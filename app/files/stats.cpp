@@ -87,6 +87,7 @@ static Json framesJson(const RenderReport& r)
                           {"paths", frame.paths},
                           {"spp", frame.spp}});
         if (!frame.details.empty()) frames.back()["method_stats"] = detailsJson(frame.details);
+        for (const auto& [name, mean] : frame.means) frames.back()["map_means"][name] = mean;
     }
     return frames;
 }
@@ -145,6 +146,8 @@ std::string statsJson(const RenderReport& r)
               {"method_stats", detailsJson(r.renderer.details)}};
     if (r.rmse) json["rmse"] = *r.rmse;
     if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
+    if (o.budgetMs) json["budget_ms"] = *o.budgetMs;
+    if (o.budgetRays) json["budget_rays"] = *o.budgetRays;
     if (o.validation) json["validation_messages"] = r.validationMessages;
     return jsonLines(json);
 }

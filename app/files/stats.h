@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -21,7 +22,8 @@ struct FrameReport {
     uint32_t index = 0;
     double seconds = 0;  // in the renderer
     uint64_t rays = 0, paths = 0, spp = 0;
-    std::vector<core::StatsDetail> details;  // of the method
+    std::vector<core::StatsDetail> details;             // of the method
+    std::vector<std::pair<std::string, double>> means;  // of the method's maps, by name
 };
 
 /// Everything that stats and metadata are made of.
@@ -38,7 +40,8 @@ struct RenderReport {
     double loadSeconds = 0, totalSeconds = 0;
     // From the world to the first sample, building and compiling included
     double prepareSeconds = 0;
-    const char* ended = "spp";  // or "time", "target", "interrupted", "device lost"
+    // or "time", "target", "interrupted", "budget", "device lost"
+    const char* ended = "spp";
     std::optional<double> rmse;
     uint64_t validationMessages = 0;
 

@@ -170,6 +170,17 @@ TEST(Args, OptionsThatDoNotGoTogether)
         contains(refusal({"render", "a.gltf", "-o", "a.exr", "--path", "p.json"}), "--frames"));
     EXPECT_TRUE(contains(
         refusal({"render", "a.gltf", "-o", "a.exr", "--device", "cpu", "--validation"}), "vulkan"));
+    EXPECT_TRUE(contains(refusal({"render", "a.gltf", "-o", "a.exr", "--budget-ms", "5"}),
+                         "give --frames"));
+    for (const auto& [name, other] : {std::pair{"--budget-ms", "--spp"},
+                                      {"--budget-ms", "--time"},
+                                      {"--budget-rays", "--spp"},
+                                      {"--budget-rays", "--time"},
+                                      {"--budget-rays", "--budget-ms"}}) {
+        const std::string message =
+            refusal({"render", "a.gltf", "-o", "%d.exr", "--frames", "0-1", name, "5", other, "2"});
+        EXPECT_TRUE(contains(message, name) && contains(message, other)) << message;
+    }
     EXPECT_TRUE(contains(refusal({"compare", "a.exr"}), "reference is missing"));
     EXPECT_TRUE(
         contains(refusal({"compare", "a.exr", "b.exr", "c.exr"}), "unexpected argument 'c.exr'"));

@@ -413,6 +413,60 @@ TEST_F(Cli, FramesOfAPath)
     EXPECT_NE(exr("f-0004.exr").metadata.at("camera"), exr("f-0006.exr").metadata.at("camera"));
 }
 
+TEST_F(Cli, FramesWithABudgetOfRays)
+{
+    writeFile("path.json",
+              R"({"keys": [{"frame": 0}, {"frame": 30, "position": [0.1, 1.1, 3.5]}]})");
+    const Strings render{"render",  kScene,       "-o",       "f-%d.exr", "--device",
+                         "cpu",     "--size",     "24x20",    "--path",   "path.json",
+                         "--stats", "stats.json", "--frames", "0-29",     "--budget-rays"};
+    const double pixels = 24 * 20;
+    // Whole samples: as many as fit, and not one more.
+    Result result = run(render + Strings{"40", "--method", "path"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    for (const Json& frame : stats().at("frames")) {
+        const double rays = frame.at("rays").get<double>(), spp = frame.at("spp").get<double>();
+        EXPECT_LE(rays, 1.05 * 40 * pixels);
+        EXPECT_GE(rays * (spp + 1) / spp, 0.9 * 40 * pixels);
+        EXPECT_GT(spp, 1);
+    }
+    EXPECT_EQ(stats().at("ended"), "budget");
+    EXPECT_EQ(stats().at("budget_rays"), 40);
+    // Less than a sample: pixels take turns once they have a history.
+    result = run(render + Strings{"3", "--method", "reuse"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("--budget-rays 3"), std::string::npos) << result.err;
+    const double rays = stats().at("params").at("rays").get<double>();
+    EXPECT_GT(rays, 0.1);
+    EXPECT_LT(rays, 0.6);
+    const Json frames = stats().at("frames");
+    EXPECT_GT(frames[0].at("rays").get<double>(), 3.5 * pixels) << "nothing is known yet";
+    double last = 0;
+    for (size_t i = 20; i < 30; ++i) last += frames[i].at("rays").get<double>() / (10 * pixels);
+    EXPECT_LE(last, 3 * 1.1);
+    EXPECT_GE(last, 3 * 0.6);
+    // What the statistics say of each frame.
+    for (const char* name : {"history", "alpha", "c", "residual", "ess", "rays"})
+        EXPECT_TRUE(frames[29].at("map_means").contains(name)) << name;
+    EXPECT_GT(frames[29].at("map_means").at("ess"), frames[0].at("map_means").at("ess"));
+    for (const char* name : {"history", "c", "n", "weights"})
+        EXPECT_TRUE(frames[29].at("method_stats").contains(name)) << name;
+}
+
+TEST_F(Cli, FramesWithABudgetOfTime)
+{
+    writeFile("path.json",
+              R"({"keys": [{"frame": 0}, {"frame": 3, "position": [0.1, 1.1, 3.5]}]})");
+    const Strings render{"render",  kScene,       "-o",       "f-%d.exr", "--device",
+                         "cpu",     "--size",     "24x20",    "--path",   "path.json",
+                         "--stats", "stats.json", "--frames", "0-3",      "--budget-ms"};
+    ASSERT_EQ(run(render + Strings{"0.001"}).code, 0);
+    for (const Json& frame : stats().at("frames")) EXPECT_EQ(frame.at("spp"), 1);
+    ASSERT_EQ(run(render + Strings{"400"}).code, 0);
+    for (const Json& frame : stats().at("frames")) EXPECT_GT(frame.at("spp"), 1);
+    EXPECT_EQ(stats().at("ended"), "budget");
+}
+
 TEST_F(Cli, FramesOfAnAnimation)
 {
     const std::string scene = (kAssets / "animated.gltf").string();

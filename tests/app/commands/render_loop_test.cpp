@@ -39,7 +39,8 @@ public:
                                    static_cast<float>(samples_ > 1 ? 1 / (n - 1) : 0), samples_);
     }
     core::Aovs aovs() override { return {}; }
-    core::RenderStats stats() const override { return {}; }
+    core::RenderStats stats() const override { return {.rays = kRays * samples_}; }
+    static constexpr uint64_t kRays = 7;  // of a sample
 
 private:
     uint64_t samples_ = 0;
@@ -80,6 +81,36 @@ TEST(RenderLoop, StopsInTimeButNotBeforeTheFirstSample)
     FakeRenderer slow;
     slow.perSample = std::chrono::milliseconds(10);
     EXPECT_EQ(app::renderUntil(slow, {.spp = 100, .seconds = 1e-9}, {}, {}).samples, 1u);
+}
+
+TEST(RenderLoop, ABudgetOfRaysIsSpentAndNoMore)
+{
+    for (const auto& [rays, samples] :
+         {std::pair{50.0, 7u}, {49.0, 7u}, {48.9, 6u}, {7e5, 100000u}, {3.0, 1u}}) {
+        FakeRenderer renderer;
+        const app::Outcome outcome =
+            app::renderUntil(renderer, {.spp = 1u << 30u, .budgetRays = rays}, {}, {});
+        EXPECT_EQ(outcome.ended, app::Ended::budget);
+        EXPECT_EQ(outcome.samples, samples) << rays;
+    }
+    FakeRenderer renderer;
+    EXPECT_EQ(app::renderUntil(renderer, {.spp = 4, .budgetRays = 1e6}, {}, {}).ended,
+              app::Ended::spp);
+}
+
+TEST(RenderLoop, ABudgetOfTimeIsNotRunPast)
+{
+    FakeRenderer renderer;
+    renderer.perSample = std::chrono::milliseconds(10);
+    const app::Outcome outcome =
+        app::renderUntil(renderer, {.spp = 1u << 30u, .budgetSeconds = 0.105}, {}, {});
+    EXPECT_EQ(outcome.ended, app::Ended::budget);
+    EXPECT_GE(outcome.samples, 1u);
+    EXPECT_LE(outcome.samples, 10u) << "eleven take longer than that";
+
+    FakeRenderer slow;
+    slow.perSample = std::chrono::milliseconds(20);
+    EXPECT_EQ(app::renderUntil(slow, {.spp = 9, .budgetSeconds = 1e-9}, {}, {}).samples, 1u);
 }
 
 TEST(RenderLoop, StopsAtTheTarget)
