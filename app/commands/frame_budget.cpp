@@ -54,8 +54,10 @@ std::string fitRays(core::Renderer& renderer, std::span<const core::View> views,
     }
     if (dearest <= raysPerPixel) return {};
     std::string text = "--budget-rays " + numberText(raysPerPixel) +
-                       ": a path for each pixel takes up to " + numberText(std::round(100 * dearest) / 100) + " rays per pixel";
-    const float* const chosen = setRays(params, rays) ? core::findParam<float>(params, "rays") : nullptr;
+                       ": a path for each pixel takes up to " +
+                       numberText(std::round(100 * dearest) / 100) + " rays per pixel";
+    const float* const chosen =
+        setRays(params, rays) ? core::findParam<float>(params, "rays") : nullptr;
     if (chosen == nullptr) return text + ", and fewer than one sample there is not";
     text += " — --rays is " + numberText(static_cast<double>(*chosen));
     if (rays < static_cast<double>(*chosen)) text += ", the least there is";

@@ -58,13 +58,6 @@ uint32_t forcedFeatures(const RenderOptions& o)
     return bits;
 }
 
-double meanOf(const core::Image& map)
-{
-    double sum = 0;
-    for (const float x : map.pixels) sum += static_cast<double>(x);
-    return sum / static_cast<double>(std::max<size_t>(map.pixels.size(), 1));
-}
-
 /// One render command at work.
 class Job {
 public:
@@ -82,7 +75,8 @@ private:
     void checkReference() const;
     void setGoal();
     void fitBudget();
-    std::vector<std::pair<std::string, double>> mapMeans();
+    void countOverBudget();
+    void tellOverBudget();
     void report(uint32_t index, const Outcome& outcome);
     void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs);
     [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
@@ -171,15 +165,23 @@ void Job::fitBudget()
     if (!said.empty()) log_.line(said);
 }
 
-/// Of the frame under way, for the statistics.
-std::vector<std::pair<std::string, double>> Job::mapMeans()
+/// One sample may be more than there is room for.
+void Job::countOverBudget()
 {
-    std::vector<std::pair<std::string, double>> means;
-    if (o_.stats.empty()) return means;
-    const std::vector<core::Image> maps = renderer_->maps();
-    const auto infos = core::methodNamed(o_.params.id()).maps;
-    for (size_t i = 0; i < maps.size(); ++i) means.emplace_back(infos[i].name, meanOf(maps[i]));
-    return means;
+    constexpr double kRoom = 1.1;  // times are never quite what was expected
+    const FrameReport& frame = report_.frames.back();
+    const bool slow = goal_.budgetSeconds > 0 && frame.seconds > kRoom * goal_.budgetSeconds;
+    const bool many =
+        goal_.budgetRays > 0 && static_cast<double>(frame.rays) > kRoom * goal_.budgetRays;
+    if (slow || many) ++report_.overBudget;
+}
+
+void Job::tellOverBudget()
+{
+    if (report_.overBudget == 0) return;
+    log_.line(std::to_string(report_.overBudget) + " of " + std::to_string(report_.frames.size()) +
+              " frames took more than " + (o_.budgetMs ? "--budget-ms" : "--budget-rays") +
+              " allows: one sample is the least");
 }
 
 void Job::checkReference() const
@@ -300,7 +302,9 @@ Ended Job::renderFrame(uint32_t index)
     interrupt_.keepResult(true);
     const Outcome outcome = takeSamples(index);
     report(index, outcome);
-    if (outcome.samples > 0) report_.frames.back().means = mapMeans();
+    if (outcome.samples > 0 && !o_.stats.empty())
+        report_.frames.back().means = mapMeans(*renderer_, o_.params.id());
+    countOverBudget();
     if (outcome.samples > 0) {
         const core::Estimate estimate = renderer_->read(core::Reading::everything);
         core::Aovs aovs;
@@ -350,6 +354,7 @@ int Job::run()
     report_.totalSeconds = secondsSince(start_);
     report_.validationMessages = o_.validation ? gpu::validationMessages() : 0;
     if (!o_.stats.empty()) core::writeFile(o_.stats, statsJson(report_));
+    tellOverBudget();
 
     const core::FilmCounters& c = report_.counters;
     if (!c.clean())

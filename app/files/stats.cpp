@@ -9,6 +9,7 @@
 #include "app/base/program_version.h"
 #include "app/files/camera_file.h"
 #include "app/files/params_json.h"
+#include "core/methods/method.h"
 #include "core/scene/features.h"
 
 namespace app {
@@ -34,6 +35,21 @@ uint64_t RenderReport::paths() const
     uint64_t sum = 0;
     for (const FrameReport& frame : frames) sum += frame.paths;
     return sum;
+}
+
+std::vector<std::pair<std::string, double>> mapMeans(core::Renderer& renderer,
+                                                     std::string_view method)
+{
+    std::vector<std::pair<std::string, double>> means;
+    const std::vector<core::Image> maps = renderer.maps();
+    const auto infos = core::methodNamed(method).maps;
+    for (size_t i = 0; i < maps.size(); ++i) {
+        double sum = 0;
+        for (const float x : maps[i].pixels) sum += static_cast<double>(x);
+        const auto count = static_cast<double>(std::max<size_t>(maps[i].pixels.size(), 1));
+        means.emplace_back(infos[i].name, sum / count);
+    }
+    return means;
 }
 
 double peakHostMb()
@@ -148,6 +164,7 @@ std::string statsJson(const RenderReport& r)
     if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
     if (o.budgetMs) json["budget_ms"] = *o.budgetMs;
     if (o.budgetRays) json["budget_rays"] = *o.budgetRays;
+    if (o.budgetMs || o.budgetRays) json["over_budget"] = r.overBudget;
     if (o.validation) json["validation_messages"] = r.validationMessages;
     return jsonLines(json);
 }

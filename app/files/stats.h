@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -43,12 +44,17 @@ struct RenderReport {
     // or "time", "target", "interrupted", "budget", "device lost"
     const char* ended = "spp";
     std::optional<double> rmse;
+    uint64_t overBudget = 0;  // frames that took a tenth more than their budget, or worse
     uint64_t validationMessages = 0;
 
     double renderSeconds() const;
     uint64_t rays() const;
     uint64_t paths() const;
 };
+
+/// Means of the maps of a method's own as they stand, by name; nothing where it has none.
+std::vector<std::pair<std::string, double>> mapMeans(core::Renderer& renderer,
+                                                     std::string_view method);
 
 /// Schema 1: keys may be added, none renamed. Ends in a newline.
 std::string statsJson(const RenderReport& report);

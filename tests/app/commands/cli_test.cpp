@@ -432,6 +432,7 @@ TEST_F(Cli, FramesWithABudgetOfRays)
     }
     EXPECT_EQ(stats().at("ended"), "budget");
     EXPECT_EQ(stats().at("budget_rays"), 40);
+    EXPECT_EQ(stats().at("over_budget"), 0);
     // Less than a sample: pixels take turns once they have a history.
     result = run(render + Strings{"3", "--method", "reuse"});
     ASSERT_EQ(result.code, 0) << result.err;
@@ -462,6 +463,7 @@ TEST_F(Cli, FramesWithABudgetOfTime)
                          "--stats", "stats.json", "--frames", "0-3",      "--budget-ms"};
     ASSERT_EQ(run(render + Strings{"0.001"}).code, 0);
     for (const Json& frame : stats().at("frames")) EXPECT_EQ(frame.at("spp"), 1);
+    EXPECT_EQ(stats().at("over_budget"), 4);
     ASSERT_EQ(run(render + Strings{"400"}).code, 0);
     for (const Json& frame : stats().at("frames")) EXPECT_GT(frame.at("spp"), 1);
     EXPECT_EQ(stats().at("ended"), "budget");
