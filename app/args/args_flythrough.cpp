@@ -96,6 +96,12 @@ void addAmountOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
     app.add_flag("--no-sweeps", given.noSweeps,
                  "leave out the flights with one parameter changed, which the first scene has")
         ->group(group);
+    addRead(
+        app, group, "--window", "WxH", o.window,
+        [](const std::string& text) { return readSizeOf("--window", text); },
+        "fly in the window's own loop, too, in a window of that size (640x360): by the clock, "
+        "for 33 and 100 ms from picture to picture, with pictures as small as that takes; two "
+        "to four minutes for each scene");
     addValue(app, group, "--seeds", given.seeds,
              "flights of each kind, default " + std::to_string(kUsual.seeds) +
                  "; quick: " + std::to_string(kQuick.seeds),

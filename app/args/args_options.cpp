@@ -118,7 +118,7 @@ void addLoadingOptions(CLI::App& app, SceneOptions& scene)
 }
 
 /// "640x360" to a size. Throws as CLI11 does for a wrong value.
-glm::uvec2 readSize(const std::string& text)
+glm::uvec2 readSizeOf(const char* option, const std::string& text)
 {
     constexpr core::Range kPixels{1, 65536};
     const size_t x = text.find_first_of("xX");
@@ -126,9 +126,13 @@ glm::uvec2 readSize(const std::string& text)
     if (x == std::string::npos || !readValue(text.substr(0, x), kPixels, size.x).empty() ||
         !readValue(text.substr(x + 1), kPixels, size.y).empty())
         throw CLI::ValidationError(
-            "--size",
-            "'" + text + "' is not WIDTHxHEIGHT with both from 1 to 65536, as in 640x360");
+            option, "'" + text + "' is not WIDTHxHEIGHT with both from 1 to 65536, as in 640x360");
     return size;
+}
+
+glm::uvec2 readSize(const std::string& text)
+{
+    return readSizeOf("--size", text);
 }
 
 }  // namespace app

@@ -133,6 +133,9 @@ void addLoadingOptions(CLI::App& app, SceneOptions& scene);
 /// "640x360" to a size. Throws as CLI11 does for a wrong value.
 glm::uvec2 readSize(const std::string& text);
 
+/// The same for an option of another name.
+glm::uvec2 readSizeOf(const char* option, const std::string& text);
+
 /// The items of "a,b,c" that are not empty.
 std::vector<std::string> splitList(const std::string& text);
 

@@ -50,6 +50,7 @@ int benchFlythrough(const FlightBenchOptions& options, std::ostream& out)
     for (size_t i = 0; i < options.scenes.size() && !interrupt.requested(); ++i) {
         try {
             measurement.measureScene(i);
+            if (options.window && !interrupt.requested()) measurement.measureWindow(i);
             if (i == 0 && options.sweeps) measurement.sweep();
         } catch (const core::Error& error) {
             if (!interrupt.requested() || error.code() != core::ExitCode::interrupted) throw;

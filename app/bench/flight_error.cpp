@@ -34,6 +34,12 @@ double trimmedMean(std::vector<double>& values)
 
 }  // namespace
 
+Measured quotient(const Measured& a, const Measured& b)
+{
+    const double value = a.value / b.value;
+    return {value, std::abs(value) * std::hypot(a.error / a.value, b.error / b.value)};
+}
+
 double noiseOf(const core::Image& reference, const core::Image& variance)
 {
     double sum = 0;

@@ -13,6 +13,9 @@ struct Measured {
     double value = 0, error = 0;
 };
 
+/// a / b with the standard errors of both.
+Measured quotient(const Measured& a, const Measured& b);
+
 /// Means over all pixels and channels and over the pictures, defined as in core/image/metrics.h; of
 /// `mse` and `relMse` what the reference's own variance adds is taken off. Seeds are few and tiles
 /// are many: standard errors come from how much the sums of tiles vary between the pictures, which

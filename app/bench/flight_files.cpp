@@ -44,6 +44,29 @@ Json rowJson(const std::string& scene, const Row& row)
             {"equal_time_trimmed_ratio", row.trimmedTimeRatio}};
 }
 
+Json windowJson(const SceneResult& scene)
+{
+    Json rows = Json::array();
+    for (const WindowRow& row : scene.window)
+        rows.push_back({{"strategy", row.strategy},
+                        {"paths", row.paths},
+                        {"target_seconds", row.target},
+                        {"picture_seconds", row.pictureSeconds},
+                        {"scale", row.scale},
+                        {"share", row.share},
+                        {"relmse", row.errors.relMse.value},
+                        {"relmse_se", row.errors.relMse.error},
+                        {"relmse_trimmed", row.errors.trimmed.value},
+                        {"mean_signed_error", row.errors.signedError.value},
+                        {"mean_signed_error_se", row.errors.signedError.error},
+                        {"pictures", row.errors.pictures},
+                        {"relmse_ratio", row.ratio.value},
+                        {"relmse_ratio_se", row.ratio.error},
+                        {"trimmed_ratio", row.trimmedRatio.value},
+                        {"trimmed_ratio_se", row.trimmedRatio.error}});
+    return {{"speed", scene.windowSpeed}, {"seconds", scene.windowSeconds}, {"rows", rows}};
+}
+
 Json sceneJson(const SceneResult& scene)
 {
     Json shots = Json::array();
@@ -54,18 +77,20 @@ Json sceneJson(const SceneResult& scene)
                          {"relmse", shot.relMse},
                          {"file", shot.file.string()},
                          {"part", shot.part.string()}});
-    return {{"scene", scene.name},
-            {"file", scene.file.string()},
-            {"triangles", scene.triangles},
-            {"size", {scene.size.x, scene.size.y}},
-            {"way", scene.way},
-            {"step_unit", scene.unit},
-            {"mean_reference", scene.radiance},
-            {"reference_relmse", scene.referenceRelMse},
-            {"reference_seconds", scene.referenceSeconds},
-            {"reference_kept", scene.referenceKept},
-            {"shown_step", scene.shownStep},
-            {"pictures", shots}};
+    Json json{{"scene", scene.name},
+              {"file", scene.file.string()},
+              {"triangles", scene.triangles},
+              {"size", {scene.size.x, scene.size.y}},
+              {"way", scene.way},
+              {"step_unit", scene.unit},
+              {"mean_reference", scene.radiance},
+              {"reference_relmse", scene.referenceRelMse},
+              {"reference_seconds", scene.referenceSeconds},
+              {"reference_kept", scene.referenceKept},
+              {"shown_step", scene.shownStep},
+              {"pictures", shots}};
+    if (!scene.window.empty()) json["window"] = windowJson(scene);
+    return json;
 }
 
 Json sweepJson(const Results& r, const SweepPoint& p)
@@ -130,6 +155,7 @@ std::string resultsJson(const Results& r)
                       {"seeds", r.seeds},
                       {"reference_spp", r.referenceSpp},
                       {"params", paramsJson(r.params)},
+                      {"window_size", {r.windowSize.x, r.windowSize.y}},
                       {"scenes", scenes},
                       {"rows", rows},
                       {"sweeps", sweeps}});
@@ -153,6 +179,24 @@ std::string rowsCsv(const Results& r)
     return csv;
 }
 
+static std::string windowTable(const Results& r, const SceneResult& scene)
+{
+    std::string text = scene.name + ", in the window's loop, " + std::to_string(r.windowSize.x) +
+                       'x' + std::to_string(r.windowSize.y) + ", " + numberText(scene.windowSpeed) +
+                       ' ' + scene.unit + " per second:\n" + padded("", 26) +
+                       "target ms  ms/picture  scale  relMSE/discard  no fireflies\n";
+    for (const WindowRow& row : scene.window)
+        text +=
+            "  " +
+            padded(row.strategy + (row.paths == 1 ? "" : ", rays " + numberText(row.paths)), 24) +
+            padded(number("%.0f", 1e3 * row.target), 11) +
+            padded(number("%.0f", 1e3 * row.pictureSeconds), 12) +
+            padded(number("%.2f", row.scale), 7) +
+            padded(number("%.3g", row.ratio.value) + number(" +- %.2g", row.ratio.error), 16) +
+            number("%.3g", row.trimmedRatio.value) + '\n';
+    return text;
+}
+
 std::string resultsTable(const Results& r)
 {
     std::string text;
@@ -173,6 +217,7 @@ std::string resultsTable(const Results& r)
                            21) +
                     number("%.3g", 1e3 * row->seconds) + '\n';
         }
+        if (!scene.window.empty()) text += windowTable(r, scene);
     }
     return text;
 }

@@ -40,13 +40,6 @@ std::string nameOf(const std::filesystem::path& file, const std::vector<SceneRes
     return name;
 }
 
-/// a / b with the standard errors of both.
-Measured quotient(const Measured& a, const Measured& b)
-{
-    const double value = a.value / b.value;
-    return {value, std::abs(value) * std::hypot(a.error / a.value, b.error / b.value)};
-}
-
 }  // namespace
 
 Measurement::Measurement(const FlightBenchOptions& options, Say progress, Say warn,
@@ -66,6 +59,7 @@ Measurement::Measurement(const FlightBenchOptions& options, Say progress, Say wa
     results_.frames = measuredFrames(options.frames, options.quick ? 4 : 2);
     results_.seeds = options.seeds;
     results_.referenceSpp = options.referenceSpp;
+    results_.windowSize = options.window.value_or(glm::uvec2(0));
     results_.quick = options.quick;
 }
 

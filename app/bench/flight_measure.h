@@ -27,6 +27,10 @@ public:
     /// left unfinished is not in them. Throws core::Error.
     void measureScene(size_t index);
 
+    /// Flights in the window's own loop through the scene `index`, which was measured last; into
+    /// its result. Throws core::Error.
+    void measureWindow(size_t index);
+
     /// Flights with one parameter changed, through the scene that was measured last.
     void sweep();
 
@@ -53,6 +57,7 @@ private:
     bool measureCell(double step, uint32_t frame);
     bool measureDiscard(double step, uint32_t frame, std::vector<double>& seconds);
     void finishScene();
+    std::optional<FlightReference> windowReference(size_t index);
     void takeShots(const Cells& cells);
     void addShot(const std::string& name, uint32_t samples, const Landing& landing);
     std::optional<Landing> fly(core::ReuseParams params, double step, uint32_t frames,

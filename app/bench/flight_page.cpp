@@ -217,6 +217,7 @@ std::string sceneSection(const Results& r, const SceneResult& scene, size_t inde
                   std::to_string(r.longest()) + " frames with steps of " +
                   stepText(scene, scene.shownStep) + metres + ".") +
         scenePlots(r, scene) + morePlots(r, scene) + sceneTable(r, scene) + atRestText(scene);
+    html += windowMarkup(r, scene);
     if (!scene.shots.empty()) html += shotsMarkup(scene, folder);
     return section("scene-" + std::to_string(index + 1), scene.name, html);
 }

@@ -23,6 +23,9 @@ std::string sweepPlots(const Results& results);
 /// The pictures side by side, and under each the part of it that is shown larger.
 std::string shotsMarkup(const SceneResult& scene, const std::filesystem::path& folder);
 
+/// What the window's own loop showed; nothing where that was not measured.
+std::string windowMarkup(const Results& results, const SceneResult& scene);
+
 /// How the curve of a strategy looks: the same on the whole page.
 struct Look {
     std::string style;  // colour class, dashed beyond the colours that there are

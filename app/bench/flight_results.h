@@ -44,6 +44,19 @@ struct SweepPoint {
     Measured ratio, trimmedRatio;
 };
 
+/// A strategy in the window's own loop: what was on show at the end of its flights.
+struct WindowRow {
+    std::string strategy;
+    double paths = 1;           // new ones per pixel and picture
+    double target = 0;          // seconds from picture to picture that were wanted
+    double pictureSeconds = 0;  // that it took
+    double scale = 1;           // of the pictures' sides to the window's
+    double share = 1;           // of the time its threads wanted to run, that they ran: the clock
+                                // of all other times is slowed by it
+    PictureErrors errors{};
+    Measured ratio{}, trimmedRatio{};  // over those of Discard at the same target
+};
+
 /// A picture of the last frame, and the part of it that is shown larger.
 struct Shot {
     std::string name;      // "reference", or the strategy
@@ -66,6 +79,8 @@ struct SceneResult {
     std::vector<Row> atRest;  // Discard with n of 1, 2, 4
     double shownStep = 0;     // of the shots
     std::vector<Shot> shots;
+    double windowSpeed = 0, windowSeconds = 0;  // steps per second, of a flight
+    std::vector<WindowRow> window;              // in the window's own loop; Discard first
 };
 
 struct Results {
@@ -77,6 +92,7 @@ struct Results {
     std::vector<uint32_t> frames;  // after which a flight is looked at
     uint32_t seeds = 0;
     uint64_t referenceSpp = 0;
+    glm::uvec2 windowSize{0};  // of the pictures in the window's own loop; 0: not measured
     bool quick = false, interrupted = false;
     double seconds = 0;
     std::vector<SceneResult> scenes;

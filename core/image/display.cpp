@@ -58,6 +58,19 @@ shared::DisplaySettings displaySizes(shared::DisplaySettings settings, uint32_t 
     return displaySizes(settings, width, height, sizeOf(a), sizeOf(b));
 }
 
+Image stretched(const Image& image, glm::uvec2 size)
+{
+    CHECK(image.channels == 3 && image.width > 0 && image.height > 0);
+    const shared::DisplaySettings s = displaySizes({}, size.x, size.y, &image, nullptr);
+    Image result(size.x, size.y, 3);
+    for (uint32_t y = 0; y < size.y; ++y)
+        for (uint32_t x = 0; x < size.x; ++x) {
+            const glm::vec3 value = valueAt(&image, false, x, y, s);
+            for (int c = 0; c < 3; ++c) result.at(x, y)[c] = value[c];
+        }
+    return result;
+}
+
 std::vector<uint8_t> displayImage(const Image* a, const Image* b,
                                   const shared::DisplaySettings& settings)
 {

@@ -21,6 +21,9 @@ shared::DisplaySettings displaySizes(shared::DisplaySettings settings, uint32_t 
 shared::DisplaySettings displaySizes(shared::DisplaySettings settings, uint32_t width,
                                      uint32_t height, const Image* a, const Image* b);
 
+/// An image of three channels stretched over an output of that size, as the window shows it.
+Image stretched(const Image& image, glm::uvec2 size);
+
 /// RGBA rows from the top, `settings.width` x `settings.height` (both at least 1; the images' sizes
 /// are filled in).
 std::vector<uint8_t> displayImage(const Image* a, const Image* b,

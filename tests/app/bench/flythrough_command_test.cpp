@@ -137,6 +137,39 @@ TEST_F(FlythroughCommand, WritesAPageAndItsNumbers)
     }
 }
 
+TEST_F(FlythroughCommand, FliesInTheWindowsOwnLoop)
+{
+    expectRefused(kBench + Strings{kScene, "-o", "x", "--window", "640"}, 2, "--window");
+    const Result result =
+        finish(start(kBench + kTiny +
+                     Strings{kScene, "-o", "fly", "--strategies", "naive", "--frames", "2",
+                             "--no-sweeps", "--quick", "--window", "40x32"}),
+               180);
+    ASSERT_EQ(result.code, 0) << result.err;
+    const Json json = results("fly");
+    EXPECT_EQ(json.at("window_size"), Json::array({40, 32}));
+    const Json& rows = json.at("scenes")[0].at("window").at("rows");
+    ASSERT_EQ(rows.size(), 4u);  // two rates, two strategies
+    for (size_t i = 0; i < rows.size(); ++i) {
+        const Json& row = rows[i];
+        EXPECT_EQ(row.at("strategy"), i % 2 == 0 ? "discard" : "naive");
+        EXPECT_EQ(row.at("target_seconds"), i < 2 ? 0.033 : 0.1);
+        EXPECT_GT(row.at("relmse"), 0);
+        EXPECT_GT(row.at("picture_seconds"), 0);
+        EXPECT_GT(row.at("share"), 0);
+        EXPECT_LE(row.at("share"), 1);
+        EXPECT_GT(row.at("scale"), 0);
+        EXPECT_LE(row.at("scale"), 1);
+        EXPECT_EQ(row.at("pictures"), 2);
+        if (i % 2 == 0) {
+            EXPECT_EQ(row.at("relmse_ratio"), 1);
+        }
+    }
+    EXPECT_TRUE(contains(readAll(work("fly/index.html")), "In the window's own loop"));
+    EXPECT_TRUE(contains(result.out, "in the window's loop, 40x32"));
+    EXPECT_TRUE(fs::exists(work("fly/references/cornell-diffuse-window-40x32-64spp.exr")));
+}
+
 TEST_F(FlythroughCommand, ReferencesAreMadeOnceAndAnewWhenTheyNoLongerFit)
 {
     const std::string scene = copyOf("cornell-diffuse");

@@ -303,4 +303,16 @@ TEST(DisplayColour, NeighbouringIdsAreToldApart)
     EXPECT_EQ(shared::displayId(-1), glm::vec3(0));
 }
 
+TEST(Display, WhatIsStretchedBeforehandLooksTheSame)
+{
+    for (const glm::uvec2 size : {glm::uvec2(13, 9), glm::uvec2(64, 36), glm::uvec2(7, 5)}) {
+        const Image small = randomImage(7, 5, 3, 3, false);
+        const Image large = core::stretched(small, size);
+        ASSERT_EQ(glm::uvec2(large.width, large.height), size);
+        const DisplaySettings settings = settingsOf(shared::kShowRadiance, size.x, size.y);
+        EXPECT_EQ(core::displayImage(&large, nullptr, settings),
+                  core::displayImage(&small, nullptr, settings));
+    }
+}
+
 }  // namespace
