@@ -20,7 +20,7 @@ room(core/gltf SEES ${base} core/image core/scene FOREIGN nlohmann/ OpenImageIO/
 room(core/trace SEES ${base} core/scene FOREIGN embree3/ embree4/ tbb/)
 room(core/reuse SEES ${base})
 room(core/guiding SEES ${base} core/reuse)
-room(core/many_lights SEES ${base} FOREIGN immintrin.h)
+room(core/many_lights SEES ${base} core/scene core/trace FOREIGN immintrin.h)
 room(core/methods SEES ${base} core/image core/scene core/trace core/reuse core/guiding core/many_lights)
 
 set(gpu_base ${base} core/image core/scene app/gpu/base)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <exception>
 #include <mutex>
 #include <string>
@@ -378,6 +379,37 @@ void Accel::occluded(std::span<const Ray> rays, uint8_t* blocked) const
         }
         for (size_t i = 0; i < count; ++i) blocked[first + i] = packet.tfar[i] < 0.0f;
     }
+}
+
+uint32_t Accel::occluded(const RayPacket& rays, uint32_t count) const
+{
+    static_assert(RayPacket::kSize == kPacket);
+    EmbreeQuery query;
+    alignas(64) int valid[kPacket];
+    RTCRay16 packet;
+    const auto copy = [](const auto& from, auto& to) { std::memcpy(to, from.data(), sizeof(to)); };
+    copy(rays.originX, packet.org_x);
+    copy(rays.originY, packet.org_y);
+    copy(rays.originZ, packet.org_z);
+    copy(rays.directionX, packet.dir_x);
+    copy(rays.directionY, packet.dir_y);
+    copy(rays.directionZ, packet.dir_z);
+    copy(rays.tMax, packet.tfar);
+    copy(rays.seed, packet.id);
+    for (uint32_t i = 0; i < kPacket; ++i) {
+        valid[i] = i < count ? -1 : 0;
+        packet.tnear[i] = packet.time[i] = 0;
+        packet.mask[i] = 0xffffffffu;
+        packet.flags[i] = 0;
+    }
+    if (impl_->still) query.any(valid, impl_->still, packet);
+    if (impl_->moving) {
+        for (size_t i = 0; i < kPacket; ++i) valid[i] = packet.tfar[i] < 0.0f ? 0 : valid[i];
+        query.any(valid, impl_->moving, packet);
+    }
+    uint32_t blocked = 0;
+    for (uint32_t i = 0; i < kPacket; ++i) blocked |= (packet.tfar[i] < 0.0f ? 1u : 0u) << i;
+    return blocked & ((1u << count) - 1);
 }
 
 AccelStats Accel::stats() const

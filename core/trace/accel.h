@@ -2,6 +2,7 @@
 // Embree, which this header does not expose.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -19,6 +20,21 @@ struct Ray {
     float tMax = shared::kInfinity;
     glm::vec3 direction{0, 0, 1};
     uint32_t seed = 0;
+};
+
+/// Sixteen rays side by side. Unlike a Ray each must be finite, and its tMax positive.
+struct RayPacket {
+    static constexpr uint32_t kSize = 16;
+    template <class T> using Lanes = std::array<T, kSize>;
+
+    alignas(64) Lanes<float> originX;
+    alignas(64) Lanes<float> originY;
+    alignas(64) Lanes<float> originZ;
+    alignas(64) Lanes<float> directionX;
+    alignas(64) Lanes<float> directionY;
+    alignas(64) Lanes<float> directionZ;
+    alignas(64) Lanes<float> tMax;
+    alignas(64) Lanes<uint32_t> seed;
 };
 
 struct AccelStats {
@@ -62,6 +78,10 @@ public:
     /// camera rays do; faster where that is true.
     void closest(std::span<const Ray> rays, shared::Hit* hits, bool coherent = false) const;
     void occluded(std::span<const Ray> rays, uint8_t* blocked) const;
+
+    /// The same for one packet whose first `count` rays are there: bit i is 1 where ray i is
+    /// blocked. For callers with so many rays that laying each out twice would cost.
+    uint32_t occluded(const RayPacket& packet, uint32_t count) const;
 
     AccelStats stats() const;
     const World& world() const;

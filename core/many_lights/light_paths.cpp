@@ -1,0 +1,327 @@
+// See light_paths.h. Paths go in waves of 256 so that their rays make packets; a wave depends on
+// the numbers of its paths alone.
+#include "core/many_lights/light_paths.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/denormals.h"
+#include "core/base/parallel.h"
+#include "core/trace/scene_view.h"
+#include "shared/path.h"
+
+namespace core::many_lights {
+
+namespace {
+
+using glm::vec2, glm::vec3;
+
+constexpr size_t kWave = 256;
+constexpr float kMostSurvival = 0.95f;  // of roulette, so that no path is endless
+
+/// Flux on its way.
+struct Particle {
+    vec3 origin{0}, direction{0};
+    vec3 flux{0};
+    shared::SampleStream stream{};
+};
+
+struct Scene {
+    const Accel* accel;
+    shared::SceneView view;
+    shared::PathSettings settings;
+    float perPath;  // share of one path in the mean over paths
+};
+
+/// What one wave has found. Details of lights count from the wave's own first.
+struct WaveLights {
+    LightSet set;
+
+    void add(VirtualLight light)
+    {
+        if (!(light.importance < 1e30f)) ++set.dropped;
+        if (light.importance > 0 && light.importance < 1e30f) set.lights.push_back(light);
+    }
+};
+
+float asImportance(const vec3& intensity)
+{
+    return shared::luminance(intensity);
+}
+
+/// The numbers of a path's start: which emitter and which side of it, where, and in which
+/// direction.
+struct StartNumbers {
+    vec2 choice, point, direction;
+};
+
+StartNumbers drawStart(const shared::SampleStream& stream)
+{
+    return {shared::streamVec2(stream, shared::kDimensionPath),
+            shared::streamVec2(stream, shared::kDimensionPath + 1),
+            shared::streamVec2(stream, shared::kDimensionPath + 2)};
+}
+
+/// From a point of a triangle. `scale`: one over the probability of the emitter.
+bool emitFromTriangle(const Scene& scene, const shared::Emitter& e, const StartNumbers& u,
+                      float scale, WaveLights& out, Particle& p)
+{
+    const vec2 w = shared::sampleTriangle(u.point);
+    const vec3 cross = glm::cross(e.b - e.a, e.c - e.a);
+    const float twiceArea = glm::length(cross);
+    if (!(twiceArea > 0)) return false;
+    vec3 radiance = e.radiance * shared::surfaceAlpha(scene.view, e.slot, w);
+    if ((e.kind & shared::kEmitterTextured) != 0)
+        radiance *= shared::emitterTexture(scene.view, e.slot, w);
+    const bool twoSided = (e.kind & shared::kEmitterTwoSided) != 0;
+    VirtualLight light;
+    light.position = e.a + w.x * (e.b - e.a) + w.y * (e.c - e.a);
+    light.normal = cross / twiceArea;
+    const vec3 intensity = radiance * (0.5f * twiceArea * scale);
+    light.intensity = intensity * scene.perPath;
+    light.bothSides = twoSided ? 1 : 0;
+    light.importance = asImportance(light.intensity);
+    out.add(light);
+    const vec3 side = twoSided && u.choice.y < 0.5f ? -light.normal : light.normal;
+    p.origin = shared::offsetRay(light.position, side);
+    p.direction =
+        shared::toWorld(shared::makeFrame(side), shared::sampleCosineHemisphere(u.direction));
+    p.flux = intensity * (shared::kPi * (twoSided ? 2.0f : 1.0f));
+    return true;
+}
+
+/// From a point or a spot light, whose virtual light is not the path's.
+bool emitFromPoint(const shared::Emitter& e, const StartNumbers& u, float scale, Particle& p)
+{
+    const bool spot = (e.kind & 0xffu) == shared::kEmitterSpot;
+    p.origin = e.a;
+    if (!spot) {
+        p.direction = shared::sampleSphere(u.direction);
+        p.flux = e.radiance * (4.0f * shared::kPi * scale);
+        return true;
+    }
+    const float oneMinusCos = std::clamp(1.0f + e.offset / e.scale, 1e-7f, 2.0f);
+    p.direction =
+        shared::toWorld(shared::makeFrame(e.b), shared::sampleCone(u.direction, oneMinusCos));
+    const float falloff = SpotFalloff{e.scale, e.offset}.at(glm::dot(p.direction, e.b));
+    p.flux = e.radiance * (falloff * scale / shared::pdfCone(oneMinusCos));
+    return falloff > 0;
+}
+
+/// From far away towards the disk that hides the scene; `irradiance` at normal incidence.
+void emitFromAfar(const Scene& scene, const vec3& towards, const vec3& irradiance,
+                  const StartNumbers& u, Particle& p)
+{
+    const float radius = scene.settings.sceneRadius;
+    const vec2 disk = shared::sampleDisk(u.direction) * radius;
+    p.origin = shared::toWorld(shared::makeFrame(towards), vec3(disk.x, disk.y, 1.01f * radius));
+    p.direction = -towards;
+    p.flux = irradiance * (shared::kPi * radius * radius);
+}
+
+/// Begins a path: false where nothing leaves.
+bool emit(const Scene& scene, WaveLights& out, Particle& p)
+{
+    const StartNumbers u = drawStart(p.stream);
+    float pmf = 1;
+    const uint32_t emitter =
+        shared::chooseEmitter(scene.view, scene.settings.emitterCount, u.choice.x, pmf);
+    const shared::Emitter e = shared::fetchEmitter(scene.view, emitter);
+    const uint32_t kind = e.kind & 0xffu;
+    if (kind == shared::kEmitterTriangle) return emitFromTriangle(scene, e, u, 1 / pmf, out, p);
+    if (kind == shared::kEmitterPoint || kind == shared::kEmitterSpot)
+        return emitFromPoint(e, u, 1 / pmf, p);
+    if (kind == shared::kEmitterDirectional) {
+        emitFromAfar(scene, e.b, e.radiance / pmf, u, p);
+        return true;
+    }
+    shared::EmitterSample s;
+    if (!shared::sampleEmitter(scene.view, scene.settings, emitter, vec3(0), u.point, s))
+        return false;
+    const vec3 irradiance = s.radiance / (pmf * s.pdf);
+    VirtualLight light;
+    light.kind = LightKind::directional;
+    light.normal = -s.wi;
+    light.intensity = irradiance * scene.perPath;
+    light.importance = asImportance(light.intensity);
+    out.add(light);
+    emitFromAfar(scene, s.wi, irradiance, u, p);
+    return true;
+}
+
+/// Places the light of a surface that `p` has met.
+void placeLight(const Scene& scene, const Particle& p, const shared::Vertex& v, float correction,
+                uint32_t bounces, WaveLights& out)
+{
+    if (shared::isDelta(v.bsdf)) return;
+    const vec3 arriving = p.flux * (correction * scene.perPath);
+    VirtualLight light;
+    light.position = v.surface.position;
+    light.normal = v.surface.backFace != 0 ? -v.surface.normal : v.surface.normal;
+    light.bounces = bounces;
+    if (shared::isLambert(v.bsdf)) {
+        light.intensity = arriving * v.bsdf.diffuse * shared::kInvPi;
+        light.importance = asImportance(light.intensity);
+        out.add(light);
+        return;
+    }
+    light.intensity = arriving;
+    light.bothSides = (v.bsdf.parts & shared::kBsdfTransmission) != 0 ? 1 : 0;
+    light.importance = asImportance(arriving * shared::albedoBsdf(v.bsdf, v.wo) * shared::kInvPi);
+    light.detail = static_cast<uint32_t>(out.set.surfaces.size());
+    const size_t before = out.set.lights.size();
+    out.add(light);
+    if (out.set.lights.size() > before)
+        out.set.surfaces.push_back({v.surface.frame, light.normal, v.wo, v.bsdf, v.lobes});
+}
+
+/// Scatters flux at a surface. The factor beside the BSDF's weight is that of the adjoint where
+/// shading and geometric normals differ (Veach 1997, 5.3.2), and refraction keeps flux.
+bool scatterFlux(const shared::Vertex& v, const shared::VertexNumbers& numbers, float correction,
+                 Particle& p)
+{
+    shared::BsdfSample next;
+    if (!shared::sampleLobes(v.bsdf, v.lobes, v.wo, numbers.lobe.x, numbers.bsdf, next))
+        return false;
+    const vec3 wi = shared::toWorld(v.surface.frame, next.wi);
+    float side;
+    if (!shared::sideOf(v.surface, wi, next.wi.z, side)) return false;
+    vec3 weight = next.weight * (correction * std::abs(side / next.wi.z));
+    if ((next.flags & shared::kLobeTransmission) != 0 && (v.bsdf.parts & shared::kBsdfSolid) != 0)
+        weight *= v.bsdf.eta * v.bsdf.eta;
+    const float survival = std::min(kMostSurvival, shared::maxComponent(weight));
+    if (!(numbers.lobe.y < survival)) return false;
+    p.flux *= weight / survival;
+    p.origin = shared::originOnSide(v.surface, side);
+    p.direction = wi;
+    return shared::maxComponent(p.flux) > 0;
+}
+
+/// One surface of one path: places a light and goes on, if it does.
+bool meetSurface(const Scene& scene, const shared::Hit& hit, uint32_t bounces, Particle& p,
+                 WaveLights& out)
+{
+    shared::Vertex v;
+    v.surface = shared::makeSurfacePoint(scene.view, hit, p.direction);
+    const shared::Shading shading = shared::evaluateMaterial(scene.view, v.surface, p.direction);
+    const uint32_t flags = shading.inputs.flags;
+    if (v.surface.backFace != 0 && (flags & shared::kMaterialVolume) != 0)
+        p.flux *= glm::exp(-hit.t * shading.absorption);
+    if ((flags & shared::kMaterialUnlit) != 0) return false;
+    v.bsdf = shared::makeBsdf(shading.inputs);
+    v.wo = shared::toLocal(v.surface.frame, -p.direction);
+    v.lobes = shared::lobesAt(v.bsdf, v.wo);
+    const float arriving = std::abs(glm::dot(p.direction, v.surface.normal));
+    if (!(arriving > 0) || !(v.wo.z > 0)) return false;
+    const float correction = v.wo.z / arriving;
+    placeLight(scene, p, v, correction, bounces, out);
+    // Its next light would be of bounces + 1, and the receiver scatters once more.
+    if (bounces + 2 > scene.settings.maxDepth) return false;
+    return scatterFlux(v, shared::drawVertexNumbers(p.stream, bounces), correction, p);
+}
+
+WaveLights traceWave(const Scene& scene, uint32_t frame, uint32_t first, uint32_t end)
+{
+    WaveLights out;
+    std::array<Particle, kWave> particles;
+    std::array<Ray, kWave> rays;
+    std::array<shared::Hit, kWave> hits;
+    size_t going = 0;
+    for (uint32_t path = first; path < end; ++path) {
+        Particle& p = particles[going];
+        p.stream =
+            shared::makeStream(scene.settings.samplerKind, scene.settings.seed,
+                               {frame & 0xffffu, frame >> 16}, path, shared::kPurposeLightTracing);
+        if (emit(scene, out, p) && scene.settings.maxDepth > 1) ++going;
+    }
+    for (uint32_t bounces = 1; going > 0; ++bounces) {
+        for (size_t i = 0; i < going; ++i)
+            rays[i] = {particles[i].origin, shared::kInfinity, particles[i].direction,
+                       shared::alphaSeed(particles[i].stream, bounces, 0)};
+        scene.accel->closest({rays.data(), going}, hits.data());
+        out.set.rays += going;
+        size_t kept = 0;
+        for (size_t i = 0; i < going; ++i) {
+            if (hits[i].slot == shared::kNone) continue;
+            if (meetSurface(scene, hits[i], bounces, particles[i], out))
+                particles[kept++] = particles[i];
+        }
+        going = kept;
+    }
+    return out;
+}
+
+/// Point, spot and directional lights as they are: nothing about them is random.
+void addPunctualLights(const Scene& scene, LightSet& set)
+{
+    for (uint32_t i = 0; i < scene.settings.emitterCount; ++i) {
+        const shared::Emitter e = shared::fetchEmitter(scene.view, i);
+        const uint32_t kind = e.kind & 0xffu;
+        if (kind < shared::kEmitterPoint || kind > shared::kEmitterDirectional) continue;
+        VirtualLight light;
+        light.kind =
+            kind == shared::kEmitterDirectional ? LightKind::directional : LightKind::point;
+        light.position = e.a;
+        light.normal = kind == shared::kEmitterDirectional ? -e.b : e.b;
+        light.intensity = e.radiance;
+        light.importance = asImportance(e.radiance);
+        if (!(light.importance > 0)) continue;
+        if (kind == shared::kEmitterSpot) {
+            light.detail = static_cast<uint32_t>(set.spots.size());
+            set.spots.push_back({e.scale, e.offset});
+        }
+        set.lights.push_back(light);
+    }
+}
+
+void append(LightSet& all, LightSet&& part)
+{
+    const auto firstSurface = static_cast<uint32_t>(all.surfaces.size());
+    for (VirtualLight& light : part.lights) {
+        if (light.kind == LightKind::surface && light.detail != shared::kNone)
+            light.detail += firstSurface;
+        all.lights.push_back(light);
+    }
+    all.surfaces.insert(all.surfaces.end(), part.surfaces.begin(), part.surfaces.end());
+    all.rays += part.rays;
+    all.dropped += part.dropped;
+}
+
+}  // namespace
+
+std::optional<LightSet> traceVirtualLights(const Accel& accel, const shared::PathSettings& settings,
+                                           uint32_t frame, uint32_t paths,
+                                           const std::stop_token& stop)
+{
+    const Scene scene{&accel, sceneView(accel.world()), settings,
+                      1.0f / static_cast<float>(std::max(paths, 1u))};
+    LightSet all;
+    if (settings.maxDepth == 0 || settings.emitterCount == 0) return all;
+    addPunctualLights(scene, all);
+    all.paths = paths;
+    std::vector<WaveLights> waves((paths + kWave - 1) / kWave);
+    const bool whole = parallelFor(
+        waves.size(), 1,
+        [&](size_t begin, size_t end) {
+            const FlushDenormals flush;
+            for (size_t w = begin; w < end; ++w)
+                waves[w] =
+                    traceWave(scene, frame, static_cast<uint32_t>(w * kWave),
+                              static_cast<uint32_t>(std::min<size_t>((w + 1) * kWave, paths)));
+        },
+        stop);
+    if (!whole) return std::nullopt;
+    for (WaveLights& wave : waves) append(all, std::move(wave.set));
+    return all;
+}
+
+uint32_t pathsForLights(const LightSet& pilot, uint32_t wanted)
+{
+    if (pilot.lights.empty() || pilot.paths == 0) return 0;
+    constexpr double kMostPathsPerLight = 64;
+    const double perPath = double(pilot.lights.size()) / double(pilot.paths);
+    return static_cast<uint32_t>(std::clamp(wanted / perPath, 1.0, kMostPathsPerLight * wanted));
+}
+
+}  // namespace core::many_lights

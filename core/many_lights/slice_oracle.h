@@ -1,0 +1,34 @@
+// Visibility between the rows of a slice and its columns, traced in packets of sixteen.
+#pragma once
+
+#include <stop_token>
+
+#include "core/many_lights/completion.h"
+#include "core/many_lights/slice_rows.h"
+
+namespace core::many_lights {
+
+class SliceOracle final : public VisibilityOracle {
+public:
+    /// Everything is kept by reference. `matters` has a column for each of `columns`. Once `stop`
+    /// is requested the answers mean nothing.
+    SliceOracle(const Accel& accel, const SliceRows& rows, std::span<const Column> columns,
+                const BitMatrix& matters, std::stop_token stop)
+        : accel_(accel), rows_(rows), columns_(columns), matters_(matters), stop_(std::move(stop))
+    {}
+
+    void trace(std::span<const TraceRequest> requests) override;
+    const uint64_t* matters(uint32_t column) const override
+    {
+        return matters_.column(column).data();
+    }
+
+private:
+    const Accel& accel_;
+    const SliceRows& rows_;
+    std::span<const Column> columns_;
+    const BitMatrix& matters_;
+    std::stop_token stop_;
+};
+
+}  // namespace core::many_lights

@@ -1,0 +1,205 @@
+// See slice_rows.h. The loops over rows are written so that compilers make vectors of them: no
+// branches, no calls.
+#include "core/many_lights/slice_rows.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "shared/path.h"
+
+namespace core::many_lights {
+
+namespace {
+
+using glm::vec3;
+
+/// Below this squared distance a light is at the receiver itself and contributes nothing.
+constexpr float kTooNear2 = 1e-18f;
+
+}  // namespace
+
+void SliceRows::reset(const shared::SceneView& scene, std::span<const Receiver> receivers,
+                      std::span<const uint32_t> chosen)
+{
+    count_ = static_cast<uint32_t>(chosen.size());
+    for (Triple* triple : {&position_, &normal_, &side_, &albedo_, &sum_})
+        for (std::vector<float>& v : *triple) v.assign(count_, 0.0f);
+    for (std::vector<float>& v : origin_) v.resize(2 * size_t(count_));
+    events_.resize(count_);
+    seeds_.resize(count_);
+    transmits_.assign(count_, 0);
+    surfaces_.clear();
+    mean_ = meanNormal_ = vec3(0);
+    anyTransmits_ = false;
+    for (uint32_t row = 0; row < count_; ++row) setRow(row, scene, receivers[chosen[row]]);
+}
+
+void SliceRows::setRow(uint32_t row, const shared::SceneView& scene, const Receiver& receiver)
+{
+    const shared::Hit hit{0, receiver.barycentrics, receiver.slot};
+    shared::Vertex v;
+    v.surface = shared::makeSurfacePoint(scene, hit, receiver.direction);
+    const shared::Shading shading = shared::evaluateMaterial(scene, v.surface, receiver.direction);
+    v.bsdf = shared::makeBsdf(shading.inputs);
+    const vec3 normal = v.surface.frame[2];
+    const vec3 front = shared::originOnSide(v.surface, 1),
+               back = shared::originOnSide(v.surface, -1);
+    vec3 albedo(0);
+    if (shared::isLambert(v.bsdf)) {
+        albedo = v.bsdf.diffuse * shared::kInvPi;
+    } else {
+        v.wo = shared::toLocal(v.surface.frame, -receiver.direction);
+        v.lobes = shared::lobesAt(v.bsdf, v.wo);
+        surfaces_.push_back({row, v.surface.frame, v.wo, v.bsdf, v.lobes});
+        transmits_[row] = (v.bsdf.parts & shared::kBsdfTransmission) != 0 ? 1 : 0;
+        anyTransmits_ = anyTransmits_ || transmits_[row] != 0;
+    }
+    for (int c = 0; c < 3; ++c) {
+        const auto i = static_cast<size_t>(c);
+        position_[i][row] = v.surface.position[c];
+        normal_[i][row] = normal[c];
+        side_[i][row] = receiver.normal[c];
+        albedo_[i][row] = albedo[c];
+        origin_[i][row] = front[c];
+        origin_[i][size_t(count_) + row] = back[c];
+    }
+    events_[row] = static_cast<int>(receiver.events);
+    seeds_[row] = shared::hashUint(receiver.place);
+    mean_ += v.surface.position;
+    meanNormal_ += normal;
+}
+
+CutQuery SliceRows::query(const GatherSettings& settings) const
+{
+    CutQuery query;
+    query.clampDistance = settings.clampDistance;
+    query.position = mean_ / static_cast<float>(std::max(count_, 1u));
+    const float length = glm::length(meanNormal_);
+    if (anyTransmits_ || !(length > 1e-3f * static_cast<float>(count_))) return query;
+    query.normal = meanNormal_ / length;
+    return query;
+}
+
+void SliceRows::weigh(const Column& column, const GatherSettings& settings,
+                      std::span<float> weights) const
+{
+    const VirtualLight& light = *column.light;
+    const float* px = position_[0].data();
+    const float* py = position_[1].data();
+    const float* pz = position_[2].data();
+    const float* nx = normal_[0].data();
+    const float* ny = normal_[1].data();
+    const float* nz = normal_[2].data();
+    const float* gx = side_[0].data();
+    const float* gy = side_[1].data();
+    const float* gz = side_[2].data();
+    const int* events = events_.data();
+    const int* transmits = transmits_.data();
+    // Events before the receiver, at the receiver, and before the light are maxDepth at most.
+    const auto most =
+        static_cast<int>(settings.maxDepth - std::min(settings.maxDepth, light.bounces));
+    // Without the promise that nothing else lies there the loops would not become vectors.
+    float* __restrict out = weights.data();
+    // The cosine at the receiver, both normals agreeing: 0 where light cannot go through.
+    const auto cosine = [=](uint32_t i, float x, float y, float z) {
+        const float a = x * nx[i] + y * ny[i] + z * nz[i];
+        const float g = x * gx[i] + y * gy[i] + z * gz[i];
+        // Products in place of branches, which end vectorization.
+        const int passes = int(a * g > 0) & (int(a > 0) | transmits[i]) & int(events[i] < most);
+        return std::abs(a) * static_cast<float>(passes);
+    };
+    if (light.kind == LightKind::directional) {
+        const float x = -light.normal.x, y = -light.normal.y, z = -light.normal.z;
+        for (uint32_t i = 0; i < count_; ++i) out[i] = cosine(i, x, y, z);
+        return;
+    }
+    const vec3 p = light.position, n = light.normal;
+    if (light.kind == LightKind::point) {
+        for (uint32_t i = 0; i < count_; ++i) {
+            const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
+            const float d2 = std::max(x * x + y * y + z * z, kTooNear2);
+            out[i] = cosine(i, x, y, z) / (d2 * std::sqrt(d2));
+        }
+        return;
+    }
+    const float b2 = settings.clampDistance * settings.clampDistance;
+    const float behind = light.bothSides != 0 ? 1.0f : 0.0f;
+    for (uint32_t i = 0; i < count_; ++i) {
+        const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
+        const float d2 = x * x + y * y + z * z;
+        const float facing = -(x * n.x + y * n.y + z * n.z);
+        const float leaves = std::max(facing, -behind * facing);
+        const float safe = std::max(d2, kTooNear2);
+        const float w = cosine(i, x, y, z) * leaves / (safe * std::max(safe, b2));
+        out[i] = w * static_cast<float>(d2 > kTooNear2);
+    }
+}
+
+void SliceRows::add(const Column& column, const LightSet& lights, std::span<const float> weights)
+{
+    const VirtualLight& light = *column.light;
+    const vec3 intensity = light.intensity * column.scale;
+    if (light.detail == shared::kNone && surfaces_.size() < count_) {
+        const float* w = weights.data();
+        for (size_t c = 0; c < 3; ++c) {
+            const float strength = intensity[static_cast<int>(c)];
+            const float* albedo = albedo_[c].data();
+            float* __restrict sum = sum_[c].data();
+            for (uint32_t i = 0; i < count_; ++i) sum[i] += strength * albedo[i] * w[i];
+        }
+    }
+    addSurfaces(column, lights, weights);
+}
+
+/// Rows whose surface, or lights whose shine, is no simple product.
+void SliceRows::addSurfaces(const Column& column, const LightSet& lights,
+                            std::span<const float> weights)
+{
+    const VirtualLight& light = *column.light;
+    const vec3 intensity = light.intensity * column.scale;
+    const auto add = [&](uint32_t row, const vec3& value) {
+        for (int c = 0; c < 3; ++c) sum_[static_cast<size_t>(c)][row] += value[c];
+    };
+    const auto towardsLight = [&](uint32_t row) {
+        const vec3 at(position_[0][row], position_[1][row], position_[2][row]);
+        return glm::normalize(towards(light, at));
+    };
+    const auto leaving = [&](const vec3& wi) {
+        if (light.detail == shared::kNone) return intensity;
+        if (light.kind == LightKind::surface)
+            return intensity * lights.surfaces[light.detail].scattered(-wi);
+        return intensity * lights.spots[light.detail].at(-glm::dot(wi, light.normal));
+    };
+    for (const Surface& s : surfaces_) {
+        const float w = weights[s.row];
+        if (w == 0) continue;
+        const vec3 wi = towardsLight(s.row);
+        vec3 f;
+        float pdf;
+        shared::evalPdfLobes(s.bsdf, s.lobes, s.wo, shared::toLocal(s.frame, wi), f, pdf);
+        add(s.row, f * leaving(wi) * w);
+    }
+    if (light.detail == shared::kNone || surfaces_.size() == count_) return;
+    for (uint32_t row = 0; row < count_; ++row) {
+        const vec3 albedo(albedo_[0][row], albedo_[1][row], albedo_[2][row]);
+        if (weights[row] == 0 || albedo == vec3(0)) continue;
+        add(row, albedo * leaving(towardsLight(row)) * weights[row]);
+    }
+}
+
+float SliceRows::brightness(const Column& column, std::span<const float> weights)
+{
+    // Several sums at a time, in an order of their own that is always the same.
+    constexpr size_t kLanes = 16;
+    std::array<float, kLanes> sums{};
+    size_t i = 0;
+    for (; i + kLanes <= weights.size(); i += kLanes)
+        for (size_t k = 0; k < kLanes; ++k) sums[k] += weights[i + k];
+    for (; i < weights.size(); ++i) sums[0] += weights[i];
+    float sum = 0;
+    for (const float s : sums) sum += s;
+    return sum * shared::luminance(column.light->intensity) * column.scale;
+}
+
+}  // namespace core::many_lights

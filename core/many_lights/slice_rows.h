@@ -1,0 +1,101 @@
+// The receivers of one slice as rows of arrays, and what lights contribute to them.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/many_lights/light_cut.h"
+#include "core/many_lights/receivers.h"
+#include "shared/scene.h"
+
+namespace core::many_lights {
+
+/// What decides how lights contribute, the same for all slices.
+struct GatherSettings {
+    uint32_t maxDepth = 8;
+    float clampDistance = 0;  // lights on surfaces do not count as nearer than this
+};
+
+/// A light and by how much it counts: what a column of a slice is.
+struct Column {
+    const VirtualLight* light = nullptr;
+    float scale = 1;
+    uint32_t seed = 0;  // of the alpha of what its rays meet
+};
+
+/// Memory is kept from slice to slice.
+class SliceRows {
+public:
+    /// Looks up positions, frames and materials of the receivers that `chosen` lists.
+    void reset(const shared::SceneView& scene, std::span<const Receiver> receivers,
+               std::span<const uint32_t> chosen);
+
+    uint32_t count() const { return count_; }
+
+    /// The mean receiver, for the cut.
+    CutQuery query(const GatherSettings& settings) const;
+
+    /// Per row the cosines and distances of a contribution, visibility left out; 0 where none is
+    /// possible. What a Lambertian light and a Lambertian surface exchange is this times intensity
+    /// times albedo / pi.
+    void weigh(const Column& column, const GatherSettings& settings,
+               std::span<float> weights) const;
+
+    /// Adds a column's light to the rows whose weight is not 0.
+    void add(const Column& column, const LightSet& lights, std::span<const float> weights);
+
+    /// Luminance that the column would add to all rows if nothing were in between and they were of
+    /// one albedo.
+    static float brightness(const Column& column, std::span<const float> weights);
+
+    /// Radiance of a row towards where it is seen from, of the columns added so far.
+    glm::vec3 radiance(uint32_t row) const { return {sum_[0][row], sum_[1][row], sum_[2][row]}; }
+
+    // What shadow rays begin at. Rows through which light passes have two origins: that of row i
+    // for light from behind stands at count() + i.
+    std::span<const float> originX() const { return origin_[0]; }
+    std::span<const float> originY() const { return origin_[1]; }
+    std::span<const float> originZ() const { return origin_[2]; }
+    bool anyTransmits() const { return anyTransmits_; }
+    /// Whether light from `towards` (not unit) arrives at the back of the row.
+    bool fromBehind(uint32_t row, const glm::vec3& towards) const
+    {
+        return transmits_[row] != 0 &&
+               towards.x * side_[0][row] + towards.y * side_[1][row] + towards.z * side_[2][row] <
+                   0;
+    }
+    std::span<const uint32_t> seeds() const { return seeds_; }
+
+private:
+    /// A row whose surface is not Lambert's.
+    struct Surface {
+        uint32_t row;
+        glm::mat3 frame;
+        glm::vec3 wo;
+        shared::Bsdf bsdf;
+        shared::LobeChoice lobes;
+    };
+
+    void setRow(uint32_t row, const shared::SceneView& scene, const Receiver& receiver);
+    void addSurfaces(const Column& column, const LightSet& lights, std::span<const float> weights);
+
+    using Triple = std::array<std::vector<float>, 3>;
+    uint32_t count_ = 0;
+    Triple position_, normal_, side_;  // side: the geometric normal towards the viewer
+    Triple albedo_;                    // over pi, of Lambertian rows; 0 of others
+    Triple sum_, origin_;
+    std::vector<int> events_, transmits_;  // the latter 0 or 1
+    std::vector<uint32_t> seeds_;
+    std::vector<Surface> surfaces_;
+    glm::vec3 mean_{0}, meanNormal_{0};
+    bool anyTransmits_ = false;
+};
+
+/// Direction to the light from a row (not unit) and, for lights at a place, distance squared.
+inline glm::vec3 towards(const VirtualLight& light, const glm::vec3& from)
+{
+    return light.kind == LightKind::directional ? -light.normal : light.position - from;
+}
+
+}  // namespace core::many_lights
