@@ -27,13 +27,38 @@ std::string joined(const std::vector<std::string>& words, const char* between)
     return text;
 }
 
+template <class T> std::string helpOf(const core::Field& field, const T& standard)
+{
+    return field.help + std::string(field.biased ? " [biased]" : "") +
+           factsText(standard, field.range);
+}
+
+/// The help of a parameter, apart for those of its owners that mean something else by it.
+std::string helpOf(const std::string& name, const std::vector<std::string>& owners)
+{
+    std::vector<std::pair<std::string, std::vector<std::string>>> helps;  // and whose they are
+    for (const std::string& owner : owners)
+        core::AnyParams::visit(
+            core::methodNamed(owner).defaults, [&](const core::Field& field, const auto& standard) {
+                if (name != field.name) return;
+                const std::string help = helpOf(field, standard);
+                const auto same = std::ranges::find(helps, help, [](auto& h) { return h.first; });
+                if (same == helps.end())
+                    helps.push_back({help, {owner}});
+                else
+                    same->second.push_back(owner);
+            });
+    if (helps.size() == 1) return helps.front().first;
+    std::vector<std::string> texts;
+    for (const auto& [help, whose] : helps) texts.push_back(joined(whose, ", ") + ": " + help);
+    return joined(texts, "; ");
+}
+
 template <class T>
-void addParameter(CLI::App& app, const std::string& group, const core::Field& field,
-                  const T& standard, std::shared_ptr<MethodArguments> arguments)
+void addParameter(CLI::App& app, const std::string& group, const core::Field& field, const T&,
+                  const std::string& help, std::shared_ptr<MethodArguments> arguments)
 {
     const std::string name = field.name;
-    const std::string help = field.help + std::string(field.biased ? " [biased]" : "") +
-                             factsText(standard, field.range);
     app.add_option(
            "--" + name,
            [name, arguments](const CLI::results_t& results) {
@@ -75,7 +100,7 @@ std::shared_ptr<MethodArguments> addMethod(CLI::App& app)
             const std::vector<std::string> owners = ownersOf(field.name);
             if (owners.front() != id) return;
             addParameter(app, "Parameters of --method " + joined(owners, " and "), field, value,
-                         arguments);
+                         helpOf(field.name, owners), arguments);
         });
     }
     return arguments;
@@ -86,11 +111,12 @@ std::shared_ptr<MethodArguments> addParametersOf(CLI::App& app, std::string_view
 {
     const auto arguments = std::make_shared<MethodArguments>();
     arguments->method = method;
-    core::AnyParams::visit(
-        core::methodNamed(method).defaults, [&](const core::Field& field, const auto& value) {
-            if (std::ranges::find(without, field.name) == without.end())
-                addParameter(app, "Parameters of the method", field, value, arguments);
-        });
+    core::AnyParams::visit(core::methodNamed(method).defaults,
+                           [&](const core::Field& field, const auto& value) {
+                               if (std::ranges::find(without, field.name) == without.end())
+                                   addParameter(app, "Parameters of the method", field, value,
+                                                helpOf(field, value), arguments);
+                           });
     return arguments;
 }
 

@@ -26,6 +26,12 @@ std::span<const MethodInfo> methods()
                    .make = makeSampleReuse,
                    .presets = reusePresets(),
                    .maps = reuseMaps()},
+        MethodInfo{.help = "virtual lights, clustered for slices of the picture",
+                   .traits = {},
+                   .defaults = ManyLightsParams{},
+                   .make = makeManyLights,
+                   .presets = manyLightsPresets(),
+                   .maps = manyLightsMaps()},
     };
     return kMethods;
 }

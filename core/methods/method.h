@@ -71,5 +71,8 @@ std::span<const MethodPreset> aoPresets();
 std::unique_ptr<Renderer> makeSampleReuse();
 std::span<const MethodPreset> reusePresets();
 std::span<const MapInfo> reuseMaps();
+std::unique_ptr<Renderer> makeManyLights();
+std::span<const MethodPreset> manyLightsPresets();
+std::span<const MapInfo> manyLightsMaps();
 
 }  // namespace core

@@ -12,6 +12,8 @@ std::span<const Method> methods()
         Method{"path", makePathRenderer},
         Method{"ao", makeAmbientOcclusion},
         Method{"reuse", makeSampleReuse},
+        Method{"manylights", nullptr,
+               "visibility is traced and completed on the CPU, and no kernel gathers from it yet"},
     };
     return kMethods;
 }

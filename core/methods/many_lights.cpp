@@ -1,0 +1,307 @@
+// Rendering with many lights on all cores. A sample is a frame (core/many_lights/frame.h): a new
+// set of virtual lights, seen from new points of the pixels. The first sample is the frame of the
+// thesis; the mean over samples is what the path tracer finds, unless a parameter that is called
+// biased says otherwise.
+#include <array>
+
+#include "core/base/check.h"
+#include "core/many_lights/frame.h"
+#include "core/methods/method.h"
+#include "core/methods/path_aovs.h"
+#include "core/trace/accel.h"
+
+namespace core {
+
+namespace {
+
+using many_lights::CompletionParams, many_lights::Frame, many_lights::FrameLights,
+    many_lights::FrameSettings, many_lights::FrameStats, many_lights::SliceStats;
+
+/// Sums over the frames of a picture.
+struct Totals {
+    FrameStats last;  // of the latest frame that has lit a slice
+    SliceStats slices;
+    uint64_t otherRays = 0;
+    double lightSeconds = 0, treeSeconds = 0, receiverSeconds = 0;
+};
+
+class ManyLights final : public Renderer {
+public:
+    void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
+    {
+        frame_.reset();
+        firstLights_.reset();
+        plan_.reset();
+        takeWorld(accel_, std::move(world), progress);
+        if (size_.x > 0) reset();
+    }
+
+    void setView(const View& view, Start) override
+    {
+        CHECK(view.size.x > 0 && view.size.y > 0);
+        const auto& params = view.params.as<ManyLightsParams>();
+        if (!(params == params_)) {
+            plan_.reset();
+            firstLights_.reset();
+        }
+        params_ = params;
+        camera_ = view.camera;
+        size_ = view.size;
+        reset();
+    }
+
+    void setPace(const Pace&) override {}  // pieces are slices
+
+    void advance(const Budget& budget, std::stop_token stop) override;
+    RenderProgress progress() const override
+    {
+        return {version_, film_.samples, frame_ ? std::min(frame_->fraction(), 0.999) : 0};
+    }
+    Estimate read(Reading what) override { return film_.estimate(what == Reading::mean); }
+    Aovs aovs() override
+    {
+        CHECK(accel_ != nullptr);
+        return traceAovs(*accel_, cameraData(camera_, size_.x, size_.y), size_.x, size_.y);
+    }
+    std::vector<Image> maps() override { return maps_; }
+    RenderStats stats() const override;
+
+private:
+    void reset();
+    FrameSettings settings() const;
+    bool beginFrame(const std::stop_token& stop);
+    void endFrame();
+    void makeMaps();
+    Frame::PixelDone addToFilm();
+
+    std::unique_ptr<Accel> accel_;
+    ManyLightsParams params_;
+    Camera camera_;
+    glm::uvec2 size_{0};
+    std::optional<many_lights::LightPlan> plan_;
+    std::shared_ptr<const FrameLights> firstLights_;  // of frame 0, which every view begins with
+    std::unique_ptr<Frame> frame_;
+    Film film_;
+    std::mutex countersMutex_;
+    uint64_t version_ = 0;
+    std::vector<Image> maps_;
+    Totals totals_;
+    double seconds_ = 0;
+};
+
+void ManyLights::reset()
+{
+    frame_.reset();
+    film_.reset(size_.x, size_.y);
+    maps_.clear();
+    totals_ = {};
+    seconds_ = 0;
+    ++version_;
+}
+
+FrameSettings ManyLights::settings() const
+{
+    FrameSettings s;
+    s.path = worldSettings(accel_->world());
+    s.path.imageWidth = size_.x;
+    s.path.imageHeight = size_.y;
+    s.path.seed = params_.seed;
+    s.path.samplerKind = static_cast<uint32_t>(params_.sampler);
+    s.path.strategy = shared::kStrategyMis;
+    s.path.maxDepth = params_.maxDepth;
+    s.path.rouletteDepth = 2;
+    s.path.clampIndirect = 0;
+    s.camera = cameraData(camera_, size_.x, size_.y);
+    s.lights = params_.lights;
+    s.clusters = params_.clusters;
+    while (s.side * s.side < params_.receivers) ++s.side;
+    s.sliceSize = params_.sliceSize;
+    s.clamp = params_.clamp;
+    s.centred = params_.jitter == PixelJitter::never ||
+                (params_.jitter == PixelJitter::settled && film_.samples == 0);
+    s.compensates = params_.lost == LostLight::paths;
+    s.completion = params_.completion;
+    return s;
+}
+
+Frame::PixelDone ManyLights::addToFilm()
+{
+    return [this, isSigned = params_.completion.residualRate > 0](size_t pixel,
+                                                                  const glm::vec3& radiance) {
+        FilmCounters dropped;
+        if (isSigned && glm::all(glm::lessThan(glm::abs(radiance), glm::vec3(1e30f)))) {
+            // Residuals take away what was guessed wrongly: to leave out what they make negative
+            // would be a bias.
+            const glm::dvec3 L(radiance);
+            ++film_.weight[pixel];
+            film_.sum[pixel] += L;
+            film_.sumOfSquares[pixel] += L * L;
+            return;
+        }
+        film_.add(pixel, radiance, dropped);
+        if (dropped.clean()) return;
+        const std::lock_guard lock(countersMutex_);
+        film_.counters += dropped;
+    };
+}
+
+/// Makes what comes before the slices; false when a stop came first, and then nothing is kept.
+bool ManyLights::beginFrame(const std::stop_token& stop)
+{
+    const FrameSettings s = settings();
+    if (!plan_) plan_ = many_lights::planLights(*accel_, s);
+    const auto index = static_cast<uint32_t>(film_.samples);
+    std::shared_ptr<const FrameLights> lights = index == 0 ? firstLights_ : nullptr;
+    if (!lights) lights = many_lights::makeFrameLights(*accel_, s, *plan_, index, stop);
+    if (!lights) return false;
+    if (index == 0) firstLights_ = lights;
+    frame_ = Frame::begin(*accel_, s, *plan_, std::move(lights), index, stop, addToFilm());
+    return frame_ != nullptr;
+}
+
+void ManyLights::endFrame()
+{
+    makeMaps();
+    const FrameStats& stats = frame_->stats();
+    totals_.last = stats;
+    totals_.slices += stats.slices;
+    totals_.otherRays += stats.lightRays + stats.cameraRays;
+    totals_.lightSeconds += stats.lightSeconds;
+    totals_.treeSeconds += stats.treeSeconds;
+    totals_.receiverSeconds += stats.receiverSeconds;
+    frame_.reset();
+    ++film_.samples;
+}
+
+void ManyLights::advance(const Budget& budget, std::stop_token stop)
+{
+    CHECK(accel_ != nullptr && size_.x > 0);
+    const Clock::time_point start = Clock::now();
+    const uint64_t end = film_.samples + budget.samples;
+    bool first = true;
+    while ((frame_ || film_.samples < end) && !stop.stop_requested()) {
+        if (!first && secondsSince(start) >= budget.seconds) break;
+        first = false;
+        if (!frame_ && !beginFrame(stop)) break;
+        const size_t had = frame_->slicesDone();
+        const bool whole = frame_->advance(start, budget.seconds, stop, addToFilm());
+        if (whole || frame_->slicesDone() > had) ++version_;
+        if (whole) endFrame();
+    }
+    seconds_ += secondsSince(start);
+}
+
+void ManyLights::makeMaps()
+{
+    const std::span<const SliceStats> slices = frame_->sliceStats();
+    const auto map = [&](auto&& value) {
+        std::vector<float> values;
+        for (const SliceStats& s : slices) values.push_back(static_cast<float>(value(s)));
+        Image image(size_.x, size_.y, 1);
+        image.pixels = frame_->perPixel(values);
+        maps_.push_back(std::move(image));
+    };
+    maps_.clear();
+    map([](const SliceStats& s) { return s.completion.visibility(); });
+    map([](const SliceStats& s) { return s.completion.meanRate(); });
+    map([](const SliceStats& s) { return double(s.completion.basis); });
+    map([](const SliceStats& s) { return double(s.rows); });
+}
+
+RenderStats ManyLights::stats() const
+{
+    RenderStats stats;
+    stats.device = "cpu";
+    stats.driver = "Embree";
+    stats.buildSeconds = accel_ ? accel_->stats().buildSeconds : 0;
+    stats.renderSeconds = seconds_;
+    Totals t = totals_;
+    if (frame_) {
+        t.last = frame_->stats();
+        t.slices += t.last.slices;
+        t.otherRays += t.last.lightRays + t.last.cameraRays;
+        t.lightSeconds += t.last.lightSeconds;
+        t.treeSeconds += t.last.treeSeconds;
+        t.receiverSeconds += t.last.receiverSeconds;
+    }
+    const SliceStats& s = t.slices;
+    stats.rays = t.otherRays + s.otherRays + s.completion.rays;
+    stats.paths = s.rows;
+    const double slices = std::max<double>(1, double(s.slices));
+    stats.details = {{"lights", double(t.last.lights)},
+                     {"slices", double(t.last.slices.slices)},
+                     {"clusters", double(s.clusters) / slices},
+                     {"receivers", double(t.last.slices.rows)},
+                     {"clamp_distance", plan_ ? double(plan_->clampDistance) : 0},
+                     {"visibility_rays", double(s.completion.rays)},
+                     {"visibility_percent", 100 * s.completion.visibility()},
+                     {"author_visibility_percent", 100 * s.completion.authorVisibility()},
+                     {"basis_columns", double(s.completion.basis) / slices},
+                     {"final_row_rate", s.completion.meanRate()},
+                     {"verification_failures", double(s.completion.verificationFailures) / slices},
+                     {"lost_light_rays", double(s.otherRays)},
+                     {"seconds_lights", t.lightSeconds},
+                     {"seconds_tree", t.treeSeconds},
+                     {"seconds_receivers", t.receiverSeconds},
+                     {"thread_seconds_cut", s.cutSeconds},
+                     {"thread_seconds_order", s.orderSeconds},
+                     {"thread_seconds_rays", s.completion.traceSeconds},
+                     {"thread_seconds_matching", s.completion.seconds - s.completion.traceSeconds},
+                     {"thread_seconds_shading", s.shadingSeconds},
+                     {"thread_seconds_lost_light", s.lostSeconds}};
+    return stats;
+}
+
+}  // namespace
+
+std::unique_ptr<Renderer> makeManyLights()
+{
+    return std::make_unique<ManyLights>();
+}
+
+std::span<const MapInfo> manyLightsMaps()
+{
+    static const std::array kMaps{
+        MapInfo{"traced", "share of the visibility of a pixel's slice that rays have found", 1},
+        MapInfo{"rate", "share of the rows that is sampled of a column at the end", 0.4f},
+        MapInfo{"basis", "known columns of the slice, of all octants together"},
+        MapInfo{"slice", "points in the slice that a pixel belongs to"},
+    };
+    return kMaps;
+}
+
+std::span<const MethodPreset> manyLightsPresets()
+{
+    static const std::array kPresets{
+        MethodPreset{"virtual lights", ManyLightsParams{},
+                     "the defaults: unbiased, soon to be seen"},
+        MethodPreset{"smooth frame",
+                     ManyLightsParams{.lights = 100000, .clusters = 1000, .receivers = 4},
+                     "many lights, nothing lost: one good sample instead of many"},
+        MethodPreset{"completed frame",
+                     ManyLightsParams{.lights = 100000,
+                                      .clusters = 1000,
+                                      .receivers = 4,
+                                      .sliceSize = 2000,
+                                      .completion = {}},
+                     "as the smooth frame, but most of the visibility is guessed (biased)"},
+        MethodPreset{"thesis frame",
+                     ManyLightsParams{.lights = 100000,
+                                      .clusters = 1000,
+                                      .receivers = 4,
+                                      .clamp = 1,
+                                      .lost = LostLight::dropped,
+                                      .completion = CompletionParams::authorPreset()},
+                     "the thesis's tables: its lights, clamp and completion (biased)"},
+        MethodPreset{"thesis frame, all traced",
+                     ManyLightsParams{.lights = 100000,
+                                      .clusters = 1000,
+                                      .receivers = 4,
+                                      .clamp = 1,
+                                      .lost = LostLight::dropped},
+                     "what the thesis compares with: the same, all visibility traced (biased)"},
+    };
+    return kPresets;
+}
+
+}  // namespace core

@@ -1,0 +1,76 @@
+// Parameters of rendering with many lights, the same on every device.
+#pragma once
+
+#include "core/many_lights/completion_params.h"
+#include "core/methods/path_params.h"
+#include "core/methods/reuse_params.h"
+
+namespace core {
+
+/// What becomes of the light that virtual lights do not bring (core/many_lights/lost_light.h).
+enum class LostLight : uint32_t { paths, dropped };
+template <> struct EnumNames<LostLight> {
+    static constexpr std::array<std::string_view, 2> names{"paths", "dropped"};
+};
+
+struct ManyLightsParams {
+    static constexpr std::string_view kMethod = "manylights";
+
+    uint32_t lights = 10000;
+    uint32_t clusters = 250;
+    uint32_t receivers = 1;
+    uint32_t sliceSize = 1000;
+    float clamp = 0.1f;
+    LostLight lost = LostLight::paths;
+    many_lights::CompletionParams completion{.method = many_lights::CompletionMethod::full};
+    PixelJitter jitter = PixelJitter::settled;
+    uint32_t maxDepth = 8;
+    uint32_t seed = 1;
+    SamplerKind sampler = SamplerKind::sobol;
+
+    template <class Self, class V> static void visit(Self& p, V&& v)
+    {
+        v(Field{"lights",
+                "virtual lights of a sample, about; every sample (--spp) has lights of its own",
+                {1, 4e6, true}},
+          p.lights);
+        v(Field{"clusters",
+                "lights for which a slice of the picture is lit; each stands for many",
+                {1, 2e5, true}},
+          p.clusters);
+        v(Field{"receivers",
+                "points of each pixel that are lit in a sample, rounded up to a square",
+                {1, 64}},
+          p.receivers);
+        v(Field{"slice-size",
+                "points from which a slice of the picture is split in two",
+                {64, 8192, true}},
+          p.sliceSize);
+        v(Field{"clamp",
+                "below which distance lights do not become brighter: 0 never, 1 the thesis's, "
+                "about a third of a room, in proportion between",
+                {0, 4}},
+          p.clamp);
+        v(Field{"lost-light",
+                "what the clamp takes, and what comes by mirrors and clear glass: found by a "
+                "path from each point (paths), or missing (dropped)",
+                {},
+                true},
+          p.lost);
+        many_lights::CompletionParams::visit(p.completion, v);
+        v(Field{"jitter",
+                "where in its part of the pixel a point lies: in the middle in the first sample "
+                "and anywhere in later ones (settled), or one of the two at all times"},
+          p.jitter);
+        v(Field{"max-depth",
+                "scattering events per path: 0 shows emitters only, 1 adds direct light",
+                {0, 4096}},
+          p.maxDepth);
+        v(Field{"seed", "another seed gives an independent image"}, p.seed);
+        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
+          p.sampler);
+    }
+    friend bool operator==(const ManyLightsParams&, const ManyLightsParams&) = default;
+};
+
+}  // namespace core

@@ -1,0 +1,332 @@
+// Rendering with many lights against the plain sum over all lights, ray by ray, and against the
+// path tracer; what its biased options cost; what a stop leaves.
+#include <gtest/gtest.h>
+
+#include "core/gltf/gltf.h"
+#include "core/many_lights/frame.h"
+#include "core/many_lights/light_paths.h"
+#include "core/methods/method.h"
+#include "core/trace/scene_view.h"
+#include "shared/path.h"
+#include "tests/support/stats.h"
+#include "tests/support/test_scenes.h"
+
+namespace {
+
+using namespace tests;
+using namespace core::many_lights;
+using core::LostLight, core::ManyLightsParams;
+using glm::vec3;
+
+std::shared_ptr<const core::World> asset(const std::string& name)
+{
+    return core::makeWorld(
+        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
+}
+
+/// What receiver `r` gets from all lights, one ray each, by the surface model's own functions.
+vec3 plainSum(const core::Accel& accel, const LightSet& set, const Receiver& r, float clamp)
+{
+    const shared::SceneView scene = core::sceneView(accel.world());
+    shared::SurfacePoint s =
+        shared::makeSurfacePoint(scene, {0, r.barycentrics, r.slot}, r.direction);
+    const shared::Bsdf bsdf =
+        shared::makeBsdf(shared::evaluateMaterial(scene, s, r.direction).inputs);
+    const vec3 wo = shared::toLocal(s.frame, -r.direction);
+    glm::dvec3 sum(0);
+    for (const VirtualLight& l : set.lights) {
+        const vec3 d = l.position - s.position;
+        const float distance = glm::length(d);
+        if (!(distance > 0)) continue;
+        const vec3 wi = d / distance, local = shared::toLocal(s.frame, wi);
+        float side;
+        if (!shared::sideOf(s, wi, local.z, side)) continue;
+        vec3 I = l.intensity * std::max(0.0f, -glm::dot(l.normal, wi));
+        if (l.detail != shared::kNone) I *= set.surfaces[l.detail].scattered(-wi);
+        const vec3 f = shared::evalBsdf(bsdf, wo, local) * std::abs(local.z) * I /
+                       std::max(distance * distance, clamp * clamp);
+        if (f == vec3(0)) continue;
+        const vec3 origin = shared::originOnSide(s, side);
+        if (!accel.occluded({origin, 0.9999f, l.position - origin, 0})) sum += f;
+    }
+    return r.throughput * vec3(sum);
+}
+
+/// With a cluster for every light a frame is the sum over all lights, bit of rounding apart.
+TEST(ManyLights, AsManyClustersAsLightsAreThePlainSum)
+{
+    for (const char* name : {"cornell-diffuse", "cornell-glossy"}) {
+        const auto world = asset(name);
+        const core::Accel accel(world);
+        FrameSettings s;
+        s.path = core::worldSettings(*world);
+        s.path.imageWidth = 24;
+        s.path.imageHeight = 24;
+        s.path.seed = 7;
+        s.path.samplerKind = shared::kSamplerSobol;
+        s.path.strategy = shared::kStrategyMis;
+        s.path.maxDepth = 8;
+        s.path.rouletteDepth = 2;
+        s.path.clampIndirect = 0;
+        s.camera = core::cameraData(world->cameras.at(0), 24, 24);
+        s.lights = 1000;
+        s.clusters = 1000000;
+        s.sliceSize = 100;
+        s.clamp = 0.2f;
+        s.compensates = false;
+        s.completion.method = CompletionMethod::full;
+        const LightPlan plan = planLights(accel, s);
+        ASSERT_GT(plan.clampDistance, 0);
+        const auto lights = makeFrameLights(accel, s, plan, 0, {});
+        ASSERT_GT(lights->set.lights.size(), 500u);
+        core::Image image(24, 24, 3);
+        const auto done = [&](size_t pixel, const vec3& L) {
+            for (int c = 0; c < 3; ++c) image.pixels[3 * pixel + size_t(c)] = L[c];
+        };
+        const auto frame = Frame::begin(accel, s, plan, lights, 0, {}, done);
+        ASSERT_TRUE(frame->advance(core::Clock::now(), 1e9, {}, done));
+
+        std::vector<Receiver> receivers;
+        std::vector<vec3> direct(24 * 24);
+        const ReceiverJob job{&accel, s.path, s.camera, 1, 0};
+        traceReceivers(job, {0, 0, 24, 24}, receivers, direct);
+        EXPECT_GT(receivers.size(), 300u);
+        double error = 0, total = 0;
+        size_t wrong = 0;
+        for (const Receiver& r : receivers) {
+            const vec3 expected =
+                direct[r.place] + plainSum(accel, lights->set, r, plan.clampDistance);
+            double largest = 0;
+            for (int c = 0; c < 3; ++c) {
+                const double found = double(image.pixels[3 * r.place + uint32_t(c)]);
+                largest = std::max(largest, std::abs(found - double(expected[c])) /
+                                                (1e-3 + double(expected[c])));
+                error += std::abs(found - double(expected[c]));
+                total += double(expected[c]);
+            }
+            // Packets and single rays may differ by the last bit at an edge: one light of a
+            // thousand.
+            wrong += largest > 1e-4 ? 1 : 0;
+        }
+        EXPECT_LE(wrong, 2u) << name;
+        EXPECT_LT(error / total, 1e-4) << name;
+    }
+}
+
+/// Means of a quarter of the picture each, over seeds: within a frame pixels share their lights, so
+/// that only frames are independent.
+struct Quarters {
+    std::array<Moments, 4> means;
+
+    void add(const core::Image& image)
+    {
+        for (uint32_t q = 0; q < 4; ++q) {
+            double sum = 0;
+            const uint32_t w = image.width / 2, h = image.height / 2;
+            for (uint32_t y = 0; y < h; ++y)
+                for (uint32_t x = 0; x < w; ++x) {
+                    const float* p = image.at((q & 1) * w + x, (q >> 1) * h + y);
+                    sum += double(shared::luminance({p[0], p[1], p[2]}));
+                }
+            means[q].add(sum / (double(w) * h));
+        }
+    }
+};
+
+Quarters manyLights(const std::shared_ptr<const core::World>& world, ManyLightsParams params,
+                    uint32_t seeds, uint32_t samples)
+{
+    Quarters q;
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    for (uint32_t seed = 0; seed < seeds; ++seed) {
+        params.seed = 1000 + seed;
+        renderer->setView({world->cameras.at(0), {32, 32}, params}, core::Start::anew);
+        renderer->advance({.samples = samples}, {});
+        q.add(renderer->read(core::Reading::mean).mean);
+        EXPECT_TRUE(renderer->read(core::Reading::everything).counters.clean());
+    }
+    return q;
+}
+
+/// Of the path tracer, rendered once per asset and depth.
+const Quarters& paths(const std::string& name, uint32_t maxDepth)
+{
+    static std::map<std::pair<std::string, uint32_t>, Quarters> known;
+    Quarters& q = known[{name, maxDepth}];
+    if (q.means[0].count() > 0) return q;
+    const auto world = asset(name);
+    for (uint32_t seed = 0; seed < 16; ++seed) {
+        core::PathParams params = independentParams(core::Strategy::mis, maxDepth);
+        params.seed = 1 + seed;
+        q.add(render(world, 32, 32, 128, params).mean);
+    }
+    return q;
+}
+
+/// The four means are equal; the relative bias that would have been seen is below `detects`, in the
+/// calmest quarter where the others look at caustics.
+void expectAgree(const Quarters& a, const Quarters& b, double detects, const char* name,
+                 bool caustics = false)
+{
+    double best = 1e9;
+    for (size_t i = 0; i < 4; ++i) {
+        const Comparison c = welch(a.means[i], b.means[i]);
+        EXPECT_GT(c.p, kLevel) << name << ", quarter " << i << ": " << a.means[i].mean() << " and "
+                               << b.means[i].mean() << ", z " << c.z;
+        EXPECT_LT(c.detectable, caustics ? 1e9 : detects)
+            << name << ", quarter " << i << " is underpowered";
+        best = std::min(best, c.detectable);
+    }
+    EXPECT_LT(best, detects) << name << " is underpowered";
+}
+
+ManyLightsParams few()
+{
+    // Receivers anywhere from the first sample on, so that few samples suffice.
+    return {.lights = 4000, .clusters = 100, .sliceSize = 200, .jitter = core::PixelJitter::always};
+}
+
+/// The mean is the path tracer's at equal depth: with the light that the clamp takes found by
+/// paths.
+TEST(ManyLights, AgreesWithThePathTracer)
+{
+    for (const char* name : {"cornell-diffuse", "cornell-rough", "textured-box"}) {
+        const auto world = asset(name);
+        expectAgree(manyLights(world, few(), 16, 8), paths(name, 8), 0.08, name);
+    }
+}
+
+/// Lights without extent, an environment and a sun.
+TEST(ManyLights, AgreesWithThePathTracerOnOtherLights)
+{
+    for (const char* name : {"lights", "sky"}) {
+        const auto world = asset(name);
+        expectAgree(manyLights(world, few(), 16, 8), paths(name, 8), 0.08, name);
+    }
+}
+
+/// Mirrors, clear and rough glass. What comes by way of them is a fifth of the light on the ground.
+TEST(ManyLights, AgreesWithThePathTracerOnGlass)
+{
+    const auto world = asset("glass");
+    const Quarters& expected = paths("glass", 8);
+    ManyLightsParams params = few();
+    expectAgree(manyLights(world, params, 16, 16), expected, 0.1, "glass", true);
+    params.lost = LostLight::dropped;
+    const Quarters dropped = manyLights(world, params, 16, 16);
+    EXPECT_LT(welch(dropped.means[3], expected.means[3]).z, -kScore)
+        << "light that comes by way of mirrors is not missed";
+}
+
+TEST(ManyLights, AgreesWithThePathTracerWithoutAClamp)
+{
+    const auto world = asset("cornell-diffuse");
+    ManyLightsParams params = few();
+    params.clamp = 0;
+    expectAgree(manyLights(world, params, 16, 8), paths("cornell-diffuse", 8), 0.1,
+                "cornell-diffuse");
+}
+
+/// What is cut off by depth is cut off exactly.
+TEST(ManyLights, AgreesWithThePathTracerAtEveryDepth)
+{
+    const auto world = asset("cornell-diffuse");
+    for (const uint32_t depth : {1u, 2u, 3u}) {
+        ManyLightsParams params = few();
+        params.maxDepth = depth;
+        expectAgree(manyLights(world, params, 16, 8), paths("cornell-diffuse", depth), 0.06,
+                    "cornell-diffuse");
+    }
+}
+
+/// The clamp only ever takes light, and takes much of it when it is the thesis's.
+TEST(ManyLights, DroppedLightIsMissing)
+{
+    const auto world = asset("cornell-diffuse");
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    const auto pictureOf = [&](LostLight lost) {
+        ManyLightsParams params = few();
+        params.clamp = 1;
+        params.lost = lost;
+        renderer->setView({world->cameras.at(0), {32, 32}, params}, core::Start::anew);
+        renderer->advance({.samples = 8}, {});
+        return renderer->read(core::Reading::mean).mean;
+    };
+    // The same lights in both: they differ by what the clamp takes alone.
+    const core::Image dropped = pictureOf(LostLight::dropped), found = pictureOf(LostLight::paths);
+    double kept = 0, all = 0;
+    for (size_t i = 0; i < found.pixels.size(); ++i) {
+        EXPECT_LE(dropped.pixels[i], found.pixels[i]);
+        kept += double(dropped.pixels[i]);
+        all += double(found.pixels[i]);
+    }
+    EXPECT_LT(kept, 0.99 * all);
+    EXPECT_GT(kept, 0.5 * all);
+}
+
+/// More samples, less error: with the root of their number, against the path tracer.
+TEST(ManyLights, ErrorFallsWithTheRootOfTheSamples)
+{
+    const auto world = asset("cornell-diffuse");
+    const core::Estimate reference =
+        render(world, 24, 24, 4096, independentParams(core::Strategy::mis, 8));
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    std::array<double, 2> errors{};
+    for (uint32_t seed = 0; seed < 8; ++seed) {
+        ManyLightsParams params = few();
+        params.sampler = core::SamplerKind::independent;
+        params.seed = 50 + seed;
+        renderer->setView({world->cameras.at(0), {24, 24}, params}, core::Start::anew);
+        uint32_t had = 0;
+        for (const uint32_t samples : {4u, 64u}) {
+            renderer->advance({.samples = samples - had}, {});
+            had = samples;
+            const core::Image mean = renderer->read(core::Reading::mean).mean;
+            double sum = 0;
+            for (size_t i = 0; i < mean.pixels.size(); ++i) {
+                const double d = double(mean.pixels[i]) - double(reference.mean.pixels[i]);
+                sum += d * d;
+            }
+            errors[samples == 4 ? 0 : 1] += sum;
+        }
+    }
+    const double slope = 0.5 * std::log(errors[1] / errors[0]) / std::log(16.0);
+    EXPECT_NEAR(slope, -0.5, 0.12);
+}
+
+/// Slices appear one after the other, whole pixels only, and a stop gives up those under way.
+TEST(ManyLights, AStopKeepsTheSlicesThatAreDone)
+{
+    const auto world = asset("cornell-diffuse");
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    ManyLightsParams params = few();
+    params.receivers = 4;
+    renderer->setView({world->cameras.at(0), {64, 64}, params}, core::Start::anew);
+    renderer->advance({.samples = 1, .seconds = 0}, {});
+    EXPECT_EQ(renderer->progress().samples, 0u);
+    EXPECT_GT(renderer->progress().fraction, 0);
+    const core::Estimate part = renderer->read(core::Reading::everything);
+    std::stop_source stop;
+    stop.request_stop();
+    const uint64_t version = renderer->progress().version;
+    renderer->advance({.samples = 1}, stop.get_token());
+    EXPECT_EQ(renderer->progress().version, version);
+    renderer->advance({.samples = 1}, {});
+    const core::Estimate whole = renderer->read(core::Reading::everything);
+    EXPECT_EQ(whole.samples, 1u);
+    size_t there = 0;
+    for (size_t i = 0; i < part.weight.pixels.size(); ++i) {
+        if (part.weight.pixels[i] == 0) continue;
+        ++there;
+        for (size_t c = 0; c < 3; ++c)
+            ASSERT_EQ(part.mean.pixels[3 * i + c], whole.mean.pixels[3 * i + c]);
+    }
+    EXPECT_GT(there, 0u);
+    EXPECT_LT(there, part.weight.pixels.size());
+}
+
+}  // namespace
