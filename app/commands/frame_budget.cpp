@@ -2,6 +2,7 @@
 #include "app/commands/frame_budget.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/base/read_value.h"
 
@@ -9,21 +10,40 @@ namespace app {
 
 namespace {
 
-/// Rays per pixel of one sample: those to the first hits, and those of each new path behind it.
+/// Rays per pixel: those that a view takes whatever its number of new paths, and those of each
+/// path.
 struct Cost {
-    double first = 1, path = 0;
+    double view = 1, path = 0;
 };
 
-Cost costOf(core::Renderer& renderer, const core::View& view)
+struct Sample {
+    double rays = 0, paths = 0;  // per pixel
+};
+
+Sample sampleOf(core::Renderer& renderer, const core::View& view, core::Start start)
 {
-    renderer.setView(view, core::Start::anew);
+    renderer.setView(view, start);
     const core::RenderStats before = renderer.stats();
     renderer.advance({.samples = 1}, {});
     const core::RenderStats after = renderer.stats();
     const double pixels = double(view.size.x) * view.size.y;
-    const double rays = double(after.rays - before.rays) / pixels,
-                 paths = double(after.paths - before.paths) / pixels;
-    return {1, std::max(rays - 1, 0.0) / std::max(paths, 1e-9)};
+    return {double(after.rays - before.rays) / pixels, double(after.paths - before.paths) / pixels};
+}
+
+/// What old samples are asked for comes on top of the first hits and is seen once there are some.
+Cost costOf(core::Renderer& renderer, const core::View& view)
+{
+    constexpr int kFull = 8;  // views after which a pixel keeps as much as it will
+    constexpr double kNothing = 0.02;
+    const Sample first = sampleOf(renderer, view, core::Start::anew);
+    Cost cost{1, std::max(first.rays - 1, 0.0) / std::max(first.paths, 1e-9)};
+    for (int i = 0; i < kFull; ++i) {
+        const Sample next = sampleOf(renderer, view, core::Start::moved);
+        const double others = next.rays - cost.path * next.paths;
+        if (others < (1 + kNothing) * cost.view) break;
+        cost.view = others;
+    }
+    return cost;
 }
 
 /// Changes the parameter `rays`; false when the method has none.
@@ -41,6 +61,11 @@ bool setRays(core::AnyParams& params, double rays)
     return found;
 }
 
+std::string rounded(double value)
+{
+    return numberText(std::round(100 * value) / 100);
+}
+
 }  // namespace
 
 std::string fitRays(core::Renderer& renderer, std::span<const core::View> views,
@@ -49,17 +74,17 @@ std::string fitRays(core::Renderer& renderer, std::span<const core::View> views,
     double rays = 1e30, dearest = 0;
     for (const core::View& view : views) {
         const Cost cost = costOf(renderer, view);
-        rays = std::min(rays, (raysPerPixel - cost.first) / std::max(cost.path, 1e-9));
-        dearest = std::max(dearest, cost.first + cost.path);
+        rays = std::min(rays, (raysPerPixel - cost.view) / std::max(cost.path, 1e-9));
+        dearest = std::max(dearest, cost.view + cost.path);
     }
     if (dearest <= raysPerPixel) return {};
     std::string text = "--budget-rays " + numberText(raysPerPixel) +
-                       ": a path for each pixel takes up to " +
-                       numberText(std::round(100 * dearest) / 100) + " rays per pixel";
+                       ": a path for each pixel takes up to " + rounded(dearest) +
+                       " rays per pixel";
     const float* const chosen =
         setRays(params, rays) ? core::findParam<float>(params, "rays") : nullptr;
     if (chosen == nullptr) return text + ", and fewer than one sample there is not";
-    text += " — --rays is " + numberText(static_cast<double>(*chosen));
+    text += " — --rays is " + rounded(static_cast<double>(*chosen));
     if (rays < static_cast<double>(*chosen)) text += ", the least there is";
     return text;
 }
