@@ -14,8 +14,9 @@ namespace core {
 
 namespace {
 
-using many_lights::CompletionParams, many_lights::Frame, many_lights::FrameLights,
-    many_lights::FrameSettings, many_lights::FrameStats, many_lights::SliceStats;
+using many_lights::CompletionMethod, many_lights::CompletionParams, many_lights::Frame,
+    many_lights::FrameLights, many_lights::FrameSettings, many_lights::FrameStats,
+    many_lights::SliceStats;
 
 /// Sums over the frames of a picture.
 struct Totals {
@@ -126,12 +127,11 @@ FrameSettings ManyLights::settings() const
 
 Frame::PixelDone ManyLights::addToFilm()
 {
-    return [this, isSigned = params_.completion.residualRate > 0](size_t pixel,
-                                                                  const glm::vec3& radiance) {
+    return [this, isSigned = params_.completion.method !=
+                             CompletionMethod::full](size_t pixel, const glm::vec3& radiance) {
         FilmCounters dropped;
         if (isSigned && glm::all(glm::lessThan(glm::abs(radiance), glm::vec3(1e30f)))) {
-            // Residuals take away what was guessed wrongly: to leave out what they make negative
-            // would be a bias.
+            // Residuals and linear predictions may be negative: to leave that out would be a bias.
             const glm::dvec3 L(radiance);
             ++film_.weight[pixel];
             film_.sum[pixel] += L;

@@ -1,5 +1,5 @@
-// The light tree and its cuts: structure, bounds that bound, and clusters whose mean over trees is
-// the sum over all lights.
+// M9. The light tree and its cuts: structure, bounds that bound, and clusters whose mean over trees
+// is the sum over all lights.
 #include "core/many_lights/light_cut.h"
 
 #include <random>

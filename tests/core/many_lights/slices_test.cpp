@@ -1,4 +1,4 @@
-// Slices of receivers: what every partition must hold, and the sets that are hard to split.
+// M10. Slices of receivers: what every partition must hold, and the sets that are hard to split.
 #include "core/many_lights/slices.h"
 
 #include <numeric>

@@ -1,5 +1,5 @@
-// Virtual lights against closed forms: the energy that they hold, what they give inside a sphere
-// (where every two points exchange the same), and what the clamp takes from it.
+// M8. Virtual lights against closed forms: the energy that they hold, what they give inside a
+// sphere (where every two points exchange the same), and what the clamp takes from it.
 #include "core/many_lights/light_paths.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Rendering with many lights against the plain sum over all lights, ray by ray, and against the
-// path tracer; what its biased options cost; what a stop leaves.
+// M11, M12. Rendering with many lights against the plain sum over all lights, ray by ray, and
+// against the path tracer; what its biased options cost; what a stop leaves.
 #include <gtest/gtest.h>
 
 #include "core/gltf/gltf.h"
@@ -295,6 +295,112 @@ TEST(ManyLights, ErrorFallsWithTheRootOfTheSamples)
     }
     const double slope = 0.5 * std::log(errors[1] / errors[0]) / std::log(16.0);
     EXPECT_NEAR(slope, -0.5, 0.12);
+}
+
+/// A frame of 100 clusters from 1000 lights, seen from 64 x 64 pixels.
+core::Image frameOf(core::Renderer& renderer, const core::World& world, CompletionParams completion,
+                    uint32_t seed, uint32_t clusters = 100)
+{
+    ManyLightsParams params = few();
+    params.lights = 1000;
+    params.clusters = clusters;
+    params.sliceSize = 400;
+    params.seed = seed;
+    params.completion = completion;
+    renderer.setView({world.cameras.at(0), {64, 64}, params}, core::Start::anew);
+    renderer.advance({.samples = 1}, {});
+    return renderer.read(core::Reading::mean).mean;
+}
+
+double squaredDifference(const core::Image& a, const core::Image& b)
+{
+    double sum = 0;
+    for (size_t i = 0; i < a.pixels.size(); ++i) {
+        // As pictures are seen: highlights do not count.
+        const double d = std::min(1.0, std::sqrt(double(a.pixels[i]))) -
+                         std::min(1.0, std::sqrt(double(b.pixels[i])));
+        sum += d * d;
+    }
+    return sum;
+}
+
+CompletionParams fullSampling()
+{
+    return {.method = CompletionMethod::full};
+}
+
+TEST(ManyLights, CompletionOfAllRowsIsFullSamplingToTheBit)
+{
+    const auto world = asset("cornell-glossy");
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    CompletionParams all;
+    all.method = CompletionMethod::matching;
+    all.rowRate = 1;
+    all.rowCap = 1;
+    EXPECT_EQ(frameOf(*renderer, *world, all, 1).pixels,
+              frameOf(*renderer, *world, fullSampling(), 1).pixels);
+}
+
+/// Clusters err much more than what is guessed of their visibility.
+TEST(ManyLights, CompletionAddsLittleToTheErrorOfTheClusters)
+{
+    const auto world = asset("cornell-diffuse");
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    CompletionParams matching;
+    matching.method = CompletionMethod::matching;
+    double full = 0, completed = 0;
+    for (uint32_t seed = 1; seed <= 4; ++seed) {
+        const core::Image all = frameOf(*renderer, *world, fullSampling(), seed, 100000);
+        full += squaredDifference(frameOf(*renderer, *world, fullSampling(), seed), all);
+        completed += squaredDifference(frameOf(*renderer, *world, matching, seed), all);
+    }
+    const double ratio = std::sqrt(completed / full);
+    EXPECT_GT(ratio, 0.9);
+    EXPECT_LT(ratio, 1.2);
+    for (const core::StatsDetail& d : renderer->stats().details)
+        if (d.name == "visibility_percent") {
+            EXPECT_LT(std::get<double>(d.value), 60);
+        }
+}
+
+/// Both have the same lights and clusters: over seeds, the mean of their difference is zero.
+TEST(ManyLights, ResidualsTakeTheBiasOutOfCompletion)
+{
+    const auto world = asset("cornell-diffuse");
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    CompletionParams crude;  // guesses badly, so that there is something to take out
+    crude.method = CompletionMethod::matching;
+    crude.rowMinimum = 4;
+    crude.rowRate = 0.005f;
+    crude.verificationRate = 0;
+    crude.smallSlice = 0;
+    crude.adaptiveRows = false;
+    CompletionParams mended = crude;
+    mended.residualRate = 0.05f;
+    Moments difference, brightness;
+    double without = 0, with = 0;
+    for (uint32_t seed = 1; seed <= 48; ++seed) {
+        const core::Image full = frameOf(*renderer, *world, fullSampling(), seed);
+        const core::Image guessed = frameOf(*renderer, *world, crude, seed);
+        const core::Image corrected = frameOf(*renderer, *world, mended, seed);
+        double sum = 0, all = 0;
+        for (size_t i = 0; i < full.pixels.size(); ++i) {
+            sum += double(corrected.pixels[i]) - double(full.pixels[i]);
+            all += double(full.pixels[i]);
+        }
+        difference.add(sum);
+        brightness.add(all);
+        without += squaredDifference(guessed, full);
+        with += squaredDifference(corrected, full);
+    }
+    EXPECT_GT(without, 0) << "nothing was guessed wrongly";
+    EXPECT_GT(with, 0);
+    const double error = std::sqrt(difference.varianceOfMean());
+    EXPECT_LT(std::abs(difference.mean()), kScore * error);
+    EXPECT_LT((kScore + 2.33) * error, 0.01 * brightness.mean()) << "underpowered";
 }
 
 /// Slices appear one after the other, whole pixels only, and a stop gives up those under way.
