@@ -224,7 +224,9 @@ void JsonDocument::clear()
 
 uint64_t jsonTreeBytes(uint64_t commas, uint64_t colons, uint64_t containers)
 {
-    return commas * sizeof(Json) + colons * sizeof(JsonMember) + containers * sizeof(Json);
+    constexpr uint64_t kKeyBytes = 80;  // a node of JsonDocument's set, without long names
+    return commas * sizeof(Json) + colons * (sizeof(JsonMember) + kKeyBytes) +
+           containers * sizeof(Json);
 }
 
 }  // namespace core::gltf

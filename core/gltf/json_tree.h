@@ -5,10 +5,10 @@
 
 #include <cstdint>
 #include <memory_resource>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
-#include <unordered_set>
 
 namespace core::gltf {
 
@@ -88,11 +88,12 @@ private:
     class Builder;
 
     std::pmr::monotonic_buffer_resource memory_;
-    std::unordered_set<std::string> keys_;
+    std::set<std::string> keys_;  // no hash table: files can be made to fill one bucket
     Json root_;
 };
 
-/// About what a tree takes that was parsed from text with so many commas, colons and brackets.
+/// About what a tree takes that was parsed from text with so many commas, colons and brackets, if
+/// no two keys are equal.
 uint64_t jsonTreeBytes(uint64_t commas, uint64_t colons, uint64_t containers);
 
 }  // namespace core::gltf
