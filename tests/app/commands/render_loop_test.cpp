@@ -39,7 +39,12 @@ public:
                                    static_cast<float>(samples_ > 1 ? 1 / (n - 1) : 0), samples_);
     }
     core::Aovs aovs() override { return {}; }
-    core::RenderStats stats() const override { return {.rays = kRays * samples_}; }
+    core::RenderStats stats() const override
+    {
+        core::RenderStats stats;
+        stats.rays = kRays * samples_;
+        return stats;
+    }
     static constexpr uint64_t kRays = 7;  // of a sample
 
 private:
