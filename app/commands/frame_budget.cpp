@@ -85,7 +85,7 @@ std::string fitRays(core::Renderer& renderer, std::span<const core::View> views,
         setRays(params, rays) ? core::findParam<float>(params, "rays") : nullptr;
     if (chosen == nullptr) return text + ", and fewer than one sample there is not";
     text += " — --rays is " + rounded(static_cast<double>(*chosen));
-    if (rays < static_cast<double>(*chosen)) text += ", the least there is";
+    if (rays < 0.999 * static_cast<double>(*chosen)) text += ", the least there is";
     return text;
 }
 

@@ -437,6 +437,7 @@ TEST_F(Cli, FramesWithABudgetOfRays)
     result = run(render + Strings{"3", "--method", "reuse"});
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_NE(result.err.find("--budget-rays 3"), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("the least there is"), std::string::npos) << result.err;
     const double rays = stats().at("params").at("rays").get<double>();
     EXPECT_GT(rays, 0.1);
     EXPECT_LT(rays, 0.6);
