@@ -78,8 +78,8 @@ ReuseChain loadChain(uint lane)
                        texelFetch(chains, at + 3), texelFetch(chains, at + 4));
 }
 
-/// The first hit of a pixel, the way to it, and what is seen on it, in L. False where nothing is scattered. `path` becomes
-/// what paths from there may do.
+/// The first hit of a pixel, the way to it, and what is seen on it, in L. False where nothing is scattered. `path`
+/// becomes what paths from there may do.
 bool firstVertex(uvec2 pixel, uint lane, SampleStream stream, uvec4 here, inout PathSettings path, out ReuseVertex v,
                  out vec3 towardsBefore, inout vec3 L)
 {

@@ -143,7 +143,7 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
 
 template <> struct core::EnumNames<core::many_lights::CompletionMethod> {
     static constexpr std::array<std::string_view, 5> names{"full", "matching", "gauss-jordan",
-                                                           "svt", "amc"};
+                                                           "amc", "svt"};
 };
 template <> struct core::EnumNames<core::many_lights::OnMismatch> {
     static constexpr std::array<std::string_view, 3> names{"full", "recursion", "repair"};

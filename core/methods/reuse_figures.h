@@ -6,6 +6,7 @@
 
 #include "core/methods/renderer.h"
 #include "core/methods/reuse_params.h"
+#include "shared/reuse_records.h"
 
 namespace core {
 
@@ -54,8 +55,7 @@ private:
     static std::string_view biasOf(const ReuseParams& params)
     {
         if (params.reuse == ReuseStrategy::discard) return "none";
-        if (params.reuse == ReuseStrategy::naive || params.reuse == ReuseStrategy::svgf)
-            return "old light as it was";
+        if (shared::keepsMeans(uint32_t(params.reuse))) return "old light as it was";
         if (params.bias == ReuseBias::unbiased) return "none";
         return params.bias == ReuseBias::bounded ? "visibility of old samples, bounded"
                                                  : "visibility of old samples";
@@ -69,7 +69,9 @@ private:
 inline float askedVisibility(const ReuseParams& params, float now, const ReuseFigures& found)
 {
     constexpr float kFirst = 0.25f, kLeast = 1.0f / 16, kMost = 0.95f;
-    if (params.bias == ReuseBias::fast || params.reuse == ReuseStrategy::discard) return 0;
+    const bool looksAtSamples =
+        params.reuse != ReuseStrategy::discard && !shared::keepsMeans(uint32_t(params.reuse));
+    if (params.bias == ReuseBias::fast || !looksAtSamples) return 0;
     if (params.bias == ReuseBias::unbiased) return 1;
     if (!(now > 0)) return kFirst;
     if (!(found.withHistory > 0)) return now;

@@ -103,7 +103,8 @@ void main()
         if (FEATURE(kFeatureDelta)) {
             chain = followChain(scene, frame.settings, ray, t, stream, here, cameraBefore, tally);
             if (chain.bounces > 0u) {
-                for (uint i = 0u; i < kReuseChainWords; ++i) chainsNow[kReuseChainWords * lane + i] = packChain(chain, i);
+                for (uint i = 0u; i < kReuseChainWords; ++i)
+                    chainsNow[kReuseChainWords * lane + i] = packChain(chain, i);
             }
             rest = chain.restBounces > 0u;
         }

@@ -46,12 +46,20 @@ uvec2 sizeNow()
     return uvec2(frame.settings.imageWidth, frame.settings.imageHeight);
 }
 
-/// The new paths of a pixel; behind them, perhaps, that of a way not taken.
+/// The new paths of a pixel, and that of a way not taken (kNone: there is none).
 struct NewPaths {
     uint first;
     uint count;
-    bool rest;
+    uint rest;
 };
+
+/// As reuse_hits has packed them.
+NewPaths newPathsOf(uint word)
+{
+    const uint first = word & 0xffffffu;
+    const uint count = (word >> 24u) & 0x7fu;
+    return NewPaths(first, count, word >= 0x80000000u ? first + count : kNone);
+}
 
 uvec4 newWord(uint which, uint i)
 {
@@ -92,8 +100,8 @@ void addOrDrop(ReuseView view, vec3 L, bool hidden, inout float weight, inout fl
 /// Old samples of directions and the new one: adds them up and keeps some. What arrives is evaluated in a loop of its
 /// own, over those that need it: on software devices a branch costs the same whether it is taken or not, and a loop as
 /// much as the lane that needs it most often.
-void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi, inout ReuseSums sums,
-                  inout ReuseTally tally)
+void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel,
+                  NewPaths fresh, float xi, inout ReuseSums sums, inout ReuseTally tally)
 {
     const uint most = recordsOf(push.settings);
     float weights[kReuseMostScores];  // v
@@ -172,8 +180,8 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
 }
 
 /// The same of connections to emitters.
-void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel, NewPaths fresh, float xi,
-                 inout ReuseSums sums, inout ReuseTally tally)
+void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel,
+                 NewPaths fresh, float xi, inout ReuseSums sums, inout ReuseTally tally)
 {
     const uint most = lightsOf(push.settings);
     float scores[kReuseMostScores];
@@ -292,20 +300,20 @@ void main()
     const bool scatters = firstVertex(pixel, lane, stream, here, path, v, towardsBefore, sums.seen);
     const bool looks = scatters && lookBack(here.w, towardsBefore, stream, v);
     const uint source = here.w & ~kChained;
-    const uint waited = texelFetch(firstNew, int(lane)).x;
-    NewPaths fresh = NewPaths(waited & 0xffffffu, 0u, waited >= 0x80000000u);
+    NewPaths fresh = newPathsOf(texelFetch(firstNew, int(lane)).x);
     if (scatters) {
         sums.nominal = v.history.nominal;
         sums.rays = v.rays;
         sums.beta = v.beta;
-        fresh.count = (waited >> 24u) & 0x7fu;
+    } else {
+        fresh.count = 0u;
     }
     if (!keepsMeans(strategy) && strategy != kReuseDiscard) {
         reuseSamples(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 0u), sums, tally);
         reuseLights(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 1u), sums, tally);
     }
     for (uint k = 0u; k < fresh.count; ++k) addReuseNew(sums, loadNew(fresh.first + k));
-    if (FEATURE(kFeatureDelta) && fresh.rest) sums.rest = loadNew(fresh.first + (waited >> 24u & 0x7fu)).around;
+    if (FEATURE(kFeatureDelta) && fresh.rest != kNone) sums.rest = loadNew(fresh.rest).around;
     vec3 L = reusedRadiance(sums);
     vec3 squares = reusedSquares(sums);
     const vec3 plain = plainRadiance(sums);

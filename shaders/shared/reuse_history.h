@@ -54,9 +54,9 @@ SHARED_FN vec3 towardsCamera(CameraData camera, vec3 position)
 /// The pixel to look at first for the history of what was at `film`. For means (see keepsMeans) one
 /// of the four around, each as often as bilinear interpolation weighs it: the nearest loses every
 /// motion by less than half a pixel a frame, and in the end they belong to a place many pixels away
-/// (measured: .6 % too dark after an arc of 1 degree a view, with this .1 %; moves of 4 degrees
-/// stay too dark, for a reason not found). Samples are aimed anew and take the nearest: with one of
-/// four their variance was 1.15 times as large, and many times where far surfaces shine.
+/// (measured: .6 % too dark after an arc of 1 degree a view, with this .1 %). Samples are aimed
+/// anew and take the nearest: with one of four their variance was 1.15 times as large, and many
+/// times where far surfaces shine.
 SHARED_FN ivec2 historyPixel(uint strategy, vec2 film, vec2 xi)
 {
     if (!keepsMeans(strategy)) xi = vec2(0.5f);

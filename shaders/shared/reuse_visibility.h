@@ -35,9 +35,9 @@ SHARED_FN SampleStream purposeStream(SampleStream stream, uint purpose)
     return stream;
 }
 
-/// The same for decisions that follow upon earlier ones:
-/// its numbers do not know those of the frames before. A sequence that is well spread over frames
-/// would be biased here, since what it gives depends on what it gave to the samples that are there.
+/// The same for decisions that follow upon earlier ones: its numbers do not know those of the
+/// frames before. A sequence that is well spread over frames would be biased here, since what it
+/// gives depends on what it gave to the samples that are there.
 SHARED_FN SampleStream decisionStream(SampleStream stream, uint purpose)
 {
     stream.kind = kSamplerIndependent;

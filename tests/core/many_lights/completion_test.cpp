@@ -36,6 +36,18 @@ TEST(BitMatrix, ColumnsAreWords)
     EXPECT_EQ(BitMatrix(0, 5).wordsPerColumn(), 0u);
 }
 
+TEST(Completion, MethodsGoByTheirNames)
+{
+    using core::enumName;
+    EXPECT_EQ(enumName(CompletionMethod::full), "full");
+    EXPECT_EQ(enumName(CompletionMethod::matching), "matching");
+    EXPECT_EQ(enumName(CompletionMethod::gaussJordan), "gauss-jordan");
+    EXPECT_EQ(enumName(CompletionMethod::amc), "amc");
+    EXPECT_EQ(enumName(CompletionMethod::svt), "svt");
+    EXPECT_EQ(enumName(OnMismatch::recursion), "recursion");
+    EXPECT_EQ(enumName(Coefficients::clamped), "clamped");
+}
+
 TEST(Completion, FullSamplingTracesEverythingOnce)
 {
     Pcg32 random(1);
