@@ -8,7 +8,7 @@
 
 room(shaders/shared FOREIGN immintrin.h)
 room(shaders SEES shaders/shared)
-foreach(kernels ao bench display film path reuse)
+foreach(kernels ao bench display film many_lights path reuse)
     room(shaders/${kernels} SEES shaders shaders/shared)
 endforeach()
 
@@ -26,7 +26,7 @@ room(core/methods SEES ${base} core/image core/scene core/trace core/reuse core/
 set(gpu_base ${base} core/image core/scene app/gpu/base)
 room(app/gpu/base SEES ${base} FOREIGN vulkan/)
 room(app/gpu/window SEES ${gpu_base} FOREIGN spirv/)
-room(app/gpu SEES ${gpu_base} core/trace core/methods FOREIGN spirv/)
+room(app/gpu SEES ${gpu_base} core/trace core/many_lights core/methods FOREIGN spirv/)
 room(app/gpu/methods SEES ${gpu_base} core/methods app/gpu FOREIGN spirv/)
 
 set(core ${base} core/image core/scene core/gltf core/methods)
@@ -40,8 +40,8 @@ room(app/args SEES ${core} app/base app/lab app/methods app/version FOREIGN CLI/
 room(app/files SEES ${core} app/base app/methods app/args FOREIGN nlohmann/)
 room(app/commands SEES ${core} app/base app/args app/files app/lab app/methods app/gpu/base FOREIGN nlohmann/)
 room(app/session SEES ${core} core/trace app/base app/methods app/args app/files FOREIGN nlohmann/)
-room(app/bench SEES ${core} core/trace app/base app/args app/files app/report app/methods app/session app/gpu/base
-     app/gpu FOREIGN nlohmann/)
+room(app/bench SEES ${core} core/trace core/many_lights app/base app/version app/args app/files app/report app/methods app/session
+     app/gpu/base app/gpu FOREIGN nlohmann/)
 room(app/view/imgui SEES core/base app/gpu/base FOREIGN GLFW/ imgui backends/)
 room(app/view/ui SEES ${core} app/base app/methods app/files app/session app/gpu/base app/view/imgui FOREIGN imgui nlohmann/)
 room(app/view SEES ${core} app/base app/args app/files app/commands app/session app/view/imgui app/view/ui app/gpu/base

@@ -30,11 +30,11 @@ reuse-keep-unpaid@shaders/shared/reuse.h@min(kappa / score, Real(kInfinity)) : R
 reuse-count-for-nominal@core/reuse/reweighting_augmentation.h@fraction.alphaOverQ(q, p) / N;@fraction.alphaOverQ(q, p) / static_cast<typename C::Real>(old.size());@Lab.Flatland*
 reuse-after-trace-unpaid@core/reuse/reweighting_augmentation.h@draw.u * share / draw.omega@draw.u * share@Lab.Traps*
 reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@static_cast<Real>(weightSum - 1)@Lab.Every*
-reuse-residual-alone@shaders/shared/reuse_path.h@alpha *= reconnection(@alpha += 0.0f * reconnection(@*ReuseMethod*cpu*
-reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*ReuseMethod*cpu*
-reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - v.c) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*
-reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseMethod.Asking*cpu*
-reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*
+reuse-residual-alone@shaders/shared/reuse_path.h@alpha *= reconnection(@alpha += 0.0f * reconnection(@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - share) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseBias.Asking*cpu*
+reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 completion-run-mass@core/many_lights/row_weights.cpp@const double each = share / (end - begin);@const double each = share;@RowWeights*
 completion-no-complement@core/many_lights/basis.cpp@if (s == 0) found.push_back({k, true});@@Basis*:Matching*
 completion-key-spill@core/many_lights/basis.cpp@filling = end > 64 ? bits >> (64 - part.shift) : 0;@filling = 0;@Basis*

@@ -113,6 +113,26 @@ struct FlightBenchOptions {
     bool quick = false, quiet = false;
 };
 
+/// Many lights: every way to cluster them and to find their visibility, time against error.
+struct ManyLightsBenchOptions {
+    std::vector<SceneOptions> scenes;  // at least one
+    std::filesystem::path output;      // a folder
+    std::optional<glm::uvec2> size;
+    uint32_t width = 0;              // when `size` is absent; of portraits this is the height
+    std::string camera;              // name, index or file; empty: the scene's first
+    core::ManyLightsParams params;   // what all methods have in common
+    std::vector<uint32_t> clusters;  // to sweep over; ascending
+    uint32_t mainClusters = 0;       // one of them: of everything else
+    std::optional<double> share;     // of the slices; absent: until `receivers` are lit
+    uint32_t receivers = 0;
+    uint32_t repetitions = 0;
+    double exposure = 0;  // stops, of what 8-bit errors and pictures show
+    bool sweeps = true;   // of fixed rates of rows, and of adaptive rows and rates
+    bool pictures = true;
+    std::vector<std::string> methods;  // names; empty: all
+    bool quick = false, quiet = false;
+};
+
 /// The laboratory of sample reuse.
 struct LabOptions {
     std::filesystem::path output;  // a folder
@@ -156,7 +176,7 @@ struct Printed {
 
 using Command =
     std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions, ThroughputOptions,
-                 FlightBenchOptions, LabOptions, ViewOptions, Printed>;
+                 FlightBenchOptions, ManyLightsBenchOptions, LabOptions, ViewOptions, Printed>;
 
 /// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
 Command parseArguments(int argc, const char* const* argv);

@@ -156,17 +156,7 @@ Subcommand flythroughCommandLine(CLI::App& bench)
         "what is gained and lost by samples that stay when the camera moves: flights through "
         "scenes with every strategy of --method reuse against references, at equal rays and at "
         "equal time; writes a page to read, CSV and JSON");
-    app.add_option(
-           "SCENE",
-           [given](const CLI::results_t& results) {
-               given->files.assign(results.begin(), results.end());
-               return true;
-           },
-           "glTF 2.0 files, .gltf or .glb")
-        ->group("Arguments")
-        ->expected(1, 1000)
-        ->allow_extra_args()
-        ->type_name("FILE");
+    addSceneFiles(app, given->files);
     const std::string output = "Output";
     addValue(app, output, "-o,--output", o->output,
              "folder for index.html, flythrough.json, pictures and references; made when it does "

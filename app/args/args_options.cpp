@@ -82,6 +82,21 @@ std::vector<std::string> optionNames(const CLI::App& app)
     throw core::Error(message, core::ExitCode::commandLine);
 }
 
+void addSceneFiles(CLI::App& app, std::vector<std::filesystem::path>& files)
+{
+    app.add_option(
+           "SCENE",
+           [&files](const CLI::results_t& results) {
+               files.assign(results.begin(), results.end());
+               return true;
+           },
+           "glTF 2.0 files, .gltf or .glb")
+        ->group("Arguments")
+        ->expected(1, 1000)
+        ->allow_extra_args()
+        ->type_name("FILE");
+}
+
 std::vector<std::string> splitList(const std::string& text)
 {
     std::vector<std::string> items;

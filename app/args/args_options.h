@@ -136,6 +136,9 @@ glm::uvec2 readSize(const std::string& text);
 /// The same for an option of another name.
 glm::uvec2 readSizeOf(const char* option, const std::string& text);
 
+/// SCENE... of commands that take several: their files go to `files`.
+void addSceneFiles(CLI::App& app, std::vector<std::filesystem::path>& files);
+
 /// The items of "a,b,c" that are not empty.
 std::vector<std::string> splitList(const std::string& text);
 
@@ -154,6 +157,8 @@ Subcommand viewCommandLine(CLI::App& app, const std::string& usage);
 Subcommand labCommandLine(CLI::App& root);
 
 Subcommand flythroughCommandLine(CLI::App& bench);
+
+Subcommand manyLightsCommandLine(CLI::App& bench);
 
 /// Help of a command in at most 100 columns: usage, what it does, options by group, and the
 /// example.

@@ -6,11 +6,16 @@
 
 namespace app {
 
-static double cpuSeconds()
+static double secondsOf(clockid_t clock)
 {
     timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    clock_gettime(clock, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double threadSeconds()
+{
+    return secondsOf(CLOCK_THREAD_CPUTIME_ID);
 }
 
 unsigned cores()
@@ -20,9 +25,9 @@ unsigned cores()
 
 double onHost(const std::function<void()>& work)
 {
-    const double start = cpuSeconds();
+    const double start = secondsOf(CLOCK_PROCESS_CPUTIME_ID);
     work();
-    return (cpuSeconds() - start) / cores();
+    return (secondsOf(CLOCK_PROCESS_CPUTIME_ID) - start) / cores();
 }
 
 double median(std::vector<double> values)

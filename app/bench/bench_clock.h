@@ -13,6 +13,9 @@ unsigned cores();
 /// Seconds that `work` takes on all cores of this process.
 double onHost(const std::function<void()>& work);
 
+/// Processor time of the calling thread so far.
+double threadSeconds();
+
 /// The middle one, the upper of two; `values` are not empty.
 double median(std::vector<double> values);
 

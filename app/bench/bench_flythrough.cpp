@@ -5,6 +5,7 @@
 #include "app/base/interrupt.h"
 #include "app/base/log.h"
 #include "app/base/new_folder.h"
+#include "app/bench/bench_scenes.h"
 #include "app/bench/flight_files.h"
 #include "app/bench/flight_measure.h"
 #include "app/bench/flight_page.h"
@@ -23,22 +24,12 @@ void writeFiles(const std::filesystem::path& folder, const flight::Results& resu
     core::writeFile(folder / "index.html", flight::resultsPage(results, folder));
 }
 
-/// Every file is looked at before work begins.
-void requireFiles(const FlightBenchOptions& options)
-{
-    for (const SceneOptions& scene : options.scenes) {
-        std::error_code none;
-        if (!std::filesystem::exists(scene.file, none))
-            throw core::Error(scene.file.string() + ": there is no such file");
-    }
-}
-
 }  // namespace
 
 int benchFlythrough(const FlightBenchOptions& options, std::ostream& out)
 {
     const core::Clock::time_point start = core::Clock::now();
-    requireFiles(options);
+    requireFiles(options.scenes);
     NewFolder folder(options.output, "flythrough.json");
     Interrupt interrupt;  // before anything that starts threads
     interrupt.keepResult(true);

@@ -8,11 +8,13 @@
 #include "app/base/read_value.h"
 #include "app/files/params_json.h"
 #include "app/files/stats.h"
+#include "app/report/text.h"
 
 namespace app::flight {
 
 namespace {
 
+using report::padded, report::printed;
 using Json = nlohmann::ordered_json;
 
 /// Columns of JSON and CSV alike.
@@ -111,19 +113,6 @@ Json sweepJson(const Results& r, const SweepPoint& p)
             {"mean_signed_error_se", p.errors.signedError.error}};
 }
 
-std::string padded(const std::string& text, size_t width)
-{
-    return text.size() < width ? text + std::string(width - text.size(), ' ') : text;
-}
-
-std::string number(const char* pattern, double value)
-{
-    if (!std::isfinite(value)) return "-";
-    char text[48];
-    std::snprintf(text, sizeof text, pattern, value);
-    return text;
-}
-
 }  // namespace
 
 std::string resultsJson(const Results& r)
@@ -189,11 +178,11 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
         text +=
             "  " +
             padded(row.strategy + (row.paths == 1 ? "" : ", rays " + numberText(row.paths)), 24) +
-            padded(number("%.0f", 1e3 * row.target), 11) +
-            padded(number("%.0f", 1e3 * row.pictureSeconds), 12) +
-            padded(number("%.2f", row.scale), 7) +
-            padded(number("%.3g", row.ratio.value) + number(" +- %.2g", row.ratio.error), 16) +
-            number("%.3g", row.trimmedRatio.value) + '\n';
+            padded(printed("%.0f", 1e3 * row.target), 11) +
+            padded(printed("%.0f", 1e3 * row.pictureSeconds), 12) +
+            padded(printed("%.2f", row.scale), 7) +
+            padded(printed("%.3g", row.ratio.value) + printed(" +- %.2g", row.ratio.error), 16) +
+            printed("%.3g", row.trimmedRatio.value) + '\n';
     return text;
 }
 
@@ -209,13 +198,13 @@ std::string resultsTable(const Results& r)
             const Row* row = rowOf(scene, strategy, scene.shownStep, frame);
             if (row == nullptr) continue;
             const Measured& bias = row->errors.signedError;
-            text += "  " + padded(strategy, 24) + padded(number("%.3g", row->ratio.value), 16) +
-                    padded(number("%.3g", row->trimmedRatio.value), 15) +
-                    padded(number("%.3g", row->trimmedTimeRatio), 15) +
-                    padded(number("%+.2f %%", 100 * bias.value / scene.radiance) +
-                               number(" +- %.2f %%", 100 * bias.error / scene.radiance),
+            text += "  " + padded(strategy, 24) + padded(printed("%.3g", row->ratio.value), 16) +
+                    padded(printed("%.3g", row->trimmedRatio.value), 15) +
+                    padded(printed("%.3g", row->trimmedTimeRatio), 15) +
+                    padded(printed("%+.2f %%", 100 * bias.value / scene.radiance) +
+                               printed(" +- %.2f %%", 100 * bias.error / scene.radiance),
                            21) +
-                    number("%.3g", 1e3 * row->seconds) + '\n';
+                    printed("%.3g", 1e3 * row->seconds) + '\n';
         }
         if (!scene.window.empty()) text += windowTable(r, scene);
     }

@@ -8,6 +8,7 @@
 #include "app/base/program_version.h"
 #include "app/base/read_value.h"
 #include "app/bench/bench_clock.h"
+#include "app/bench/bench_scenes.h"
 #include "app/files/load.h"
 #include "core/base/check.h"
 
@@ -26,18 +27,6 @@ std::vector<uint32_t> measuredFrames(uint32_t longest, uint32_t factor)
         frames.push_back(static_cast<uint32_t>(frame));
     frames.push_back(longest);
     return frames;
-}
-
-/// The file's name without its ending, with a number behind it where a scene before has it already.
-std::string nameOf(const std::filesystem::path& file, const std::vector<SceneResult>& before)
-{
-    const std::string stem = file.stem().string();
-    const auto taken = [&](const std::string& name) {
-        return std::ranges::any_of(before, [&](const SceneResult& s) { return s.name == name; });
-    };
-    std::string name = stem;
-    for (int i = 2; taken(name); ++i) name = stem + "-" + std::to_string(i);
-    return name;
 }
 
 }  // namespace
@@ -95,7 +84,9 @@ void Measurement::load(size_t index)
         warn_(options.file.string() + ": " + line);
     const core::Camera camera = chooseCamera(*world_, o_.camera);
     scene_ = {};
-    scene_.name = nameOf(options.file, results_.scenes);
+    std::vector<std::string> taken;
+    for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
+    scene_.name = sceneName(options.file, taken);
     scene_.file = options.file;
     scene_.triangles = world_->triangles.size();
     scene_.size = o_.size ? *o_.size : core::sizeForWidth(camera, o_.width);

@@ -3,6 +3,7 @@
 #include "app/gpu/scene.h"
 
 #include <bit>
+#include <ranges>
 #include <span>
 
 #include "core/base/check.h"
@@ -14,11 +15,11 @@ namespace gpu {
 namespace {
 
 /// Words of the triangles in these slots.
-std::vector<glm::uvec4> triangleWords(const core::World& world,
-                                      const core::SharedArray<uint32_t>& slots)
+template <class Slots>
+std::vector<glm::uvec4> triangleWords(const core::World& world, const Slots& slots)
 {
     std::vector<glm::uvec4> words;
-    words.reserve(3 * slots.size());
+    words.reserve(3 * std::ranges::size(slots));
     const auto word = [](glm::vec3 v, uint32_t w) {
         return glm::uvec4(std::bit_cast<uint32_t>(v.x), std::bit_cast<uint32_t>(v.y),
                           std::bit_cast<uint32_t>(v.z), w);
@@ -47,22 +48,28 @@ constexpr uint64_t kNodeWord = sizeof(shared::uvec4), kTriangleBytes = 3 * sizeo
 }  // namespace
 
 GpuScene::GpuScene(Device& device, const SharedLayouts& layouts, const core::World& world,
-                   const core::Progress& progress)
-    : device_(device), set_(device, layouts.scene)
+                   const core::Progress& progress, SceneUse use)
+    : device_(device), use_(use), set_(device, layouts.scene)
 {
     setWorld(world, progress);
 }
 
 void GpuScene::setWorld(const core::World& world, const core::Progress& progress)
 {
-    const core::Clock::time_point start = core::Clock::now();
-    const auto report = [&](double fraction) {
-        if (progress) progress("building the BVH", fraction);
-    };
-    const std::shared_ptr<const core::Bvh> bvh = core::bvhOf(world, report);
-    buildSeconds_ = core::secondsSince(start);
-    CHECK(bvh->depth <= shared::kBvhMaxDepth);  // deeper, and traversal would overflow its stack
-    uploadHierarchy(world, *bvh);
+    std::shared_ptr<const core::Bvh> bvh;
+    if (use_ == SceneUse::traced) {
+        const core::Clock::time_point start = core::Clock::now();
+        const auto report = [&](double fraction) {
+            if (progress) progress("building the BVH", fraction);
+        };
+        bvh = core::bvhOf(world, report);
+        buildSeconds_ = core::secondsSince(start);
+        CHECK(bvh->depth <=
+              shared::kBvhMaxDepth);  // deeper, and traversal would overflow its stack
+        uploadHierarchy(world, *bvh);
+    } else {
+        uploadTriangles(world);
+    }
     const bool attributed = !world.attributes.empty();
     const uint32_t byTriangle = shared::kFeatureShadingNormals | shared::kFeatureTextures |
                                 shared::kFeatureVertexExtra | shared::kFeatureAlpha;
@@ -105,6 +112,18 @@ void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
         nodes.write(bytesOf(bvh.moving.nodes));
         triangles.write(bytesOf(triangleWords(world, bvh.moving.slots)));
     }
+}
+
+/// As the world has them.
+void GpuScene::uploadTriangles(const core::World& world)
+{
+    if (world.positions.sharesWith(world_.positions) &&
+        world.triangles.sharesWith(world_.triangles))
+        return;
+    makeBuffer(shared::kBindTriangles, "the triangles", world.triangles.size() * kTriangleBytes);
+    const auto count = static_cast<uint32_t>(world.triangles.size());
+    buffers_[shared::kBindTriangles].writeAll(
+        triangleWords(world, std::views::iota(uint32_t(0), count)));
 }
 
 /// A buffer of so many bytes, the present one if it has just these; none for no bytes.
@@ -152,7 +171,7 @@ uint64_t GpuScene::bytes() const
 
 bool takeWorld(std::unique_ptr<GpuScene>& scene, std::shared_ptr<const core::World>& held,
                std::shared_ptr<const core::World> world, Context& context,
-               const core::Progress& progress)
+               const core::Progress& progress, SceneUse use)
 {
     std::unique_ptr<GpuScene> next = std::move(scene);
     const bool pose = next && core::sameTopology(*held, *world);
@@ -161,7 +180,7 @@ bool takeWorld(std::unique_ptr<GpuScene>& scene, std::shared_ptr<const core::Wor
         next->setWorld(*world, progress);
     } else {
         next.reset();  // two scenes at once might not fit
-        next = std::make_unique<GpuScene>(context.device, context.layouts, *world, progress);
+        next = std::make_unique<GpuScene>(context.device, context.layouts, *world, progress, use);
     }
     scene = std::move(next);
     held = std::move(world);

@@ -11,12 +11,16 @@
 
 namespace gpu {
 
+/// Whether kernels trace rays through a scene. Without, there is no hierarchy, and the slot of a
+/// triangle is its number in the world.
+enum class SceneUse { traced, shaded };
+
 class GpuScene {
 public:
     /// Takes the hierarchy of the world, which is built if need be, and uploads. Buffers that would
     /// be empty are not made.
     GpuScene(Device& device, const SharedLayouts& layouts, const core::World& world,
-             const core::Progress& progress);
+             const core::Progress& progress, SceneUse use = SceneUse::traced);
 
     /// Takes another world; uploads what it does not share with the present one: of another pose,
     /// what moves. When it throws, the scene can only be destroyed.
@@ -33,6 +37,7 @@ public:
 
 private:
     void uploadHierarchy(const core::World& world, const core::Bvh& bvh);
+    void uploadTriangles(const core::World& world);
     template <class T>
     void upload(uint32_t binding, const char* name, const core::SharedArray<T>& before,
                 const core::SharedArray<T>& now);
@@ -42,8 +47,9 @@ private:
     void makeBuffer(uint32_t binding, const char* name, uint64_t bytes);
 
     Device& device_;
-    core::World world_;  // what is in the buffers
-    std::shared_ptr<const core::Bvh> bvh_;
+    SceneUse use_;
+    core::World world_;                     // what is in the buffers
+    std::shared_ptr<const core::Bvh> bvh_;  // null where no rays are traced
     std::array<Buffer, shared::kSceneBindings> buffers_;
     DescriptorSet set_;
     double buildSeconds_ = 0;
@@ -54,6 +60,6 @@ private:
 /// scene has been freed. Returns whether it was a pose. When it throws, both are empty.
 bool takeWorld(std::unique_ptr<GpuScene>& scene, std::shared_ptr<const core::World>& held,
                std::shared_ptr<const core::World> world, Context& context,
-               const core::Progress& progress);
+               const core::Progress& progress, SceneUse use = SceneUse::traced);
 
 }  // namespace gpu

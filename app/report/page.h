@@ -3,6 +3,7 @@
 // no script.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -42,5 +43,8 @@ std::string numberHead(const std::string& html);
 /// A table that scrolls sideways where the page is narrow: cells of the head, rows with their tr
 /// elements.
 std::string tableMarkup(const std::string& head, const std::string& rows);
+
+/// An img element that holds the picture of a PNG file; `words` for who cannot see it.
+std::string embeddedPng(const std::filesystem::path& file, const std::string& words);
 
 }  // namespace app::report

@@ -110,4 +110,17 @@ std::string outOf(size_t count, size_t all)
     return std::to_string(count) + " of " + std::to_string(all);
 }
 
+std::string padded(const std::string& text, size_t width)
+{
+    return text.size() < width ? text + std::string(width - text.size(), ' ') : text;
+}
+
+std::string printed(const char* pattern, double value)
+{
+    if (!std::isfinite(value)) return "-";
+    char text[48];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
 }  // namespace app::report

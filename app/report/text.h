@@ -31,4 +31,10 @@ std::string counted(size_t count, const std::string& noun);
 /// "62 of 72".
 std::string outOf(size_t count, size_t all);
 
+/// Spaces behind a text, up to `width` bytes in all.
+std::string padded(const std::string& text, size_t width);
+
+/// A number as printf writes it; "-" unless finite.
+std::string printed(const char* pattern, double value);
+
 }  // namespace app::report

@@ -75,6 +75,28 @@ inline void bitsToFloats(std::span<const uint64_t> words, std::span<float> value
     }
 }
 
+/// The opposite: a bit for each value above 0.
+inline void positiveToBits(std::span<const float> values, std::span<uint64_t> words)
+{
+    for (size_t w = 0; w < words.size(); ++w) {
+        const size_t count = std::min<size_t>(64, values.size() - 64 * w);
+        uint64_t word = 0;
+        for (size_t i = 0; i < count; ++i) word |= uint64_t(values[64 * w + i] > 0 ? 1 : 0) << i;
+        words[w] = word;
+    }
+}
+
+/// Clears the values whose bit is 0.
+inline void maskValues(std::span<const uint64_t> words, std::span<float> values)
+{
+    for (size_t w = 0; w < words.size(); ++w) {
+        const size_t count = std::min<size_t>(64, values.size() - 64 * w);
+        const uint64_t word = words[w];
+        float* out = values.data() + 64 * w;
+        for (size_t i = 0; i < count; ++i) out[i] = (word >> i & 1) != 0 ? out[i] : 0.0f;
+    }
+}
+
 /// Appends the bits that masks select from words to a packed sequence, from its bit `at` on, and
 /// returns where it ends. What lies behind `at` is zero beforehand.
 inline uint32_t packBits(std::span<const uint64_t> words, std::span<const uint64_t> mask,

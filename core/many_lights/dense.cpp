@@ -89,8 +89,17 @@ Matrix product(const Matrix& a, const Matrix& b)
 {
     CHECK(a.columns() == b.rows());
     Matrix c(a.rows(), b.columns());
-    for (size_t j = 0; j < b.columns(); ++j)
-        for (size_t k = 0; k < a.columns(); ++k) addScaled(c.column(j), b(k, j), a.column(k));
+    // Part of `a` stays in the cache for all columns of `b`; each sum keeps its order.
+    constexpr size_t kRows = 512, kColumns = 32;
+    for (size_t i = 0; i < a.rows(); i += kRows)
+        for (size_t from = 0; from < a.columns(); from += kColumns) {
+            const size_t count = std::min(kRows, a.rows() - i);
+            const size_t to = std::min(from + kColumns, a.columns());
+            for (size_t j = 0; j < b.columns(); ++j)
+                for (size_t k = from; k < to; ++k)
+                    addScaled(c.column(j).subspan(i, count), b(k, j),
+                              a.column(k).subspan(i, count));
+        }
     return c;
 }
 

@@ -1,6 +1,7 @@
 // Cuts through a light tree: the clusters with which one slice is lit.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -28,19 +29,48 @@ struct LightCluster {
 /// lights that are not Lambertian an estimate, as if they were.
 float clusterBound(const LightNode& node, LightKind kind, const CutQuery& query);
 
-/// Replaces the node with the largest bound by its children until there are `clusters` (or every
-/// light is one); in the order of the nodes, which is that of neighbouring lights. Depends on no
-/// representative, so that it does not bias. `heap` is memory that may be kept between calls.
-struct CutMemory {
+/// Nodes by bound, largest first but for an eighth: those whose bounds agree in exponent and three
+/// bits come in the order of a stack. Exact order costs a heap five times the bounds themselves.
+class BoundQueue {
+public:
     struct Entry {
-        float bound;
         uint32_t node;
         LightKind kind;
     };
-    std::vector<Entry> heap;
+
+    void clear();
+    void push(float bound, const Entry& entry);
+    /// Not of an empty one.
+    Entry pop();
+    size_t size() const { return size_; }
+    template <class Visit> void forEach(Visit&& visit) const
+    {
+        for (size_t b = 0; b <= top_; ++b)
+            for (uint32_t i = heads_[b]; i != shared::kNone; i = entries_[i].next)
+                visit(entries_[i].entry);
+    }
+
+private:
+    static constexpr size_t kBuckets = 2048;  // of a float without sign: 8 bits and 3
+    struct Link {
+        Entry entry;
+        uint32_t next;
+    };
+    std::array<uint32_t, kBuckets> heads_;
+    std::vector<Link> entries_;
+    uint32_t free_ = shared::kNone;
+    size_t top_ = 0, size_ = 0;
 };
-void cutLightTree(const LightTree& tree, std::span<const VirtualLight> lights,
-                  const CutQuery& query, uint32_t clusters, CutMemory& memory,
-                  std::vector<LightCluster>& out);
+
+/// Memory of a cut, which may be kept between calls.
+struct CutMemory {
+    BoundQueue queue;
+};
+
+/// Replaces a node with one of the largest bounds by its children until there are `clusters` (or
+/// every light is one); in the order of the nodes, which is that of neighbouring lights. Depends on
+/// no representative, so that it does not bias.
+void cutLightTree(const LightTree& tree, const CutQuery& query, uint32_t clusters,
+                  CutMemory& memory, std::vector<LightCluster>& out);
 
 }  // namespace core::many_lights

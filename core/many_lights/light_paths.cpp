@@ -173,7 +173,7 @@ void placeLight(const Scene& scene, const Particle& p, const shared::Vertex& v, 
     const size_t before = out.set.lights.size();
     out.add(light);
     if (out.set.lights.size() > before)
-        out.set.surfaces.push_back({v.surface.frame, light.normal, v.wo, v.bsdf, v.lobes});
+        out.set.surfaces.push_back({{v.surface.frame, light.normal, v.wo, v.bsdf, v.lobes}});
 }
 
 /// Scatters flux at a surface. The factor beside the BSDF's weight is that of the adjoint where

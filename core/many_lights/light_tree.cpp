@@ -198,6 +198,7 @@ private:
             shared::unitFloat(shared::hashUint(index ^ shared::hashUint(settings_.seed)));
         node.representative =
             u * node.importance < left.importance ? left.representative : right.representative;
+        node.scale = node.importance / lights_[node.representative].importance;
     }
 
     std::span<const VirtualLight> lights_;

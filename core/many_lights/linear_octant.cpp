@@ -50,7 +50,7 @@ bool LinearOctant::sampled()
 bool LinearOctant::verified()
 {
     if (checkCount() == 0) return true;
-    fetchChecks(0, checks_);
+    fetchChecks(0, checkCount(), tracer_.all(), checks_);
     const auto visible = block_.visible(0);
     bool right = true;
     forEachBit(checks_,

@@ -132,19 +132,34 @@ void MatchingOctant::completeColumn(size_t c)
         return unmatched(c);
     }
     const Candidate candidate = choose(c);
-    if (!params_.joint && !verify(c, candidate)) {
-        raiseRate();
+    if (!verify(c, candidate)) {
+        if (!params_.joint) raiseRate();
         return traceFully(c);
     }
     take(c, candidate);
 }
 
-/// Compares a match with further rows, as the paper does: after it has been chosen.
+/// Rows that are still to verify a match. Matched jointly, rows of verification have been traced
+/// with the others; but a block draws for all of its columns, and one that shares few rows with the
+/// candidate has compared few, which may prove too little.
+uint32_t MatchingOctant::checksLeft(size_t c, Candidate candidate) const
+{
+    if (!params_.joint || checkCount() == 0) return checkCount();
+    const auto traced = block_.traced(c), known = basis_.known(candidate.index);
+    uint32_t compared = 0;
+    for (size_t w = 0; w < known.size(); ++w)
+        compared += static_cast<uint32_t>(std::popcount(traced[w] & known[w]));
+    const uint32_t wanted = drawn_ + checkCount();
+    return wanted > compared ? wanted - compared : 0;
+}
+
+/// Compares a match with further rows after it has been chosen, as the paper does.
 bool MatchingOctant::verify(size_t c, Candidate candidate)
 {
-    if (checkCount() == 0) return true;
-    fetchChecks(c, checks_);
+    const uint32_t count = checksLeft(c, candidate);
+    if (count == 0) return true;
     const auto bits = basis_.bits(candidate.index), known = basis_.known(candidate.index);
+    fetchChecks(c, count, known, checks_);
     const auto visible = block_.visible(c);
     uint64_t wrong = 0;
     for (size_t w = 0; w < checks_.size(); ++w) {

@@ -25,6 +25,7 @@ private:
     void drawRows();
     void traceRepresentatives();
     void completeColumn(size_t c);
+    uint32_t checksLeft(size_t c, Candidate candidate) const;
     bool verify(size_t c, Candidate candidate);
     Candidate choose(size_t c);
     Candidate ask(size_t c);

@@ -42,13 +42,14 @@ void Octant::drawSamples(uint32_t count, std::span<const uint64_t> eligible,
         weights_.draw(count, eligible, random_, drawn);
 }
 
-void Octant::fetchChecks(size_t c, Words& checks)
+void Octant::fetchChecks(size_t c, uint32_t count, std::span<const uint64_t> eligible,
+                         Words& checks)
 {
     const auto matters = block_.matters(c), traced = block_.traced(c);
     Words left(checks.size());
-    for (size_t w = 0; w < left.size(); ++w) left[w] = matters[w] & ~traced[w];
+    for (size_t w = 0; w < left.size(); ++w) left[w] = eligible[w] & matters[w] & ~traced[w];
     std::ranges::fill(checks, 0);
-    drawUniform(checkCount(), left, random_, checks);
+    drawUniform(count, left, random_, checks);
     block_.fetch(c, checks);
 }
 

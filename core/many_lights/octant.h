@@ -23,8 +23,9 @@ protected:
     /// Draws rows by weight, with or without replacement.
     void drawSamples(uint32_t count, std::span<const uint64_t> eligible, std::span<uint64_t> drawn);
 
-    /// Draws rows to verify column c among those left and traces them.
-    void fetchChecks(size_t c, Words& checks);
+    /// Draws `count` rows to verify column c among those of `eligible` that are left, and traces
+    /// them.
+    void fetchChecks(size_t c, uint32_t count, std::span<const uint64_t> eligible, Words& checks);
 
     /// A verification has failed.
     void raiseRate();

@@ -1,4 +1,5 @@
-// Visibility between the rows of a slice and its columns, traced in packets of sixteen.
+// Visibility between the rows of a slice and its columns, traced in packets of sixteen, or ray by
+// ray.
 #pragma once
 
 #include <stop_token>
@@ -13,8 +14,9 @@ public:
     /// Everything is kept by reference. `matters` has a column for each of `columns`. Once `stop`
     /// is requested the answers mean nothing.
     SliceOracle(const Accel& accel, const SliceRows& rows, std::span<const Column> columns,
-                const BitMatrix& matters, std::stop_token stop)
-        : accel_(accel), rows_(rows), columns_(columns), matters_(matters), stop_(std::move(stop))
+                const BitMatrix& matters, std::stop_token stop, bool packets = true)
+        : accel_(accel), rows_(rows), columns_(columns), matters_(matters), stop_(std::move(stop)),
+          packets_(packets)
     {}
 
     void trace(std::span<const TraceRequest> requests) override;
@@ -29,6 +31,12 @@ private:
     std::span<const Column> columns_;
     const BitMatrix& matters_;
     std::stop_token stop_;
+    bool packets_;
 };
+
+/// The packets in which all rays between rows and columns that matter are traced, for measurements
+/// of the tracing alone. All are full but the last; returns the number of rays.
+size_t packShadowRays(const Accel& accel, const SliceRows& rows, std::span<const Column> columns,
+                      const BitMatrix& matters, std::vector<RayPacket>& packets);
 
 }  // namespace core::many_lights

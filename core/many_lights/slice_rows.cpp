@@ -10,12 +10,13 @@
 
 namespace core::many_lights {
 
+using glm::vec3;
+using shared::kTooNear2;
+
 namespace {
 
-using glm::vec3;
-
-/// Below this squared distance a light is at the receiver itself and contributes nothing.
-constexpr float kTooNear2 = 1e-18f;
+/// Cosine to a surface of directions that stand for those below its horizon.
+constexpr float kAboveHorizon = 0.05f;
 
 }  // namespace
 
@@ -81,7 +82,61 @@ CutQuery SliceRows::query(const GatherSettings& settings) const
     return query;
 }
 
-void SliceRows::weigh(const Column& column, const GatherSettings& settings,
+CutQuery SliceRows::queryAt(uint32_t row, const GatherSettings& settings) const
+{
+    CutQuery query;
+    query.clampDistance = settings.clampDistance;
+    query.position = {position_[0][row], position_[1][row], position_[2][row]};
+    query.normal = shadingNormal(row);
+    return query;
+}
+
+bool SliceRows::isLambert(uint32_t row) const
+{
+    const auto at = std::ranges::lower_bound(surfaces_, row, {}, &Surface::row);
+    return at == surfaces_.end() || at->row != row;
+}
+
+float SliceRows::largestResponse(uint32_t row, const LightNode& node, LightKind kind) const
+{
+    const auto at = std::ranges::lower_bound(surfaces_, row, {}, &Surface::row);
+    if (at == surfaces_.end() || at->row != row)
+        return shared::maxComponent({albedo_[0][row], albedo_[1][row], albedo_[2][row]});
+    // Directions to the node: a cone around its sphere, or around its normals.
+    vec3 axis = -node.axis;
+    float sine = node.sinHalf;
+    bool everywhere = node.cosHalf <= 0;
+    if (kind != LightKind::directional) {
+        const vec3 position(position_[0][row], position_[1][row], position_[2][row]);
+        axis = 0.5f * (node.low + node.high) - position;
+        const float distance = glm::length(axis), radius = 0.5f * glm::length(node.high - node.low);
+        everywhere = !(distance > radius);
+        sine = everywhere ? 1 : radius / distance;
+        if (distance > 0) axis /= distance;
+    }
+    const vec3 mirror(-at->wo.x, -at->wo.y, at->wo.z);
+    const auto response = [&](vec3 wi) {
+        // Of light from below the horizon something may still come from above it.
+        if (transmits_[row] == 0) wi.z = std::max(wi.z, kAboveHorizon);
+        wi = glm::normalize(wi);
+        vec3 f;
+        float pdf;
+        shared::evalPdfLobes(at->bsdf, at->lobes, at->wo, wi, f, pdf);
+        return shared::maxComponent(f);
+    };
+    if (everywhere) return response(mirror);
+    // Towards the mirror image as far as the cone reaches.
+    const vec3 middle = shared::toLocal(at->frame, axis);
+    const vec3 across = mirror - middle * glm::dot(middle, mirror);
+    const float length = glm::length(across);
+    const float cosine = std::sqrt(std::max(0.0f, 1 - sine * sine));
+    const vec3 nearest = glm::dot(middle, mirror) >= cosine || !(length > 0)
+                             ? mirror
+                             : cosine * middle + sine * (across / length);
+    return std::max(response(middle), response(nearest));
+}
+
+void SliceRows::weigh(const Column& column, const GatherSettings& settings, IndexRange rows,
                       std::span<float> weights) const
 {
     const VirtualLight& light = *column.light;
@@ -111,21 +166,21 @@ void SliceRows::weigh(const Column& column, const GatherSettings& settings,
     };
     if (light.kind == LightKind::directional) {
         const float x = -light.normal.x, y = -light.normal.y, z = -light.normal.z;
-        for (uint32_t i = 0; i < count_; ++i) out[i] = cosine(i, x, y, z);
+        for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = cosine(i, x, y, z);
         return;
     }
     const vec3 p = light.position, n = light.normal;
     if (light.kind == LightKind::point) {
-        for (uint32_t i = 0; i < count_; ++i) {
+        for (uint32_t i = rows.begin; i < rows.end; ++i) {
             const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
             const float d2 = std::max(x * x + y * y + z * z, kTooNear2);
             out[i] = cosine(i, x, y, z) / (d2 * std::sqrt(d2));
         }
         return;
     }
-    const float b2 = settings.clampDistance * settings.clampDistance;
+    const float b = std::max(settings.clampDistance, column.radius), b2 = b * b;
     const float behind = light.bothSides != 0 ? 1.0f : 0.0f;
-    for (uint32_t i = 0; i < count_; ++i) {
+    for (uint32_t i = rows.begin; i < rows.end; ++i) {
         const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
         const float d2 = x * x + y * y + z * z;
         const float facing = -(x * n.x + y * n.y + z * n.z);
@@ -136,7 +191,14 @@ void SliceRows::weigh(const Column& column, const GatherSettings& settings,
     }
 }
 
-void SliceRows::add(const Column& column, const LightSet& lights, std::span<const float> weights)
+void SliceRows::clear(IndexRange rows)
+{
+    for (std::vector<float>& sum : sum_)
+        std::fill(sum.begin() + rows.begin, sum.begin() + rows.end, 0.0f);
+}
+
+void SliceRows::add(const Column& column, const LightSet& lights, IndexRange rows,
+                    std::span<const float> weights)
 {
     const VirtualLight& light = *column.light;
     const vec3 intensity = light.intensity * column.scale;
@@ -146,14 +208,14 @@ void SliceRows::add(const Column& column, const LightSet& lights, std::span<cons
             const float strength = intensity[static_cast<int>(c)];
             const float* albedo = albedo_[c].data();
             float* __restrict sum = sum_[c].data();
-            for (uint32_t i = 0; i < count_; ++i) sum[i] += strength * albedo[i] * w[i];
+            for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += strength * albedo[i] * w[i];
         }
     }
-    addSurfaces(column, lights, weights);
+    addSurfaces(column, lights, rows, weights);
 }
 
 /// Rows whose surface, or lights whose shine, is no simple product.
-void SliceRows::addSurfaces(const Column& column, const LightSet& lights,
+void SliceRows::addSurfaces(const Column& column, const LightSet& lights, IndexRange rows,
                             std::span<const float> weights)
 {
     const VirtualLight& light = *column.light;
@@ -171,7 +233,10 @@ void SliceRows::addSurfaces(const Column& column, const LightSet& lights,
             return intensity * lights.surfaces[light.detail].scattered(-wi);
         return intensity * lights.spots[light.detail].at(-glm::dot(wi, light.normal));
     };
-    for (const Surface& s : surfaces_) {
+    // Surfaces stand in the order of their rows.
+    for (auto at = std::ranges::lower_bound(surfaces_, rows.begin, {}, &Surface::row);
+         at != surfaces_.end() && at->row < rows.end; ++at) {
+        const Surface& s = *at;
         const float w = weights[s.row];
         if (w == 0) continue;
         const vec3 wi = towardsLight(s.row);
@@ -181,7 +246,7 @@ void SliceRows::addSurfaces(const Column& column, const LightSet& lights,
         add(s.row, f * leaving(wi) * w);
     }
     if (light.detail == shared::kNone || surfaces_.size() == count_) return;
-    for (uint32_t row = 0; row < count_; ++row) {
+    for (uint32_t row = rows.begin; row < rows.end; ++row) {
         const vec3 albedo(albedo_[0][row], albedo_[1][row], albedo_[2][row]);
         if (weights[row] == 0 || albedo == vec3(0)) continue;
         add(row, albedo * leaving(towardsLight(row)) * weights[row]);

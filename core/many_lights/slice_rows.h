@@ -22,7 +22,14 @@ struct Column {
     const VirtualLight* light = nullptr;
     float scale = 1;
     uint32_t seed = 0;  // of the alpha of what its rays meet
+    float radius = 0;   // of its extent
 };
+
+/// Light number `index` of a frame.
+inline Column columnOf(const VirtualLight& light, float scale, uint32_t index, uint32_t frame)
+{
+    return {&light, scale, shared::hashUint(index ^ shared::hashUint(frame))};
+}
 
 /// Memory is kept from slice to slice.
 class SliceRows {
@@ -36,14 +43,43 @@ public:
     /// The mean receiver, for the cut.
     CutQuery query(const GatherSettings& settings) const;
 
+    /// One receiver, for a cut of its own.
+    CutQuery queryAt(uint32_t row, const GatherSettings& settings) const;
+
+    /// The unit normal of queryAt; zero where light may come from anywhere.
+    glm::vec3 shadingNormal(uint32_t row) const
+    {
+        if (transmits_[row] != 0) return glm::vec3(0);
+        return {normal_[0][row], normal_[1][row], normal_[2][row]};
+    }
+    bool isLambert(uint32_t row) const;
+
+    /// The largest value of a row's BSDF, of any colour, for light from a node: exact for Lambert's
+    /// surfaces. Of others an estimate: the larger of what it is in the middle of the node and
+    /// nearest to the mirror image of the viewer.
+    float largestResponse(uint32_t row, const LightNode& node, LightKind kind) const;
+
     /// Per row the cosines and distances of a contribution, visibility left out; 0 where none is
     /// possible. What a Lambertian light and a Lambertian surface exchange is this times intensity
-    /// times albedo / pi.
-    void weigh(const Column& column, const GatherSettings& settings,
+    /// times albedo / pi. Of lights with extent an estimate, for their order.
+    void weigh(const Column& column, const GatherSettings& settings, std::span<float> weights) const
+    {
+        weigh(column, settings, {0, count_}, weights);
+    }
+    /// The same for some rows alone; `weights` has a place for every row.
+    void weigh(const Column& column, const GatherSettings& settings, IndexRange rows,
                std::span<float> weights) const;
 
     /// Adds a column's light to the rows whose weight is not 0.
-    void add(const Column& column, const LightSet& lights, std::span<const float> weights);
+    void add(const Column& column, const LightSet& lights, std::span<const float> weights)
+    {
+        add(column, lights, {0, count_}, weights);
+    }
+    void add(const Column& column, const LightSet& lights, IndexRange rows,
+             std::span<const float> weights);
+
+    /// Forgets what has been added to some rows.
+    void clear(IndexRange rows);
 
     /// Luminance that the column would add to all rows if nothing were in between and they were of
     /// one albedo.
@@ -78,7 +114,8 @@ private:
     };
 
     void setRow(uint32_t row, const shared::SceneView& scene, const Receiver& receiver);
-    void addSurfaces(const Column& column, const LightSet& lights, std::span<const float> weights);
+    void addSurfaces(const Column& column, const LightSet& lights, IndexRange rows,
+                     std::span<const float> weights);
 
     using Triple = std::array<std::vector<float>, 3>;
     uint32_t count_ = 0;

@@ -1,30 +1,10 @@
-// One slice from its receivers to their radiance: cut, columns, visibility, sum.
+// One slice from its receivers to their radiance: visibility, sum, lost light. The sum is the CPU's
+// or, later, that of a device.
 #pragma once
 
-#include "core/many_lights/lost_light.h"
-#include "core/many_lights/slice_oracle.h"
+#include "core/many_lights/slice_queue.h"
 
 namespace core::many_lights {
-
-/// What all slices of a frame have in common.
-struct SliceJob {
-    ReceiverJob receivers;
-    const LightSet* lights = nullptr;
-    const LightTree* tree = nullptr;
-    GatherSettings gather;
-    CompletionParams completion;
-    uint32_t clusters = 1000;
-    bool compensates = true;  // finds the light that is lost otherwise (lost_light.h)
-};
-
-/// What slices took; seconds are those of threads, not of clocks.
-struct SliceStats {
-    CompletionStats completion;
-    uint64_t slices = 0, rows = 0, clusters = 0, otherRays = 0;
-    double cutSeconds = 0, orderSeconds = 0, shadingSeconds = 0, lostSeconds = 0;
-
-    SliceStats& operator+=(const SliceStats& other);
-};
 
 /// Works on one slice after the other and keeps its memory: one per thread.
 class SliceWorker {
@@ -34,26 +14,28 @@ public:
     bool run(const SliceJob& job, std::span<const Receiver> receivers,
              std::span<const uint32_t> chosen, uint32_t slice, const std::stop_token& stop);
 
-    /// Of the last run: radiance that reaches the camera from each of them, and what it took.
+    /// The same but for the sum, for which `queue` is given the slice in pieces. False also where
+    /// the queue gives it up.
+    bool run(const SliceJob& job, std::span<const Receiver> receivers,
+             std::span<const uint32_t> chosen, uint32_t slice, const std::stop_token& stop,
+             SliceQueue& queue);
+
+    /// Of the last run without a queue: radiance that each of them sends to where it is seen from,
+    /// and what it took.
     std::span<const glm::vec3> radiance() const { return radiance_; }
     const SliceStats& stats() const { return stats_; }
 
 private:
-    void makeColumns(const SliceJob& job);
-    bool weighColumns(const SliceJob& job, const std::stop_token& stop);
-    void orderColumns();
     bool sum(const SliceJob& job, const std::stop_token& stop);
+    bool sumExtended(const SliceJob& job, std::span<const Receiver> receivers,
+                     std::span<const uint32_t> chosen, const std::stop_token& stop);
+    void addLost(const SliceJob& job, std::span<const Receiver> receivers,
+                 std::span<const uint32_t> chosen);
 
-    SliceRows rows_;
-    CutMemory cutMemory_;
-    std::vector<LightCluster> clusters_;
-    std::vector<Column> columns_, ordered_;
-    std::vector<float> brightness_, weights_;
-    std::vector<uint32_t> octants_, order_;
+    SliceVisibility visibility_;
+    std::vector<float> weights_;
     std::vector<std::pair<uint32_t, float>> corrections_;  // of the weights of one column
-    std::vector<ColumnRange> ranges_;
-    BitMatrix matters_, orderedMatters_;
-    CompletedSlice completed_;
+    std::vector<ResidualEntry> residual_;                  // by column
     std::vector<glm::vec3> radiance_;
     SliceStats stats_;
 };

@@ -6,7 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "shared/surface.h"
+#include "core/many_lights/light_shape.h"
+#include "shared/extended_light.h"
 
 namespace core::many_lights {
 
@@ -30,37 +31,17 @@ struct VirtualLight {
     uint32_t bothSides = 0;
 };
 
-/// A surface that scatters other than Lambert's, with the direction from which its light arrives.
-struct LightSurface {
-    glm::mat3 frame;
-    glm::vec3 normal;    // geometric, on the side where light arrives
-    glm::vec3 incident;  // unit, in the frame: to where the light came from
-    shared::Bsdf bsdf;
-    shared::LobeChoice lobes;
-
-    /// BSDF (no cosine) for flux that arrives and leaves to `out` (unit, world). Flux does not have
-    /// radiance's factor of the squared index (Veach 1997, 5.2).
-    glm::vec3 scattered(const glm::vec3& out) const
-    {
-        const glm::vec3 local = shared::toLocal(frame, out);
-        if (!(glm::dot(out, normal) * local.z > 0)) return glm::vec3(0);
-        glm::vec3 f;
-        float pdf;
-        shared::evalPdfLobes(bsdf, lobes, incident, local, f, pdf);
-        const bool refracted = local.z < 0 && (bsdf.parts & shared::kBsdfSolid) != 0;
-        return refracted ? f * (bsdf.eta * bsdf.eta) : f;
-    }
+/// A surface that scatters other than Lambert's.
+struct LightSurface : shared::LightSurface {
+    /// shared::scatteredByLight.
+    glm::vec3 scattered(const glm::vec3& out) const { return shared::scatteredByLight(*this, out); }
 };
 
-/// Fall-off of a spot light (KHR_lights_punctual): the square of a ramp in the cosine to its axis.
+/// Of a spot light.
 struct SpotFalloff {
     float scale = 0, offset = 1;
 
-    float at(float cosine) const
-    {
-        const float ramp = glm::clamp(cosine * scale + offset, 0.0f, 1.0f);
-        return ramp * ramp;
-    }
+    float at(float cosine) const { return shared::spotFalloff(scale, offset, cosine); }
 };
 
 /// The lights of one frame; `detail` counts in `surfaces` or `spots`.

@@ -1,11 +1,13 @@
-// Rendering with many lights on all cores. A sample is a frame (core/many_lights/frame.h): a new
-// set of virtual lights, seen from new points of the pixels. The first sample is the frame of the
-// thesis; the mean over samples is what the path tracer finds, unless a parameter that is called
-// biased says otherwise.
+// Rendering with many lights on all cores, the sum on a device where there is one. A sample is a
+// frame (core/many_lights/frame.h): a new set of virtual lights, seen from new points of the
+// pixels. The first sample is the frame of the thesis; the mean over samples is what the path
+// tracer finds, unless a parameter that is called biased says otherwise.
+#include "core/methods/many_lights.h"
+
 #include <array>
 
 #include "core/base/check.h"
-#include "core/many_lights/frame.h"
+#include "core/methods/many_lights_frame.h"
 #include "core/methods/method.h"
 #include "core/methods/path_aovs.h"
 #include "core/trace/accel.h"
@@ -23,17 +25,36 @@ struct Totals {
     FrameStats last;  // of the latest frame that has lit a slice
     SliceStats slices;
     uint64_t otherRays = 0;
-    double lightSeconds = 0, treeSeconds = 0, receiverSeconds = 0;
+    double lightSeconds = 0, treeSeconds = 0, receiverSeconds = 0, techniqueSeconds = 0,
+           deviceSeconds = 0;
+
+    Totals& operator+=(const FrameStats& frame);
 };
+
+Totals& Totals::operator+=(const FrameStats& frame)
+{
+    last = frame;
+    slices += frame.slices;
+    otherRays += frame.lightRays + frame.cameraRays + frame.techniqueRays;
+    lightSeconds += frame.lightSeconds;
+    treeSeconds += frame.treeSeconds;
+    receiverSeconds += frame.receiverSeconds;
+    techniqueSeconds += frame.techniqueSeconds;
+    deviceSeconds += frame.deviceSeconds;
+    return *this;
+}
 
 class ManyLights final : public Renderer {
 public:
+    explicit ManyLights(std::unique_ptr<ManyLightsDevice> device) : device_(std::move(device)) {}
+
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
         frame_.reset();
         firstLights_.reset();
         plan_.reset();
-        takeWorld(accel_, std::move(world), progress);
+        takeWorld(accel_, world, progress);
+        if (device_) device_->setWorld(std::move(world), progress);
         if (size_.x > 0) reset();
     }
 
@@ -49,9 +70,16 @@ public:
         camera_ = view.camera;
         size_ = view.size;
         reset();
+        if (device_)
+            device_->prepare(
+                {{}, many_lights::leavesNumbers(params.completion), params.lightShape});
     }
 
-    void setPace(const Pace&) override {}  // pieces are slices
+    /// Pieces are slices, which no pace makes smaller; submissions are a device's.
+    void setPace(const Pace& pace) override
+    {
+        if (device_) device_->setPace(pace);
+    }
 
     void advance(const Budget& budget, std::stop_token stop) override;
     RenderProgress progress() const override
@@ -75,6 +103,7 @@ private:
     void makeMaps();
     Frame::PixelDone addToFilm();
 
+    std::unique_ptr<ManyLightsDevice> device_;  // null: the sums are the CPU's
     std::unique_ptr<Accel> accel_;
     ManyLightsParams params_;
     Camera camera_;
@@ -102,27 +131,7 @@ void ManyLights::reset()
 
 FrameSettings ManyLights::settings() const
 {
-    FrameSettings s;
-    s.path = worldSettings(accel_->world());
-    s.path.imageWidth = size_.x;
-    s.path.imageHeight = size_.y;
-    s.path.seed = params_.seed;
-    s.path.samplerKind = static_cast<uint32_t>(params_.sampler);
-    s.path.strategy = shared::kStrategyMis;
-    s.path.maxDepth = params_.maxDepth;
-    s.path.rouletteDepth = 2;
-    s.path.clampIndirect = 0;
-    s.camera = cameraData(camera_, size_.x, size_.y);
-    s.lights = params_.lights;
-    s.clusters = params_.clusters;
-    while (s.side * s.side < params_.receivers) ++s.side;
-    s.sliceSize = params_.sliceSize;
-    s.clamp = params_.clamp;
-    s.centred = params_.jitter == PixelJitter::never ||
-                (params_.jitter == PixelJitter::settled && film_.samples == 0);
-    s.compensates = params_.lost == LostLight::paths;
-    s.completion = params_.completion;
-    return s;
+    return frameSettings(accel_->world(), {camera_, size_, params_}, film_.samples == 0);
 }
 
 Frame::PixelDone ManyLights::addToFilm()
@@ -155,20 +164,17 @@ bool ManyLights::beginFrame(const std::stop_token& stop)
     if (!lights) lights = many_lights::makeFrameLights(*accel_, s, *plan_, index, stop);
     if (!lights) return false;
     if (index == 0) firstLights_ = lights;
-    frame_ = Frame::begin(*accel_, s, *plan_, std::move(lights), index, stop, addToFilm());
+    auto receivers = many_lights::makeFrameReceivers(*accel_, s, index, stop);
+    if (!receivers) return false;
+    frame_ = Frame::begin(*accel_, s, *plan_, std::move(lights), std::move(receivers), index, stop,
+                          addToFilm());
     return frame_ != nullptr;
 }
 
 void ManyLights::endFrame()
 {
     makeMaps();
-    const FrameStats& stats = frame_->stats();
-    totals_.last = stats;
-    totals_.slices += stats.slices;
-    totals_.otherRays += stats.lightRays + stats.cameraRays;
-    totals_.lightSeconds += stats.lightSeconds;
-    totals_.treeSeconds += stats.treeSeconds;
-    totals_.receiverSeconds += stats.receiverSeconds;
+    totals_ += frame_->stats();
     frame_.reset();
     ++film_.samples;
 }
@@ -184,7 +190,7 @@ void ManyLights::advance(const Budget& budget, std::stop_token stop)
         first = false;
         if (!frame_ && !beginFrame(stop)) break;
         const size_t had = frame_->slicesDone();
-        const bool whole = frame_->advance(start, budget.seconds, stop, addToFilm());
+        const bool whole = frame_->advance(start, budget.seconds, stop, addToFilm(), device_.get());
         if (whole || frame_->slicesDone() > had) ++version_;
         if (whole) endFrame();
     }
@@ -216,14 +222,7 @@ RenderStats ManyLights::stats() const
     stats.buildSeconds = accel_ ? accel_->stats().buildSeconds : 0;
     stats.renderSeconds = seconds_;
     Totals t = totals_;
-    if (frame_) {
-        t.last = frame_->stats();
-        t.slices += t.last.slices;
-        t.otherRays += t.last.lightRays + t.last.cameraRays;
-        t.lightSeconds += t.last.lightSeconds;
-        t.treeSeconds += t.last.treeSeconds;
-        t.receiverSeconds += t.last.receiverSeconds;
-    }
+    if (frame_) t += frame_->stats();
     const SliceStats& s = t.slices;
     stats.rays = t.otherRays + s.otherRays + s.completion.rays;
     stats.paths = s.rows;
@@ -243,20 +242,58 @@ RenderStats ManyLights::stats() const
                      {"seconds_lights", t.lightSeconds},
                      {"seconds_tree", t.treeSeconds},
                      {"seconds_receivers", t.receiverSeconds},
+                     {"seconds_technique", t.techniqueSeconds},
+                     {"technique_rays", double(t.last.techniqueRays)},
                      {"thread_seconds_cut", s.cutSeconds},
                      {"thread_seconds_order", s.orderSeconds},
                      {"thread_seconds_rays", s.completion.traceSeconds},
                      {"thread_seconds_matching", s.completion.seconds - s.completion.traceSeconds},
                      {"thread_seconds_shading", s.shadingSeconds},
-                     {"thread_seconds_lost_light", s.lostSeconds}};
+                     {"thread_seconds_lost_light", s.lostSeconds},
+                     {"device_seconds_shading", t.deviceSeconds}};
+    if (device_) device_->addTo(stats);
     return stats;
 }
 
 }  // namespace
 
+FrameSettings frameSettings(const World& world, const View& view, bool first)
+{
+    const auto& params = view.params.as<ManyLightsParams>();
+    FrameSettings s;
+    s.path = worldSettings(world);
+    s.path.imageWidth = view.size.x;
+    s.path.imageHeight = view.size.y;
+    s.path.seed = params.seed;
+    s.path.samplerKind = static_cast<uint32_t>(params.sampler);
+    s.path.strategy = shared::kStrategyMis;
+    s.path.maxDepth = params.maxDepth;
+    s.path.rouletteDepth = 2;
+    s.path.clampIndirect = 0;
+    s.camera = cameraData(view.camera, view.size.x, view.size.y);
+    s.lights = params.lights;
+    s.technique = params.technique;
+    s.clusters = params.clusters;
+    s.error = params.error;
+    while (s.side * s.side < params.receivers) ++s.side;
+    s.sliceSize = params.sliceSize;
+    s.clamp = params.clamp;
+    s.centred =
+        params.jitter == PixelJitter::never || (params.jitter == PixelJitter::settled && first);
+    s.compensates = params.lost == LostLight::paths;
+    s.shape = params.lightShape;
+    s.completion = params.completion;
+    return s;
+}
+
 std::unique_ptr<Renderer> makeManyLights()
 {
-    return std::make_unique<ManyLights>();
+    return makeManyLights(nullptr);
+}
+
+std::unique_ptr<Renderer> makeManyLights(std::unique_ptr<ManyLightsDevice> device)
+{
+    return std::make_unique<ManyLights>(std::move(device));
 }
 
 std::span<const MapInfo> manyLightsMaps()
@@ -270,35 +307,51 @@ std::span<const MapInfo> manyLightsMaps()
     return kMaps;
 }
 
+namespace {
+
+/// A frame as large as those of the thesis's tables, nothing of it left out.
+ManyLightsParams largeFrame()
+{
+    return {.lights = 100000, .clusters = 1000, .receivers = 4};
+}
+
+/// The frame of the thesis's tables.
+ManyLightsParams thesisFrame(const CompletionParams& completion,
+                             many_lights::LightShape shape = many_lights::LightShape::point)
+{
+    ManyLightsParams p = largeFrame();
+    p.clamp = 1;
+    p.lightShape = shape;
+    p.lost = LostLight::dropped;
+    p.completion = completion;
+    return p;
+}
+
+ManyLightsParams completedFrame()
+{
+    ManyLightsParams p = largeFrame();
+    p.sliceSize = 2000;
+    p.completion = {};
+    return p;
+}
+
+}  // namespace
+
 std::span<const MethodPreset> manyLightsPresets()
 {
     static const std::array kPresets{
         MethodPreset{"virtual lights", ManyLightsParams{},
                      "the defaults: unbiased, soon to be seen"},
-        MethodPreset{"smooth frame",
-                     ManyLightsParams{.lights = 100000, .clusters = 1000, .receivers = 4},
+        MethodPreset{"smooth frame", largeFrame(),
                      "many lights, nothing lost: one good sample instead of many"},
-        MethodPreset{"completed frame",
-                     ManyLightsParams{.lights = 100000,
-                                      .clusters = 1000,
-                                      .receivers = 4,
-                                      .sliceSize = 2000,
-                                      .completion = {}},
+        MethodPreset{"completed frame", completedFrame(),
                      "as the smooth frame, but most of the visibility is guessed (biased)"},
-        MethodPreset{"thesis frame",
-                     ManyLightsParams{.lights = 100000,
-                                      .clusters = 1000,
-                                      .receivers = 4,
-                                      .clamp = 1,
-                                      .lost = LostLight::dropped,
-                                      .completion = CompletionParams::authorPreset()},
+        MethodPreset{"thesis frame", thesisFrame(CompletionParams::authorPreset()),
                      "the thesis's tables: its lights, clamp and completion (biased)"},
-        MethodPreset{"thesis frame, all traced",
-                     ManyLightsParams{.lights = 100000,
-                                      .clusters = 1000,
-                                      .receivers = 4,
-                                      .clamp = 1,
-                                      .lost = LostLight::dropped},
+        MethodPreset{"thesis frame, discs",
+                     thesisFrame(CompletionParams::authorPreset(), many_lights::LightShape::disc),
+                     "the thesis's glossy scenes: discs for lights, which blur (biased)"},
+        MethodPreset{"thesis frame, all traced", thesisFrame({.method = CompletionMethod::full}),
                      "what the thesis compares with: the same, all visibility traced (biased)"},
     };
     return kPresets;

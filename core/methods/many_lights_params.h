@@ -2,6 +2,8 @@
 #pragma once
 
 #include "core/many_lights/completion_params.h"
+#include "core/many_lights/light_shape.h"
+#include "core/many_lights/technique_params.h"
 #include "core/methods/path_params.h"
 #include "core/methods/reuse_params.h"
 
@@ -17,10 +19,13 @@ struct ManyLightsParams {
     static constexpr std::string_view kMethod = "manylights";
 
     uint32_t lights = 10000;
+    many_lights::Technique technique = many_lights::Technique::clusters;
     uint32_t clusters = 250;
+    float error = 0.02f;
     uint32_t receivers = 1;
     uint32_t sliceSize = 1000;
     float clamp = 0.1f;
+    many_lights::LightShape lightShape = many_lights::LightShape::point;
     LostLight lost = LostLight::paths;
     many_lights::CompletionParams completion{.method = many_lights::CompletionMethod::full};
     PixelJitter jitter = PixelJitter::settled;
@@ -34,10 +39,25 @@ struct ManyLightsParams {
                 "virtual lights of a sample, about; every sample (--spp) has lights of its own",
                 {1, 4e6, true}},
           p.lights);
+        v(Field{"technique",
+                "how lights are chosen that stand for all: for each slice by a cut through a tree "
+                "of lights (clusters) or by what points of its neighbourhood see (lightslice), the "
+                "same for the whole picture (row-column), for each point (lightcuts), or for "
+                "groups of points, with some visibility guessed (illumination-cut, biased); "
+                "matsep: clusters whose visibility is predicted from places, neighbours and "
+                "lights nearby, and whose matrix is then made of low rank (biased). The last "
+                "three go by error and have no completion"},
+          p.technique);
         v(Field{"clusters",
-                "lights for which a slice of the picture is lit; each stands for many",
+                "lights for which a slice of the picture is lit; each stands for many (lightcuts: "
+                "at most, for each point; illumination-cut: not used)",
                 {1, 2e5, true}},
           p.clusters);
+        v(Field{"error",
+                "lightcuts and illumination-cut: what a cluster of lights may err, over the light "
+                "of the point; matsep: which part of a cluster's predictions may be wrong",
+                {0, 1, true}},
+          p.error);
         v(Field{"receivers",
                 "points of each pixel that are lit in a sample, rounded up to a square",
                 {1, 64}},
@@ -51,6 +71,13 @@ struct ManyLightsParams {
                 "about a third of a room, in proportion between",
                 {0, 4}},
           p.clamp);
+        v(Field{"light-shape",
+                "what a virtual light shines from: a point, or a sphere or a disc, as wide as the "
+                "lights around it are apart (both are biased: they blur); these need no clamp. "
+                "lightcuts and illumination-cut know points only",
+                {},
+                true},
+          p.lightShape);
         v(Field{"lost-light",
                 "what the clamp takes, and what comes by mirrors and clear glass: found by a "
                 "path from each point (paths), or missing (dropped)",

@@ -27,7 +27,7 @@ std::span<const MethodInfo> methods()
                    .presets = reusePresets(),
                    .maps = reuseMaps()},
         MethodInfo{.help = "virtual lights, clustered for slices of the picture",
-                   .traits = {},
+                   .traits = {.sharesLight = true},
                    .defaults = ManyLightsParams{},
                    .make = makeManyLights,
                    .presets = manyLightsPresets(),

@@ -18,6 +18,7 @@ struct Traits {
     bool keepsOnMove = false;   // begins a moved view with samples that it has
     bool hasVariance = true;    // its estimate tells the variance of the mean
     bool streams = true;        // samples add up without end; else a picture is complete after one
+    bool sharesLight = false;   // among the pixels of a sample, whose errors then go together
     bool deterministic = true;  // equal bits for equal parameters, whatever threads and pauses
 };
 

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -321,24 +322,38 @@ namespace {
 
 constexpr size_t kPacket = 16;
 
+/// Where processors lack vectors of sixteen, Embree takes packets apart and tells idle lanes by
+/// their empty interval alone; whatever else is in them must be numbers.
+void switchOff(RTCRay16& packet, int* valid, size_t lane)
+{
+    valid[lane] = 0;
+    for (float* lanes :
+         {packet.org_x, packet.org_y, packet.org_z, packet.dir_x, packet.dir_y, packet.dir_z})
+        lanes[lane] = 0;
+    packet.tfar[lane] = -std::numeric_limits<float>::infinity();
+}
+
 /// Fills lanes [0, count) of a packet; the others are switched off.
 void fillPacket(std::span<const Ray> rays, int* valid, RTCRay16& packet)
 {
     for (size_t i = 0; i < kPacket; ++i) {
-        const Ray& ray = rays[std::min(i, rays.size() - 1)];
-        valid[i] = i < rays.size() && isTraceable(ray) ? -1 : 0;
+        packet.tnear[i] = packet.time[i] = 0.0f;
+        packet.mask[i] = 0xffffffffu;
+        packet.flags[i] = packet.id[i] = 0;
+        if (i >= rays.size() || !isTraceable(rays[i])) {
+            switchOff(packet, valid, i);
+            continue;
+        }
+        const Ray& ray = rays[i];
+        valid[i] = -1;
         packet.org_x[i] = ray.origin.x;
         packet.org_y[i] = ray.origin.y;
         packet.org_z[i] = ray.origin.z;
-        packet.tnear[i] = 0.0f;
         packet.dir_x[i] = ray.direction.x;
         packet.dir_y[i] = ray.direction.y;
         packet.dir_z[i] = ray.direction.z;
-        packet.time[i] = 0.0f;
         packet.tfar[i] = ray.tMax;
-        packet.mask[i] = 0xffffffffu;
         packet.id[i] = ray.seed;
-        packet.flags[i] = 0;
     }
 }
 
@@ -377,7 +392,8 @@ void Accel::occluded(std::span<const Ray> rays, uint8_t* blocked) const
             for (size_t i = 0; i < kPacket; ++i) valid[i] = packet.tfar[i] < 0.0f ? 0 : valid[i];
             query.any(valid, impl_->moving, packet);
         }
-        for (size_t i = 0; i < count; ++i) blocked[first + i] = packet.tfar[i] < 0.0f;
+        for (size_t i = 0; i < count; ++i)
+            blocked[first + i] = packet.tfar[i] < 0.0f && isTraceable(rays[first + i]);
     }
 }
 
@@ -397,11 +413,12 @@ uint32_t Accel::occluded(const RayPacket& rays, uint32_t count) const
     copy(rays.tMax, packet.tfar);
     copy(rays.seed, packet.id);
     for (uint32_t i = 0; i < kPacket; ++i) {
-        valid[i] = i < count ? -1 : 0;
+        valid[i] = -1;
         packet.tnear[i] = packet.time[i] = 0;
         packet.mask[i] = 0xffffffffu;
         packet.flags[i] = 0;
     }
+    for (size_t i = count; i < kPacket; ++i) switchOff(packet, valid, i);
     if (impl_->still) query.any(valid, impl_->still, packet);
     if (impl_->moving) {
         for (size_t i = 0; i < kPacket; ++i) valid[i] = packet.tfar[i] < 0.0f ? 0 : valid[i];

@@ -33,7 +33,8 @@ layout(set = kSetKernel, binding = kBindChainsNow, scalar) writeonly buffer Chai
 };
 
 /// The first of nine pixels whose first hit belongs to the surface at s; kNoSource where there is none.
-/// What is seen through curved glass is not where a camera would see it without: it may be far away on the same surface.
+/// What is seen through curved glass is not where a camera would see it without: it may be far away on the same
+/// surface.
 uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, SampleStream stream)
 {
     const ivec2 size = ivec2(sizeBefore());

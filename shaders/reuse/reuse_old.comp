@@ -174,7 +174,8 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         place.z = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
-        if (place.w == kReuseEvaluated) arrivingNow[to] = i < most ? texelFetch(arrivingBefore, at) : newWord(which, 1u);
+        if (place.w != kReuseEvaluated) continue;
+        arrivingNow[to] = i < most ? texelFetch(arrivingBefore, at) : newWord(which, 1u);
     }
     for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
 }

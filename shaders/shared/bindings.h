@@ -81,6 +81,14 @@ SHARED_CONST uint kBindImageA = 0u;
 SHARED_CONST uint kBindImageB = 1u;
 SHARED_CONST uint kBindDisplayed = 2u;
 
+// Set 2 of gather: all but the first are texels, the last of one number each (virtual_light.h).
+SHARED_CONST uint kBindGathered = 0u;  // vec4 per lane
+SHARED_CONST uint kBindSliceGroups = 1u;
+SHARED_CONST uint kBindReceivers = 2u;
+SHARED_CONST uint kBindVirtualLights = 3u;
+SHARED_CONST uint kBindLightDetails = 4u;
+SHARED_CONST uint kBindSliceValues = 5u;
+
 // The most that any one kernel sees in its three sets.
 SHARED_CONST uint kMostTexelBuffers = 20u;    // reuse_old
 SHARED_CONST uint kMostStorageBuffers = 10u;  // reuse_old
@@ -90,6 +98,8 @@ SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
 // display follow it.
 SHARED_CONST uint kSpecializeSampler = 1u;  // the sampler's kind, so that only one is compiled
+SHARED_CONST uint kSpecializeNumbers = 1u;  // gather: numbers in place of bits,
+SHARED_CONST uint kSpecializeShape = 2u;    // and the shape of the lights
 SHARED_CONST uint kSpecializeShow = 1u;     // the display's first: see app/gpu/window/display.cpp
 
 /// Everything that stays fixed between two changes of the view.

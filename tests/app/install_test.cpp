@@ -102,7 +102,8 @@ TEST_F(Install, ManualNamesEveryCommandAndOption)
                                    {"devices"},
                                    {"lab"},
                                    {"bench", "throughput"},
-                                   {"bench", "flythrough"}}) {
+                                   {"bench", "flythrough"},
+                                   {"bench", "manylights"}}) {
         std::string title = "COMMAND";
         for (const std::string& word : command) title += ' ' + word;
         const size_t begin = manual.find(".SH \"" + title + '"');

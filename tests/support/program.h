@@ -55,6 +55,12 @@ inline Strings operator+(Strings a, const Strings& b)
     return a;
 }
 
+/// A picture that takes no time.
+inline Strings smallRender(const std::string& device, const std::string& output)
+{
+    return {"render", kScene, "-o", output, "--device", device, "--size", "40x32", "--spp", "4"};
+}
+
 struct Result {
     int code = -1;  // -1: killed, by a signal or because it took too long
     std::string out, err;

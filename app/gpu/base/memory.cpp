@@ -32,6 +32,7 @@ uint32_t texelBytes(VkFormat format)
 {
     switch (format) {
     case VK_FORMAT_R32_SFLOAT:
+    case VK_FORMAT_R32_UINT:
         return 4;
     case VK_FORMAT_R16G16B16A16_SFLOAT:
         return 8;

@@ -12,8 +12,7 @@ std::span<const Method> methods()
         Method{"path", makePathRenderer},
         Method{"ao", makeAmbientOcclusion},
         Method{"reuse", makeSampleReuse},
-        Method{"manylights", nullptr,
-               "visibility is traced and completed on the CPU, and no kernel gathers from it yet"},
+        Method{"manylights", makeManyLights},
     };
     return kMethods;
 }

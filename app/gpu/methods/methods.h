@@ -22,6 +22,7 @@ struct Method {
 // What each method brings, one file per method (the path tracer's has a header of its own).
 std::unique_ptr<core::Renderer> makeAmbientOcclusion(const DeviceOptions& options);
 std::unique_ptr<core::Renderer> makeSampleReuse(const DeviceOptions& options);
+std::unique_ptr<core::Renderer> makeManyLights(const DeviceOptions& options);
 
 /// One entry for each method of the CPU's table.
 std::span<const Method> methods();

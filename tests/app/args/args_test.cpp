@@ -94,7 +94,8 @@ TEST(Args, HelpFitsInAHundredColumns)
                                   {"lab", "--help"},
                                   {"bench", "--help"},
                                   {"bench", "throughput", "--help"},
-                                  {"bench", "flythrough", "--help"}}) {
+                                  {"bench", "flythrough", "--help"},
+                                  {"bench", "manylights", "--help"}}) {
         const std::string text = std::get<app::Printed>(parse(arguments)).text;
         EXPECT_TRUE(contains(text, "Usage: rekindle"));
         EXPECT_TRUE(contains(text, "Example: rekindle"));
@@ -154,6 +155,7 @@ TEST(Args, MistypedNamesGetTheNearestOne)
     EXPECT_TRUE(contains(refusal({"rendr", "a.gltf", "-o", "a.exr"}), "did you mean render?"));
     EXPECT_TRUE(contains(refusal({"bench", "thruoghput", "a.gltf"}), "did you mean throughput?"));
     EXPECT_TRUE(contains(refusal({"bench", "flytrough", "a.gltf"}), "did you mean flythrough?"));
+    EXPECT_TRUE(contains(refusal({"bench", "manylight", "a.gltf"}), "did you mean manylights?"));
     EXPECT_TRUE(contains(refusal({"render", "a.gltf", "--zzzzzzzz"}), "unknown option --zzzzzzzz"));
     EXPECT_FALSE(contains(refusal({"render", "a.gltf", "--zzzzzzzz"}), "did you mean"));
 }

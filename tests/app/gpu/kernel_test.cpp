@@ -8,6 +8,7 @@
 
 #include "app/gpu/base/kernel.h"
 #include "app/gpu/window/display.h"
+#include "shared/virtual_light.h"
 
 #include "spirv/accumulate.h"
 #include "spirv/bench_any.h"
@@ -15,6 +16,7 @@
 #include "spirv/bounce.h"
 #include "spirv/display.h"
 #include "spirv/first_hits.h"
+#include "spirv/gather.h"
 #include "spirv/mean.h"
 #include "spirv/megakernel.h"
 #include "spirv/occlusion.h"
@@ -44,6 +46,7 @@ const NamedKernel kKernels[] = {
     {"bounce", k_bounce},
     {"display", k_display},
     {"first_hits", k_first_hits},
+    {"gather", k_gather},
     {"mean", k_mean},
     {"megakernel", k_megakernel},
     {"occlusion", k_occlusion},
@@ -115,6 +118,7 @@ TEST(Kernel, PushConstantsAreAsLongAsTheirTypes)
     EXPECT_EQ(readKernelInterface(k_mean).pushBytes, sizeof(shared::PixelRange));
     EXPECT_EQ(readKernelInterface(k_first_hits).pushBytes, sizeof(shared::TileRange));
     EXPECT_EQ(readKernelInterface(k_reuse_old).pushBytes, sizeof(shared::ReuseBatch));
+    EXPECT_EQ(readKernelInterface(k_gather).pushBytes, sizeof(shared::GatherRules));
     EXPECT_EQ(readKernelInterface(k_bench_any).pushBytes, sizeof(shared::ItemRange));
     EXPECT_EQ(readKernelInterface(k_display).pushBytes, sizeof(shared::DisplaySettings));
 }

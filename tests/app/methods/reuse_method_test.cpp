@@ -1,116 +1,18 @@
-// Path tracing that keeps its samples, on a camera that moves, on every device: what is kept may
-// change the noise and nothing else.
+// Path tracing that keeps its samples, on a camera that moves, on every device: the noise goes, and
+// where nothing can be kept the picture is that of path tracing. What is left of bias is the
+// subject of reuse_bias_test.cpp.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include <gtest/gtest.h>
-
-#include "app/methods/methods.h"
-#include "core/gltf/gltf.h"
 #include "tests/support/compare_films.h"
+#include "tests/support/reuse_flights.h"
 #include "tests/support/stats.h"
 
 namespace {
 
-using core::ReuseParams, core::ReuseStrategy, core::PixelJitter;
+using namespace tests;
 
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
-
-/// The scene's camera, swung about what it looks at.
-core::Camera swung(const core::World& world, double degrees)
-{
-    core::Camera camera = world.cameras.at(0);
-    const double angle = degrees * std::numbers::pi / 180;
-    const glm::dvec3 target = camera.position + 3.7 * camera.forward;
-    const glm::dvec3 back = camera.position - target;
-    const glm::dvec3 turned(back.x * std::cos(angle) + back.z * std::sin(angle), back.y,
-                            back.z * std::cos(angle) - back.x * std::sin(angle));
-    return core::lookAt(target + turned, target, {0, 1, 0}, camera.yfov);
-}
-
-ReuseParams with(ReuseStrategy reuse, uint32_t seed, float rays = 1)
-{
-    ReuseParams params;
-    params.rays = rays;
-    params.reuse = reuse;
-    params.seed = seed;
-    params.sampler = core::SamplerKind::independent;
-    params.jitter = PixelJitter::never;
-    return params;
-}
-
-class ReuseMethod : public testing::TestWithParam<app::DeviceKind> {
-protected:
-    void SetUp() override
-    {
-        const std::string why = app::whyNot("reuse", GetParam());
-        if (!why.empty()) GTEST_SKIP() << why;
-        renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
-    }
-
-    void begin(const std::string& scene, glm::uvec2 size)
-    {
-        world_ = asset(scene);
-        renderer_->setWorld(world_, {});
-        size_ = size;
-    }
-
-    /// The picture after a swing of `frames` views, `step` degrees apart, that ends at the scene's
-    /// own camera.
-    core::Estimate fly(const ReuseParams& params, uint32_t frames, double step)
-    {
-        for (uint32_t i = 0; i < frames; ++i)
-            look(swung(*world_, -step * (frames - 1 - i)), params,
-                 i == 0 ? core::Start::anew : core::Start::moved);
-        return renderer_->read(core::Reading::everything);
-    }
-
-    void look(const core::Camera& camera, const ReuseParams& params, core::Start start,
-              uint32_t samples = 1)
-    {
-        renderer_->setView({camera, size_, params}, start);
-        renderer_->advance({.samples = samples}, {});
-    }
-
-    core::Estimate reference(uint32_t samples)
-    {
-        look(swung(*world_, 0), with(ReuseStrategy::discard, 991), core::Start::anew, samples);
-        return renderer_->read(core::Reading::everything);
-    }
-
-    /// Of each pixel, whether its centre shows a flat pane of glass. (Curved glass bends what is
-    /// behind it, and seldom finds a history.)
-    std::vector<bool> seenThroughPane() const
-    {
-        const core::Aovs aovs = renderer_->aovs();
-        std::vector<bool> found(size_t(size_.x) * size_.y);
-        for (size_t i = 0; i < found.size(); ++i) {
-            const int material = static_cast<int>(aovs.ids.pixels[3 * i + 1]);
-            if (material < 0) continue;
-            const std::string& name = world_->scene->materials.at(size_t(material)).name;
-            found[i] = name == "pane";
-        }
-        return found;
-    }
-
-    /// A figure that the renderer tells of the last view.
-    double detail(const std::string& name) const
-    {
-        for (const core::StatsDetail& d : renderer_->stats().details)
-            if (d.name == name) return std::get<double>(d.value);
-        ADD_FAILURE() << name << " is not told";
-        return 0;
-    }
-
-    std::unique_ptr<core::Renderer> renderer_;
-    std::shared_ptr<const core::World> world_;
-    glm::uvec2 size_{};
-};
+class ReuseMethod : public ReuseFlights {};
 
 double meanSquare(const core::Image& a, const core::Image& b)
 {
@@ -118,13 +20,6 @@ double meanSquare(const core::Image& a, const core::Image& b)
     for (size_t i = 0; i < a.pixels.size(); ++i)
         sum += std::pow(double(a.pixels[i]) - double(b.pixels[i]), 2);
     return sum / double(a.pixels.size());
-}
-
-double meanOf(const core::Image& image)
-{
-    double sum = 0;
-    for (const float x : image.pixels) sum += double(x);
-    return sum / double(image.pixels.size());
 }
 
 TEST_P(ReuseMethod, WithoutHistoryItIsPathTracing)
@@ -144,130 +39,6 @@ TEST_P(ReuseMethod, WithoutHistoryItIsPathTracing)
     const tests::FilmComparison c =
         tests::compareFilms(reused, tracer->read(core::Reading::everything));
     EXPECT_TRUE(c.agree()) << c.describe();
-}
-
-/// Every strategy that claims it, over independent flights: the mean over the picture stays within
-/// half a per cent, which the flights could tell. Visibility of old samples is not asked for again,
-/// so that it could be off.
-TEST_P(ReuseMethod, AMoveLeavesTheMeanAsItIs)
-{
-    constexpr uint32_t kFlights = 48, kFrames = 8;
-    constexpr double kBound = 0.005;
-    begin("cornell-moderate", {24, 24});
-    const double expected = meanOf(reference(2048).mean);
-    struct Case {
-        ReuseStrategy strategy;
-        float rays;
-    };
-    for (const auto [strategy, rays] :
-         {Case{ReuseStrategy::ra, 1}, Case{ReuseStrategy::mis, 1},
-          Case{ReuseStrategy::reweighting, 1}, Case{ReuseStrategy::ra, 2.5f},
-          Case{ReuseStrategy::rejectionAugmentation, 1}, Case{ReuseStrategy::restirGi, 1}}) {
-        tests::Moments means;
-        for (uint32_t flight = 0; flight < kFlights; ++flight) {
-            const core::Estimate e = fly(with(strategy, 100 + flight, rays), kFrames, 1.5);
-            EXPECT_TRUE(e.counters.clean());
-            means.add(meanOf(e.mean));
-        }
-        const double error = std::sqrt(means.varianceOfMean());
-        EXPECT_LT(std::abs(means.mean() - expected), kBound * expected + tests::kScore * error)
-            << core::enumName(strategy) << ", rays " << rays;
-        EXPECT_LT(error, 0.01 * expected) << core::enumName(strategy) << " is underpowered";
-    }
-}
-
-/// How far the mean of independent flights is from the truth, in its standard errors, over squares
-/// of 2 x 2 pixels: 1 without bias.
-double meanSquareScore(std::span<const core::Image> flights, const core::Image& truth)
-{
-    double sum = 0;
-    size_t count = 0;
-    for (uint32_t y = 0; y + 1 < truth.height; y += 2) {
-        for (uint32_t x = 0; x + 1 < truth.width; x += 2, ++count) {
-            const auto brightness = [&](const core::Image& image) {
-                double all = 0;
-                for (uint32_t k = 0; k < 4; ++k)
-                    for (uint32_t c = 0; c < 3; ++c)
-                        all += double(image.at(x + k % 2, y + k / 2)[c]);
-                return all;
-            };
-            tests::Moments found;
-            for (const core::Image& flight : flights) found.add(brightness(flight));
-            sum += std::pow(found.mean() - brightness(truth), 2) / found.varianceOfMean();
-        }
-    }
-    return sum / double(count);
-}
-
-/// Where old samples are asked for visibility, and new ones whether the view before could have had
-/// them, nothing is wrong in any part of the picture. The same flights without asking are far off,
-/// which shows that this test would tell.
-TEST_P(ReuseMethod, AskingForVisibilityTakesTheBiasAway)
-{
-    constexpr uint32_t kFrames = 5;
-    const uint32_t count = GetParam() == app::DeviceKind::cpu ? 96 : 32;
-    begin("cornell-diffuse", {24, 24});
-    const core::Image truth = reference(8192).mean;
-    const auto scoreOf = [&](core::ReuseBias bias) {
-        std::vector<core::Image> flights;
-        for (uint32_t flight = 0; flight < count; ++flight) {
-            ReuseParams params = with(ReuseStrategy::ra, 4000 + flight);
-            params.bias = bias;
-            flights.push_back(fly(params, kFrames, 6).mean);
-        }
-        return meanSquareScore(flights, truth);
-    };
-    EXPECT_LT(scoreOf(core::ReuseBias::unbiased), 1.6);  // of 144 squares: 1.05 +- .13
-    EXPECT_GT(scoreOf(core::ReuseBias::fast), 3);
-}
-
-/// A bound is kept by asking as often as it takes, and no more often. How often is decided in one
-/// place for all devices, so that one is enough.
-TEST_P(ReuseMethod, ABoundOfTheBiasIsKept)
-{
-    if (GetParam() != app::DeviceKind::cpu) GTEST_SKIP() << "the CPU tells";
-    constexpr uint32_t kFlights = 48, kFrames = 12;
-    begin("cornell-diffuse", {24, 24});
-    const double expected = meanOf(reference(8192).mean);
-    double asked[2];
-    for (const float bound : {0.002f, 0.1f}) {
-        tests::Moments means;
-        for (uint32_t flight = 0; flight < kFlights; ++flight) {
-            ReuseParams params = with(ReuseStrategy::ra, 5000 + flight);
-            params.bias = core::ReuseBias::bounded;
-            params.bound = bound;
-            means.add(meanOf(fly(params, kFrames, 6).mean));
-        }
-        const double error = std::sqrt(means.varianceOfMean());
-        EXPECT_LT(std::abs(means.mean() - expected),
-                  double(bound) * expected + tests::kScore * error);
-        EXPECT_LT(error, 0.002 * expected);
-        asked[bound < 0.01f ? 0 : 1] = detail("visibility");
-    }
-    EXPECT_GT(asked[0], 0.3);
-    EXPECT_LT(asked[1], 0.1);
-}
-
-/// Below one path per pixel, those with a good history take turns: the mean stays, too, and so many
-/// are really spared.
-TEST_P(ReuseMethod, FewPathsLeaveTheMeanAsItIs)
-{
-    constexpr uint32_t kFlights = 24, kFrames = 24;
-    begin("cornell-diffuse", {24, 24});
-    const double expected = meanOf(reference(2048).mean);
-    uint64_t paths[2];
-    for (const bool few : {false, true}) {
-        tests::Moments means;
-        for (uint32_t flight = 0; flight < kFlights; ++flight) {
-            fly(with(ReuseStrategy::ra, 300 + flight, few ? 0.25f : 1), kFrames, 0.25);
-            means.add(meanOf(renderer_->read(core::Reading::mean).mean));
-        }
-        paths[few ? 1 : 0] = renderer_->stats().paths;
-        const double error = std::sqrt(means.varianceOfMean());
-        EXPECT_LT(std::abs(means.mean() - expected), 0.005 * expected + tests::kScore * error);
-        EXPECT_LT(error, 0.01 * expected);
-    }
-    EXPECT_LT(double(paths[1]), 0.7 * double(paths[0]));
 }
 
 /// Mirrors and glass are looked through: the picture is that of path tracing, and what is seen
@@ -515,8 +286,6 @@ TEST_P(ReuseMethod, ItIsWhatTheCpuFinds)
 
 INSTANTIATE_TEST_SUITE_P(Device, ReuseMethod,
                          testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
-                         [](const auto& where) {
-                             return std::string(core::enumName(where.param));
-                         });
+                         DeviceName());
 
 }  // namespace

@@ -187,14 +187,14 @@ TEST(LightCut, HasAsManyClustersAsAskedForAndEveryLightInOne)
     CutMemory memory;
     std::vector<LightCluster> cut;
     for (const uint32_t wanted : {3u, 4u, 100u, 1999u, 2000u, 5000u}) {
-        cutLightTree(tree, lights, query, wanted, memory, cut);
+        cutLightTree(tree, query, wanted, memory, cut);
         EXPECT_EQ(cut.size(), std::min<size_t>(wanted, lights.size()));
         uint32_t covered = 0;
         for (const LightCluster& c : cut) covered += tree.nodes[c.node].count;
         EXPECT_EQ(covered, lights.size());
     }
     for (const LightCluster& c : cut) EXPECT_EQ(c.scale, 1);
-    cutLightTree({{}, {shared::kNone, shared::kNone, shared::kNone}}, {}, query, 10, memory, cut);
+    cutLightTree({{}, {shared::kNone, shared::kNone, shared::kNone}}, query, 10, memory, cut);
     EXPECT_TRUE(cut.empty());
 }
 
@@ -204,8 +204,8 @@ TEST(LightCut, DoesNotDependOnRepresentatives)
     const CutQuery query{{0.1f, 0.2f, 0.3f}, {0, 1, 0}, 1, 0, 0.05f};
     CutMemory memory;
     std::vector<LightCluster> one, other;
-    cutLightTree(treeOf(lights, 1), lights, query, 100, memory, one);
-    cutLightTree(treeOf(lights, 2), lights, query, 100, memory, other);
+    cutLightTree(treeOf(lights, 1), query, 100, memory, one);
+    cutLightTree(treeOf(lights, 2), query, 100, memory, other);
     ASSERT_EQ(one.size(), other.size());
     size_t different = 0;
     for (size_t i = 0; i < one.size(); ++i) {
@@ -236,7 +236,7 @@ double largestScore(bool wrong)
         std::vector<LightCluster> cut;
         for (int seed = 0; seed < kTrees; ++seed) {
             const LightTree tree = treeOf(lights, uint32_t(seed));
-            cutLightTree(tree, lights, query, 150, memory, cut);
+            cutLightTree(tree, query, 150, memory, cut);
             vec3 sum(0);
             for (const LightCluster& c : cut) {
                 const VirtualLight& l = lights[c.light];

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/many_lights/low_rank.h"
+#include "core/many_lights/matrix_separation.h"
 #include "tests/support/completion_runs.h"
 
 namespace {
@@ -79,17 +80,23 @@ TEST(LowRank, RankTenIsCompletedFromTwoFifthsOfTheEntries)
     EXPECT_EQ(completeLowRank(values, BitMatrix(200, 200), {}, random).rank, 0u);
 }
 
-TEST(LowRank, SparseCorruptionIsSeparated)
+/// One entry in twenty is off by 1; `count` gets how many.
+Matrix corruptedFrom(Matrix a, size_t& count, Pcg32& random)
 {
-    Pcg32 random(3);
-    const Matrix truth = product(randomMatrix(200, 10, random), randomMatrix(10, 200, random));
-    Matrix corrupted = truth;
-    size_t count = 0;
-    for (double& x : corrupted.values()) {
+    for (double& x : a.values()) {
         if (!(random() < 0.05)) continue;
         x += random() < 0.5 ? 1 : -1;
         ++count;
     }
+    return a;
+}
+
+TEST(LowRank, SparseCorruptionIsSeparated)
+{
+    Pcg32 random(3);
+    const Matrix truth = product(randomMatrix(200, 10, random), randomMatrix(10, 200, random));
+    size_t count = 0;
+    const Matrix corrupted = corruptedFrom(truth, count, random);
     const Separation parts = separate(corrupted, {}, random);
     EXPECT_EQ(parts.low.rank, 10u);
     EXPECT_LT(relativeError(parts.low.matrix, truth), 1e-5);
@@ -98,6 +105,36 @@ TEST(LowRank, SparseCorruptionIsSeparated)
         std::ranges::count_if(parts.sparse.values(), [](double x) { return std::abs(x) > 0.5; });
     EXPECT_EQ(static_cast<size_t>(wrong), count);
     EXPECT_EQ(frobeniusNorm(separate(Matrix(5, 7), {}, random).low.matrix), 0);
+}
+
+// At the right rank; without corruption from one that is too low, too.
+TEST(LowRank, FactorsSeparateSparseCorruption)
+{
+    Pcg32 random(5);
+    const Matrix truth = product(randomMatrix(200, 10, random), randomMatrix(10, 250, random));
+    size_t count = 0;
+    const Matrix corrupted = corruptedFrom(truth, count, random);
+    FactorSettings settings;
+    settings.rank = 10;
+    settings.iterations = 400;
+    settings.tolerance = 1e-5;
+    const Separation parts = separateByFactors(corrupted, settings, random);
+    EXPECT_EQ(parts.low.rank, 10u);
+    EXPECT_LT(parts.low.residual, settings.tolerance);
+    EXPECT_LT(relativeError(parts.low.matrix, truth), 1e-3);
+    const auto wrong =
+        std::ranges::count_if(parts.sparse.values(), [](double x) { return std::abs(x) > 0.5; });
+    EXPECT_EQ(static_cast<size_t>(wrong), count);
+    settings = {};
+    settings.rank = 3;
+    const Separation grown = separateByFactors(truth, settings, random);
+    EXPECT_GE(grown.low.rank, 10u);
+    EXPECT_LT(grown.low.residual, settings.tolerance);
+    EXPECT_LT(relativeError(grown.low.matrix, truth), 0.02);
+    EXPECT_EQ(frobeniusNorm(separateByFactors(Matrix(5, 7), {}, random).low.matrix), 0);
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_EQ(separateByFactors(corrupted, {}, random, stop.get_token()).low.iterations, 0u);
 }
 
 // Five directions of 400 rows and 160 columns have 2775 degrees of freedom: 24000 entries suffice

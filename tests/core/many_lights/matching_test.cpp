@@ -345,6 +345,33 @@ TEST(Matching, ColumnsAreConfusedAsOftenAsTheLawSays)
         }
 }
 
+// A column that matters in few rows has few of those that its block has drawn; it is compared in as
+// many as any other nevertheless, and the law of above holds among its own rows.
+TEST(Matching, ColumnsThatMatterInFewRowsAreConfusedNoMoreOften)
+{
+    constexpr uint32_t kRows = 1000, kFew = 400, kDark = 10, kTrials = 20000;
+    BitMatrix truth(kRows, 3), matters(kRows, 3);
+    for (uint32_t j = 0; j < 3; ++j)
+        for (uint32_t i = 0; i < kRows; ++i) {
+            matters.set(i, j, j < 2 || i < kFew);
+            truth.set(i, j, j < 2 || (i < kFew && i % (kFew / kDark) != 0));
+        }
+    CompletionParams params;
+    params.adaptiveRows = false;
+    double expected = 1;
+    for (uint32_t k = 0; k < 50; ++k) expected *= 1 - double(kDark) / (kFew - k);
+    uint32_t confused = 0;
+    for (uint32_t t = 0; t < kTrials; ++t) {
+        MatrixOracle oracle(truth, matters);
+        CompletedSlice slice;
+        complete(oracle, kRows, std::vector<ColumnRange>{{0, 3}}, params, t, slice);
+        confused += tests::bitError(truth, slice.visible, &matters) > 0;
+    }
+    const double error = std::sqrt(expected * (1 - expected) / kTrials);
+    EXPECT_NEAR(confused / double(kTrials), expected, tests::kScore * error);
+    EXPECT_LT(error, 0.05 * expected);
+}
+
 // Known rows of other columns stand in for rows of which a column of the basis knows nothing.
 TEST(Matching, RowsThatDoNotMatterTakeNoPart)
 {

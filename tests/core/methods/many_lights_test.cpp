@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "core/gltf/gltf.h"
-#include "core/many_lights/frame.h"
 #include "core/many_lights/light_paths.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
 #include "shared/path.h"
+#include "tests/support/light_frames.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
@@ -58,33 +58,16 @@ TEST(ManyLights, AsManyClustersAsLightsAreThePlainSum)
     for (const char* name : {"cornell-diffuse", "cornell-glossy"}) {
         const auto world = asset(name);
         const core::Accel accel(world);
-        FrameSettings s;
-        s.path = core::worldSettings(*world);
-        s.path.imageWidth = 24;
-        s.path.imageHeight = 24;
-        s.path.seed = 7;
-        s.path.samplerKind = shared::kSamplerSobol;
-        s.path.strategy = shared::kStrategyMis;
-        s.path.maxDepth = 8;
-        s.path.rouletteDepth = 2;
-        s.path.clampIndirect = 0;
-        s.camera = core::cameraData(world->cameras.at(0), 24, 24);
+        FrameSettings s = frameSettings(*world, 24);
         s.lights = 1000;
         s.clusters = 1000000;
         s.sliceSize = 100;
         s.clamp = 0.2f;
-        s.compensates = false;
-        s.completion.method = CompletionMethod::full;
         const LightPlan plan = planLights(accel, s);
         ASSERT_GT(plan.clampDistance, 0);
         const auto lights = makeFrameLights(accel, s, plan, 0, {});
         ASSERT_GT(lights->set.lights.size(), 500u);
-        core::Image image(24, 24, 3);
-        const auto done = [&](size_t pixel, const vec3& L) {
-            for (int c = 0; c < 3; ++c) image.pixels[3 * pixel + size_t(c)] = L[c];
-        };
-        const auto frame = Frame::begin(accel, s, plan, lights, 0, {}, done);
-        ASSERT_TRUE(frame->advance(core::Clock::now(), 1e9, {}, done));
+        const core::Image image = frameImage(accel, s, plan, lights, s.path.seed);
 
         std::vector<Receiver> receivers;
         std::vector<vec3> direct(24 * 24);

@@ -1,6 +1,9 @@
 // Embree behind core::Accel: it sees the same triangles as a brute-force search, filters alpha, and
 // is never hit again by a ray that leaves a surface (T16).
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -113,6 +116,42 @@ TEST(Accel, AgreesWithBruteForce)
     EXPECT_LE(different, 1u);
 }
 
+/// A packet sees what single rays see, whatever its idle lanes hold.
+TEST(Accel, PacketsSeeWhatSingleRaysSee)
+{
+    const core::Accel accel(randomTriangles(200, 6).world());
+    std::mt19937 random(7);
+    size_t blocked = 0, different = 0, traced = 0;
+    for (int round = 0; round < 400; ++round) {
+        core::RayPacket packet;
+        std::memset(&packet, 0xff, sizeof(packet));  // not a number in every lane
+        const auto count = static_cast<uint32_t>(1 + random() % core::RayPacket::kSize);
+        uint32_t expected = 0;
+        for (uint32_t i = 0; i < count; ++i) {
+            core::Ray ray;
+            ray.origin = 6.0f * randomDirection(random);
+            ray.direction = glm::normalize(2.0f * randomDirection(random) - ray.origin);
+            ray.tMax = 8 * uniform(random);
+            packet.originX[i] = ray.origin.x;
+            packet.originY[i] = ray.origin.y;
+            packet.originZ[i] = ray.origin.z;
+            packet.directionX[i] = ray.direction.x;
+            packet.directionY[i] = ray.direction.y;
+            packet.directionZ[i] = ray.direction.z;
+            packet.tMax[i] = ray.tMax;
+            packet.seed[i] = ray.seed;
+            expected |= (accel.occluded(ray) ? 1u : 0u) << i;
+        }
+        const uint32_t found = accel.occluded(packet, count);
+        different += static_cast<size_t>(std::popcount(found ^ expected));
+        blocked += static_cast<size_t>(std::popcount(found));
+        traced += count;
+    }
+    EXPECT_LE(different, 1u);
+    EXPECT_GT(blocked, traced / 5);
+    EXPECT_LT(blocked, traced * 4 / 5);
+}
+
 TEST(Accel, EmptySceneIsNeverHit)
 {
     const core::Accel accel(SceneBuilder().world());
@@ -134,6 +173,13 @@ TEST(Accel, RaysThatAreNotFiniteHitNothing)
         ray = {};
         ray.direction = glm::vec3(bad);
         accel.closest(ray, hit);
+        const std::array<core::Ray, 3> some{core::Ray{}, ray, core::Ray{}};
+        std::array<shared::Hit, 3> hits;
+        std::array<uint8_t, 3> blocked;
+        accel.closest(some, hits.data());
+        EXPECT_EQ(hits[1].slot, shared::kNone);
+        accel.occluded(some, blocked.data());
+        EXPECT_EQ(blocked[1], 0);
     }
 }
 

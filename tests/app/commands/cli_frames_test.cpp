@@ -1,0 +1,106 @@
+// `rekindle render --frames` as a person or a script meets it: the real binary, and a file for
+// every frame.
+#include "tests/support/program.h"
+
+namespace {
+
+using namespace tests;
+
+TEST_F(Cli, FramesOfAPath)
+{
+    writeFile("path.json",
+              R"({"keys": [{"frame": 0}, {"frame": 10, "position": [0.3, 1.2, 2.5]}]})");
+    const Result result =
+        run({"render", kScene, "-o", "f-%04d.exr", "--device", "cpu", "--size", "24x20", "--spp",
+             "2", "--path", "path.json", "--frames", "4-6", "--stats", "stats.json"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(files(), (std::set<std::string>{"f-0004.exr", "f-0005.exr", "f-0006.exr", "path.json",
+                                              "stats.json"}));
+    const Json frames = stats().at("frames");
+    ASSERT_EQ(frames.size(), 3u);
+    uint64_t rays = 0;
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(frames[i].at("index"), 4 + i);
+        EXPECT_EQ(frames[i].at("spp"), 2);
+        rays += frames[i].at("rays").get<uint64_t>();
+    }
+    EXPECT_EQ(stats().at("rays"), rays);
+    EXPECT_NE(exr("f-0004.exr").layer("").pixels, exr("f-0006.exr").layer("").pixels);
+    EXPECT_NE(exr("f-0004.exr").metadata.at("camera"), exr("f-0006.exr").metadata.at("camera"));
+}
+
+TEST_F(Cli, FramesWithABudgetOfRays)
+{
+    writeFile("path.json",
+              R"({"keys": [{"frame": 0}, {"frame": 30, "position": [0.1, 1.1, 3.5]}]})");
+    const Strings render{"render",  kScene,       "-o",       "f-%d.exr", "--device",
+                         "cpu",     "--size",     "24x20",    "--path",   "path.json",
+                         "--stats", "stats.json", "--frames", "0-29",     "--budget-rays"};
+    const double pixels = 24 * 20;
+    // Whole samples: as many as fit, and not one more.
+    Result result = run(render + Strings{"40", "--method", "path"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    for (const Json& frame : stats().at("frames")) {
+        const double rays = frame.at("rays").get<double>(), spp = frame.at("spp").get<double>();
+        EXPECT_LE(rays, 1.05 * 40 * pixels);
+        EXPECT_GE(rays * (spp + 1) / spp, 0.9 * 40 * pixels);
+        EXPECT_GT(spp, 1);
+    }
+    EXPECT_EQ(stats().at("ended"), "budget");
+    EXPECT_EQ(stats().at("budget_rays"), 40);
+    EXPECT_EQ(stats().at("over_budget"), 0);
+    // Less than a sample: pixels take turns once they have a history.
+    result = run(render + Strings{"3", "--method", "reuse"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("--budget-rays 3"), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("the least there is"), std::string::npos) << result.err;
+    const double rays = stats().at("params").at("rays").get<double>();
+    EXPECT_GT(rays, 0.1);
+    EXPECT_LT(rays, 0.6);
+    const Json frames = stats().at("frames");
+    EXPECT_GT(frames[0].at("rays").get<double>(), 3.5 * pixels) << "nothing is known yet";
+    double last = 0;
+    for (size_t i = 20; i < 30; ++i) last += frames[i].at("rays").get<double>() / (10 * pixels);
+    EXPECT_LE(last, 3 * 1.1);
+    EXPECT_GE(last, 3 * 0.6);
+    // What the statistics say of each frame.
+    for (const char* name : {"history", "alpha", "c", "residual", "ess", "rays"})
+        EXPECT_TRUE(frames[29].at("map_means").contains(name)) << name;
+    EXPECT_GT(frames[29].at("map_means").at("ess"), frames[0].at("map_means").at("ess"));
+    for (const char* name : {"history", "c", "n", "weights"})
+        EXPECT_TRUE(frames[29].at("method_stats").contains(name)) << name;
+}
+
+TEST_F(Cli, FramesWithABudgetOfTime)
+{
+    writeFile("path.json",
+              R"({"keys": [{"frame": 0}, {"frame": 3, "position": [0.1, 1.1, 3.5]}]})");
+    const Strings render{"render",  kScene,       "-o",       "f-%d.exr", "--device",
+                         "cpu",     "--size",     "24x20",    "--path",   "path.json",
+                         "--stats", "stats.json", "--frames", "0-3",      "--budget-ms"};
+    ASSERT_EQ(run(render + Strings{"0.001"}).code, 0);
+    for (const Json& frame : stats().at("frames")) EXPECT_EQ(frame.at("spp"), 1);
+    EXPECT_EQ(stats().at("over_budget"), 4);
+    ASSERT_EQ(run(render + Strings{"400"}).code, 0);
+    for (const Json& frame : stats().at("frames")) EXPECT_GT(frame.at("spp"), 1);
+    EXPECT_EQ(stats().at("ended"), "budget");
+}
+
+TEST_F(Cli, FramesOfAnAnimation)
+{
+    const std::string scene = (kAssets / "animated.gltf").string();
+    const Strings render{"render", scene, "--device", "cpu", "--size", "24x20", "--spp", "2"};
+    const Result result = run(render + Strings{"-o", "f-%d.exr", "--frames", "0-6", "--fps", "4"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(files().size(), 7u);
+    EXPECT_NE(exr("f-0.exr").layer("").pixels, exr("f-6.exr").layer("").pixels);
+    // A frame is the scene at that instant, whatever was rendered before.
+    EXPECT_EQ(exr("f-6.exr").metadata.at("at"), "1.5");
+    ASSERT_EQ(run(render + Strings{"-o", "x.exr", "--at", "1.5"}).code, 0);
+    EXPECT_EQ(exr("f-6.exr").layer("").pixels, exr("x.exr").layer("").pixels);
+
+    expectRefused({"render", kScene, "-o", "g-%d.exr", "--device", "cpu", "--frames", "0-1"}, 2,
+                  "no animation");
+}
+
+}  // namespace

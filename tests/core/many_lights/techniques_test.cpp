@@ -1,0 +1,410 @@
+// M16, M17, M18, M20. Techniques of lighting a frame against the sum over all lights: exact where
+// they are to be, unbiased where they say so, within their error where they have one.
+#include "core/many_lights/technique.h"
+
+#include <gtest/gtest.h>
+
+#include "core/gltf/gltf.h"
+#include "core/many_lights/lightcuts.h"
+#include "core/many_lights/mat_sep.h"
+#include "core/many_lights/slice_shading.h"
+#include "core/many_lights/sphere_bound.h"
+#include "core/methods/method.h"
+#include "core/trace/scene_view.h"
+#include "tests/support/light_frames.h"
+#include "tests/support/stats.h"
+#include "tests/support/test_scenes.h"
+
+namespace {
+
+using namespace core::many_lights;
+using namespace tests;
+using glm::vec3;
+
+constexpr std::array kAll{Technique::clusters,  Technique::lightslice,      Technique::rowColumn,
+                          Technique::lightcuts, Technique::illuminationCut, Technique::matSep};
+
+std::shared_ptr<const core::World> asset(const std::string& name)
+{
+    return core::makeWorld(
+        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
+}
+
+/// The same lights and points for all techniques.
+struct Stage {
+    std::shared_ptr<const core::World> world;
+    core::Accel accel;
+    FrameSettings settings;
+    LightPlan plan;
+    std::shared_ptr<const FrameLights> lights;
+
+    Stage(std::shared_ptr<const core::World> of, uint32_t size, uint32_t lightCount)
+        : world(std::move(of)), accel(world), settings(frameSettings(*world, size))
+    {
+        settings.lights = lightCount;
+        settings.clamp = 0.5f;
+        settings.centred = true;
+        settings.sliceSize = 100;
+        plan = planLights(accel, settings);
+        lights = makeFrameLights(accel, settings, plan, 0, {});
+    }
+
+    core::Image image(Technique technique, uint32_t clusters, float error, uint32_t seed = 1,
+                      FrameStats* stats = nullptr) const
+    {
+        FrameSettings s = settings;
+        s.technique = technique;
+        s.clusters = clusters;
+        s.error = error;
+        return frameImage(accel, s, plan, lights, seed, stats);
+    }
+    /// The sum over all lights.
+    core::Image all() const { return image(Technique::clusters, 1u << 30, 0); }
+};
+
+/// Of the sum of all pixels, what the sum of the differences is.
+double difference(const core::Image& a, const core::Image& b)
+{
+    double sum = 0, total = 0;
+    for (size_t i = 0; i < a.pixels.size(); ++i) {
+        sum += std::abs(double(a.pixels[i]) - double(b.pixels[i]));
+        total += double(b.pixels[i]);
+    }
+    return sum / total;
+}
+
+/// As many clusters as lights, or no error allowed.
+TEST(Techniques, AreThePlainSumWhereNothingIsLeftToApproximate)
+{
+    for (const char* name : {"cornell-diffuse", "cornell-glossy", "sky", "lights"}) {
+        const Stage stage(asset(name), 20, 400);
+        const core::Image all = stage.all();
+        for (const Technique technique : kAll) {
+            if (technique == Technique::matSep) continue;  // keeps no more than a low rank
+            FrameStats stats;
+            const core::Image found = stage.image(technique, 1u << 30, 0, 1, &stats);
+            EXPECT_LT(difference(found, all), 2e-5) << name << ", " << core::enumName(technique);
+            EXPECT_GT(stats.slices.completion.rays, 0u);
+        }
+    }
+}
+
+/// Means over seeds of the drawing, by pixel and channel and of the whole picture, in the worst
+/// pixel's standard errors; `total` gets what the picture's mean deviates, relative.
+double largestScore(const Stage& stage, Technique technique, uint32_t clusters, uint32_t seeds,
+                    double& total)
+{
+    const core::Image exact = stage.all();
+    std::vector<Moments> pixels(exact.pixels.size());
+    std::array<Moments, 3> sums;
+    std::array<double, 3> exactSums{};
+    for (size_t i = 0; i < exact.pixels.size(); ++i) exactSums[i % 3] += double(exact.pixels[i]);
+    for (uint32_t seed = 0; seed < seeds; ++seed) {
+        const core::Image image = stage.image(technique, clusters, 0, 1 + seed);
+        std::array<double, 3> sum{};
+        for (size_t i = 0; i < pixels.size(); ++i) {
+            pixels[i].add(double(image.pixels[i]));
+            sum[i % 3] += double(image.pixels[i]);
+        }
+        for (size_t c = 0; c < 3; ++c) sums[c].add(sum[c]);
+    }
+    double largest = 0;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+        const double error =
+            std::sqrt(pixels[i].varianceOfMean()) + 1e-5 * exactSums[i % 3] / double(pixels.size());
+        largest = std::max(largest, std::abs(pixels[i].mean() - double(exact.pixels[i])) / error);
+    }
+    for (size_t c = 0; c < 3; ++c) {
+        const double error = std::sqrt(sums[c].varianceOfMean());
+        largest = std::max(largest, std::abs(sums[c].mean() - exactSums[c]) / error);
+        total = std::max(total, std::abs(sums[c].mean() / exactSums[c] - 1));
+    }
+    return largest;
+}
+
+/// Lights that no sampled point sees included.
+TEST(Techniques, WeightsOfRepresentativesAreUnbiased)
+{
+    const Stage stage(asset("cornell-diffuse"), 12, 250);
+    for (const Technique technique : {Technique::lightslice, Technique::rowColumn}) {
+        double total = 0;
+        // One score of 435 is expected beyond 3; all are correlated.
+        EXPECT_LT(largestScore(stage, technique, 40, 800, total), 4.5) << core::enumName(technique);
+        EXPECT_LT(total, 0.005) << core::enumName(technique);
+    }
+}
+
+/// The receivers of a frame, as rows.
+struct Rows {
+    std::vector<Receiver> receivers;
+    std::vector<uint32_t> chosen;
+    SliceRows rows;
+    SliceJob job;
+
+    explicit Rows(const Stage& stage)
+    {
+        const uint32_t size = stage.settings.path.imageWidth;
+        job.receivers = {&stage.accel, stage.settings.path, stage.settings.camera, 1, 0, true};
+        job.lights = &stage.lights->set;
+        job.gather = {stage.settings.path.maxDepth, stage.plan.clampDistance};
+        std::vector<vec3> direct(size_t(size) * size);
+        traceReceivers(job.receivers, {0, 0, size, size}, receivers, direct);
+        for (uint32_t i = 0; i < receivers.size(); ++i) chosen.push_back(i);
+        rows.reset(core::sceneView(*stage.world), receivers, chosen);
+    }
+};
+
+/// The luminance of all lights below a node, with nothing in between.
+double open(Rows& r, const LightTree& tree, uint32_t index, uint32_t row)
+{
+    const LightNode& node = tree.nodes[index];
+    if (!node.isLeaf()) return open(r, tree, index + 1, row) + open(r, tree, node.right, row);
+    const Column column = columnOf(r.job.lights->lights[node.representative], 1, 0, 0);
+    std::vector<float> weights(r.rows.count());
+    const core::IndexRange range{row, row + 1};
+    r.rows.weigh(column, r.job.gather, range, weights);
+    r.rows.clear(range);
+    r.rows.add(column, *r.job.lights, range, weights);
+    return double(shared::luminance(r.rows.radiance(row)));
+}
+
+/// A cut ends where no node can err by more than a part of the sum, unless it may have no more
+/// nodes; every light is in one node.
+TEST(Lightcuts, NoNodeMayErrByMoreThanItsPart)
+{
+    const Stage stage(asset("cornell-diffuse"), 8, 400);
+    Rows r(stage);
+    const LightTree& tree = stage.lights->tree;
+    const float error = 0.02f;
+    LightcutGroup group(r.job, tree, 1u << 30, error);
+    size_t nodes = 0, inner = 0;
+    for (uint32_t begin = 0; begin + LightcutGroup::kRows <= r.rows.count();
+         begin += LightcutGroup::kRows) {
+        ASSERT_TRUE(group.run(r.rows, {begin, begin + LightcutGroup::kRows}, {}));
+        for (uint32_t k = 0; k < LightcutGroup::kRows; ++k) {
+            const double total = double(shared::luminance(group.radiance(k)));
+            uint32_t lights = 0;
+            for (const CutEntry& entry : group.cut(k)) {
+                const LightNode& node = tree.nodes[entry.node];
+                lights += node.count;
+                ++nodes;
+                if (node.isLeaf()) continue;
+                ++inner;
+                EXPECT_LE(double(entry.bound), double(error) * total * 1.0001);
+                EXPECT_LE(open(r, tree, entry.node, begin + k),
+                          double(entry.bound) * 1.0001 + 1e-12);
+            }
+            EXPECT_EQ(lights, stage.lights->set.lights.size());
+        }
+    }
+    EXPECT_GT(inner, nodes / 20) << "there is nothing to see";
+    EXPECT_LT(nodes, r.rows.count() * stage.lights->set.lights.size() * 3 / 4);
+}
+
+/// The bound by distance alone is never below that by distance and cosines, nor, for receivers
+/// anywhere in a sphere, below that of any of them.
+TEST(Lightcuts, BoundsByDistanceAreTheLooser)
+{
+    for (const char* name : {"cornell-diffuse", "sky", "lights"}) {
+        const Stage stage(asset(name), 8, 200);
+        Rows r(stage);
+        const LightTree& tree = stage.lights->tree;
+        size_t finite = 0;
+        for (uint32_t index = 0; index < tree.nodes.size(); ++index) {
+            const LightNode& node = tree.nodes[index];
+            const LightKind kind = stage.lights->set.lights[node.representative].kind;
+            for (uint32_t row = 0; row + 1 < r.rows.count(); row += 5) {
+                const CutQuery a = r.rows.queryAt(row, r.job.gather),
+                               b = r.rows.queryAt(row + 1, r.job.gather);
+                const float radius = glm::distance(a.position, b.position);
+                const float loose =
+                    sphereBound(node, kind, a.position, radius, r.job.gather.clampDistance);
+                ASSERT_GE(loose, 0.999f * clusterBound(node, kind, a));
+                ASSERT_GE(loose, 0.999f * clusterBound(node, kind, b));
+                finite += std::isfinite(loose) ? 1u : 0u;
+            }
+        }
+        EXPECT_GT(finite, tree.nodes.size()) << name;
+    }
+}
+
+TEST(Lightcuts, HaveNoMoreNodesThanAllowed)
+{
+    const Stage stage(asset("cornell-glossy"), 8, 400);
+    Rows r(stage);
+    for (const uint32_t most : {1u, 2u, 9u, 100u}) {
+        LightcutGroup group(r.job, stage.lights->tree, most, 1e-4f);
+        ASSERT_TRUE(group.run(r.rows, {0, LightcutGroup::kRows}, {}));
+        for (uint32_t k = 0; k < LightcutGroup::kRows; ++k) EXPECT_EQ(group.cut(k).size(), most);
+    }
+}
+
+/// With nothing in between, the error of the picture is that of the clusters, which is bounded.
+TEST(Techniques, ErrorsFollowWhatIsAllowed)
+{
+    const Stage stage(asset("cornell-diffuse"), 24, 1500);
+    const core::Image all = stage.all();
+    for (const Technique technique : {Technique::lightcuts, Technique::illuminationCut}) {
+        double last = 1;
+        uint64_t entries = 0;
+        for (const float error : {0.1f, 0.02f, 0.004f}) {
+            FrameStats stats;
+            const double found =
+                difference(stage.image(technique, 1u << 30, error, 1, &stats), all);
+            EXPECT_LT(found, 2 * double(error)) << core::enumName(technique);
+            EXPECT_LT(found, last) << core::enumName(technique);
+            EXPECT_GT(stats.slices.completion.entries, entries);
+            last = found;
+            entries = stats.slices.completion.entries;
+        }
+    }
+}
+
+/// In an empty room all that is guessed of visibility is right: as exact as when all is traced, for
+/// a part of the rays.
+TEST(IlluminationCut, IsExactForFewRaysWhereAllIsVisible)
+{
+    SceneBuilder b;
+    const int walls = b.material(lambert(vec3(0.6f, 0.5f, 0.4f)));
+    b.box({-1, -1, -1}, {1, 1, 1}, walls, true);
+    b.quad({-0.3f, 0.99f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, b.material(emitter(vec3(9))));
+    b.camera({0, 0, 0.9}, {0, 0, -1}, 1.2);
+    Stage stage(b.world(), 48, 1500);
+    stage.settings.sliceSize = 1000;
+    FrameStats stats;
+    const core::Image found = stage.image(Technique::illuminationCut, 0, 0.05f, 1, &stats);
+    EXPECT_LT(stats.slices.completion.visibility(), 0.7);
+    EXPECT_LT(difference(found, stage.all()), 0.03);
+}
+
+/// With all rows traced it is the sum over the same clusters, but for what the separation takes.
+TEST(MatSep, IsThePlainSumWhereAllIsTraced)
+{
+    const Stage stage(asset("cornell-diffuse"), 16, 600);
+    Rows r(stage);
+    const auto cut = [&] {
+        return std::make_unique<TreeCut>(stage.lights->tree, r.job.gather, 150);
+    };
+    const auto columns = cut();
+    r.job.columns = columns.get();
+    r.job.compensates = false;
+    r.job.completion = stage.settings.completion;
+    SliceWorker worker;
+    ASSERT_TRUE(worker.run(r.job, r.receivers, r.chosen, 0, {}));
+    MatSepSettings settings;
+    settings.prediction.rate = 1;
+    for (const bool separates : {false, true}) {
+        settings.separates = separates;
+        std::vector<vec3> radiance(r.chosen.size());
+        SliceStats stats;
+        ASSERT_TRUE(
+            MatSep(cut(), settings).light(r.job, r.receivers, r.chosen, 0, {}, radiance, stats));
+        EXPECT_EQ(stats.completion.rays, worker.stats().completion.rays);
+        EXPECT_EQ(stats.clusters, 150u);
+        double squares = 0, all = 0;
+        for (size_t i = 0; i < radiance.size(); ++i) {
+            const vec3 error = radiance[i] - worker.radiance()[i];
+            squares += double(glm::dot(error, error));
+            all += double(glm::dot(worker.radiance()[i], worker.radiance()[i]));
+        }
+        EXPECT_LT(std::sqrt(squares / all), separates ? 0.05 : 1e-6);
+        EXPECT_GE(std::sqrt(squares / all), separates ? 1e-5 : 0);
+    }
+}
+
+/// Clusters that are all traced, and all lights, are the references; part of the rays is traced.
+TEST(MatSep, LightsAPictureForAPartOfTheRays)
+{
+    Stage stage(asset("cornell-diffuse"), 24, 1000);
+    stage.settings.sliceSize = 300;
+    FrameStats full, found;
+    const core::Image all = stage.all();
+    const double clusters = difference(stage.image(Technique::clusters, 100, 0, 1, &full), all);
+    const double error = difference(stage.image(Technique::matSep, 100, 0.02f, 1, &found), all);
+    EXPECT_LT(error, clusters + 0.05);
+    const CompletionStats& stats = found.slices.completion;
+    EXPECT_EQ(stats.entries, full.slices.completion.entries);
+    EXPECT_EQ(stats.active, full.slices.completion.active);
+    EXPECT_LT(stats.rays, stats.active / 2);
+    EXPECT_GT(stats.matched, 0u);
+}
+
+TEST(Techniques, DoNotDependOnThreads)
+{
+    const Stage stage(asset("cornell-rough"), 32, 800);
+    for (const Technique technique : kAll) {
+        const core::Image many = stage.image(technique, 60, 0.05f);
+        const core::ThreadLimit one(1);
+        EXPECT_EQ(stage.image(technique, 60, 0.05f).pixels, many.pixels)
+            << core::enumName(technique);
+    }
+}
+
+/// Through the method: first samples near each other, and completion where there are columns.
+TEST(Techniques, LightPicturesOfTheMethod)
+{
+    const auto world = asset("cornell-moderate");
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    core::ManyLightsParams params{.lights = 2000, .clusters = 2000, .clamp = 0.5f};
+    const auto picture = [&] {
+        renderer->setView({world->cameras.at(0), {40, 40}, params}, core::Start::anew);
+        renderer->advance({.samples = 1}, {});
+        EXPECT_EQ(renderer->progress().samples, 1u);
+        return renderer->read(core::Reading::mean).mean;
+    };
+    params.clusters = 200000;
+    const core::Image all = picture();
+    params.clusters = 300;
+    for (const Technique technique : kAll) {
+        params.technique = technique;
+        params.completion.method = CompletionMethod::full;
+        const double full = difference(picture(), all);
+        EXPECT_LT(full, 0.25) << core::enumName(technique);
+        if (!choosesColumns(technique)) continue;
+        params.completion.method = CompletionMethod::matching;
+        EXPECT_LT(difference(picture(), all), 1.2 * full) << core::enumName(technique);
+    }
+}
+
+/// Nothing is lit, and nothing is seen.
+TEST(Techniques, EmptyPicturesAndDarkScenesAreNoTrouble)
+{
+    SceneBuilder dark;
+    dark.box({-1, -1, -1}, {1, 1, 1}, dark.material(lambert(vec3(0.5f))), true);
+    dark.camera({0, 0, 0.9}, {0, 0, -1}, 1.2);
+    SceneBuilder away;
+    away.quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, away.material(emitter(vec3(1), vec3(0.5f))));
+    away.camera({0, 1, 5}, {0, 1, 9}, 1.2);
+    for (const auto& world : {dark.world(), away.world()}) {
+        const Stage stage(world, 12, 100);
+        for (const Technique technique : kAll)
+            for (const float x : stage.image(technique, 10, 0.02f).pixels)
+                EXPECT_EQ(x, 0) << core::enumName(technique);
+    }
+}
+
+/// A stop is obeyed before the first slice and in the middle of one.
+TEST(Techniques, ObeyStops)
+{
+    const Stage stage(asset("cornell-diffuse"), 16, 400);
+    std::stop_source stop;
+    stop.request_stop();
+    for (const Technique technique : kAll) {
+        FrameSettings s = stage.settings;
+        s.technique = technique;
+        s.clusters = 50;
+        const auto done = [](size_t, const vec3&) {};
+        const auto points = makeFrameReceivers(stage.accel, s, 0, {});
+        EXPECT_EQ(Frame::begin(stage.accel, s, stage.plan, stage.lights, points, 0,
+                               stop.get_token(), done),
+                  nullptr);
+        const auto frame =
+            Frame::begin(stage.accel, s, stage.plan, stage.lights, points, 0, {}, done);
+        EXPECT_FALSE(frame->advance(core::Clock::now(), 1e9, stop.get_token(), done));
+        EXPECT_EQ(frame->slicesDone(), 0u);
+        EXPECT_TRUE(frame->advance(core::Clock::now(), 1e9, {}, done));
+    }
+}
+
+}  // namespace
