@@ -8,6 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/methods/ao_params.h"
+#include "core/methods/guided_params.h"
 #include "core/methods/many_lights_params.h"
 #include "core/methods/path_params.h"
 #include "core/methods/reuse_params.h"
@@ -16,7 +17,8 @@ namespace core {
 
 /// Every method's parameters, in the order of the table (method.h). A params struct names its
 /// method (`kMethod`) and describes its members (core/base/params.h).
-using MethodParams = std::variant<PathParams, AoParams, ReuseParams, ManyLightsParams>;
+using MethodParams =
+    std::variant<PathParams, AoParams, ReuseParams, ManyLightsParams, GuidedParams>;
 
 template <class P, class Variant> inline constexpr bool kIsAlternative = false;
 template <class P, class... Ps>

@@ -32,6 +32,12 @@ std::span<const MethodInfo> methods()
                    .make = makeManyLights,
                    .presets = manyLightsPresets(),
                    .maps = manyLightsMaps()},
+        MethodInfo{.help = "path tracing that learns where light comes from",
+                   .traits = {.keepsOnMove = true},
+                   .defaults = GuidedParams{},
+                   .make = makeGuidedPathTracer,
+                   .whyNot = "the kernels are not there yet",
+                   .presets = guidedPresets()},
     };
     return kMethods;
 }

@@ -75,5 +75,7 @@ std::span<const MapInfo> reuseMaps();
 std::unique_ptr<Renderer> makeManyLights();
 std::span<const MethodPreset> manyLightsPresets();
 std::span<const MapInfo> manyLightsMaps();
+std::unique_ptr<Renderer> makeGuidedPathTracer();
+std::span<const MethodPreset> guidedPresets();
 
 }  // namespace core

@@ -1,9 +1,10 @@
-// The loop of the path tracer around the shared estimator (shaders/shared/path.h). One sample of
+// The loop of the path tracers around the shared estimator (shaders/shared/path.h). One sample of
 // each pixel of a tile makes a wave of paths that go on together: rays are traced in packets of 16,
-// shading is one path at a time. Included once by each path_*.cpp, after REKINDLE_FEATURES is
-// defined.
+// shading is one path at a time. What a vertex does is a parameter, PlainVertices by default.
+// Included once by each path_*.cpp and guided_*.cpp, after REKINDLE_FEATURES is defined.
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/methods/path_kernel.h"
 #include "shared/path.h"
@@ -85,7 +86,25 @@ shared::SampleStream streamOf(const Wave& wave, size_t i)
     return stream;
 }
 
-void beginWave(const PathJob& job, const Tile& tile, uint32_t sample, Wave& wave)
+/// What a method does at the vertices of paths: this one what the shared text says.
+struct PlainVertices {
+    /// Path `i` of a wave begins.
+    void begin(glm::uvec2, uint32_t, size_t) {}
+    /// shared::shadeSurface, of path `i`.
+    bool shade(const PathJob& job, const shared::VertexNumbers& numbers, const shared::Hit& hit,
+               size_t, shared::PathState& path, shared::ShadowRay& shadow, glm::vec3& L)
+    {
+        return shared::shadeSurface(job.scene, job.settings, numbers, hit, path, shadow, L);
+    }
+    /// The connections of this depth are in `radiance`.
+    void connected(std::span<const glm::vec3>) {}
+    /// All paths of the wave have ended.
+    void end(std::span<const glm::vec3>) {}
+};
+
+template <class Vertices>
+void beginWave(const PathJob& job, const Tile& tile, uint32_t sample, Wave& wave,
+               Vertices& vertices)
 {
     size_t i = 0;
     for (uint32_t y = tile.y0; y < tile.y1; ++y) {
@@ -97,6 +116,7 @@ void beginWave(const PathJob& job, const Tile& tile, uint32_t sample, Wave& wave
             wave.paths[i] = shared::beginPath(job.camera, job.settings, pixel, wave.stream);
             wave.radiance[i] = glm::vec3(0);
             wave.active[i] = static_cast<uint32_t>(i);
+            vertices.begin(pixel, sample, i);
         }
     }
     wave.activeCount = i;
@@ -126,7 +146,7 @@ void traceWave(const PathJob& job, Wave& wave)
 }
 
 /// Shades every active path; keeps those that go on and queues connections to emitters.
-void shadeWave(const PathJob& job, Wave& wave)
+template <class Vertices> void shadeWave(const PathJob& job, Wave& wave, Vertices& vertices)
 {
     drawNumbers(wave);
     size_t going = 0;
@@ -144,8 +164,8 @@ void shadeWave(const PathJob& job, Wave& wave)
                                             FEATURE(shared::kFeatureManyEmitters) ? wave.choice.x[k]
                                                                                   : 0.0f};
         shared::ShadowRay shadow;
-        const bool goes = shared::shadeSurface(job.scene, job.settings, numbers, wave.hits[k], path,
-                                               shadow, wave.radiance[i]);
+        const bool goes =
+            vertices.shade(job, numbers, wave.hits[k], i, path, shadow, wave.radiance[i]);
         if (shadow.contribution != glm::vec3(0)) {
             const size_t s = wave.shadowCount++;
             setRay(wave, s, shadow.origin, shadow.direction, shadow.tMax, i, 1);
@@ -176,19 +196,22 @@ void addToFilm(const Wave& wave, const Tile& tile, Film& film, FilmCounters& cou
     }
 }
 
-TileTally renderTile(const PathJob& job, const Tile& tile, Film& film)
+template <class Vertices = PlainVertices>
+TileTally renderTile(const PathJob& job, const Tile& tile, Film& film, Vertices vertices = {})
 {
     TileTally tally;
     static thread_local Wave wave;
     for (uint32_t sample = 0; sample < job.sampleCount; ++sample) {
-        beginWave(job, tile, job.firstSample + sample, wave);
+        beginWave(job, tile, job.firstSample + sample, wave, vertices);
         while (wave.activeCount > 0) {
             tally.rays += wave.activeCount;
             traceWave(job, wave);
-            shadeWave(job, wave);
+            shadeWave(job, wave, vertices);
             tally.rays += wave.shadowCount;
             connectWave(job, wave);
+            vertices.connected(wave.radiance);
         }
+        vertices.end(wave.radiance);
         addToFilm(wave, tile, film, tally.counters);
         tally.paths += uint64_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0);
     }

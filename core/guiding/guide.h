@@ -1,0 +1,100 @@
+// A path guide that learns: spatial trees by dominant normal, a grid of directions in each leaf,
+// and the share of the BSDF that has had the least variance. After T. Mueller, M. Gross, J. Novak,
+// "Practical Path Guiding for Efficient Light-Transport Simulation" (2017); what devices read of
+// it, and what differs there: shaders/shared/guide.h. What differs in learning: sums are kept from
+// iteration to iteration, leaves are cut at the mean of their records, and a leaf is not used
+// before records that its guide has not seen say that this pays.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "shared/guide.h"
+#include "shared/guided_path.h"
+
+namespace core::guiding {
+
+struct Lesson;
+struct LearningLeaf;
+
+/// How a guide learns.
+struct GuideOptions {
+    /// A leaf is cut when it has had more than this many times sqrt(2 samples per pixel) records.
+    float recordsPerLeaf = 1000;
+    /// The second moment without the guide over that with it, above which a leaf is guided.
+    float gate = 1.1f;
+    /// The least share of the BSDF among directions.
+    float leastShare = 0.12f;
+    /// Share of the BSDF in every leaf that has learnt something; 0: chosen for each.
+    float fixedShare = 0;
+};
+
+/// What devices read. Never changes once it is made, so that a view may render with one while the
+/// next is made.
+struct GuideTables {
+    std::vector<glm::uvec4> nodes, leaves;
+    std::vector<glm::vec4> quads;
+
+    shared::GuideView view() const { return {nodes.data(), leaves.data(), quads.data()}; }
+    size_t bytes() const { return 16 * (nodes.size() + leaves.size() + quads.size()); }
+};
+
+/// What the paths of a part of a picture have left, path after path: `ends[k].count` records each.
+struct PathRecords {
+    std::vector<shared::GuideRecord> records;
+    std::vector<shared::GuidePathEnd> ends;
+
+    void clear()
+    {
+        records.clear();
+        ends.clear();
+    }
+};
+
+/// What a guide says of itself.
+struct GuideFigures {
+    size_t leaves = 0, bytes = 0;
+    double records = 0;      // learnt from, those that they stand for included
+    double guidedShare = 0;  // of the vertices of the last iteration: those in guided leaves
+};
+
+class Guide {
+public:
+    explicit Guide(const GuideOptions& options = {});
+    ~Guide();
+    Guide(Guide&&) noexcept;
+    Guide& operator=(Guide&&) noexcept;
+
+    /// Learns from paths that were sampled with tables(); each stands for `stride` paths.
+    /// `samples` per pixel have been taken since the guide was made, these included. The result
+    /// depends on the order of `parts`, not on threads.
+    void learn(std::span<const PathRecords> parts, double stride, double samples);
+
+    /// Never null; of a guide that has learnt nothing they choose the BSDF everywhere.
+    std::shared_ptr<const GuideTables> tables() const { return tables_; }
+    const GuideFigures& figures() const { return figures_; }
+
+    /// Records that the leaf has learnt from, those that they stand for included.
+    double visits(uint32_t leaf) const;
+
+private:
+    struct Node;
+    struct Growth;
+
+    void graft(std::span<const Growth> growths, std::span<const uint32_t> becomes);
+    void noteShare(std::span<const Lesson> lessons);
+    void makeTables();
+
+    GuideOptions options_;
+    std::vector<Node> nodes_;
+    std::vector<LearningLeaf> leaves_;
+    std::array<uint32_t, shared::kGuideRoots> roots_{};
+    double samplesBefore_ = 0;
+    std::shared_ptr<const GuideTables> tables_;
+    GuideFigures figures_;
+};
+
+}  // namespace core::guiding

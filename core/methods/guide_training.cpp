@@ -1,0 +1,87 @@
+#include "core/methods/guide_training.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#include "core/base/check.h"
+#include "core/base/time.h"
+#include "core/guiding/pixel_estimates.h"
+
+namespace core {
+
+namespace {
+
+/// Recorded paths of a pass: more teach little that these do not, and each costs a tenth of a path.
+constexpr uint64_t kRecordedPaths = 1u << 16;
+
+guiding::GuideOptions optionsOf(const GuidedParams& params)
+{
+    guiding::GuideOptions options;
+    options.recordsPerLeaf = params.recordsPerLeaf;
+    options.gate = params.gate;
+    options.fixedShare = params.share;
+    return options;
+}
+
+uint32_t strideFor(const GuidedParams& params, glm::uvec2 size)
+{
+    if (params.recordOneIn > 0) return std::bit_floor(params.recordOneIn);
+    const uint64_t pixels = uint64_t(size.x) * size.y;
+    uint32_t stride = 1;
+    while (stride < 64 && pixels / stride > kRecordedPaths) stride *= 2;
+    return stride;
+}
+
+}  // namespace
+
+void GuideTraining::forget()
+{
+    guide_ = guiding::Guide(optionsOf(params_));
+    estimates_.clear();
+    allSamples_ = 0;
+    viewSamples_ = 0;
+    seconds_ = 0;
+}
+
+void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start start)
+{
+    const bool same = params_ == params;
+    params_ = params;
+    if (start == Start::anew || !same) forget();
+    stride_ = strideFor(params_, size);
+    viewSamples_ = 0;
+    estimates_.clear();
+}
+
+uint64_t GuideTraining::nextLesson(uint64_t samples) const
+{
+    if (samples >= params_.training) return std::numeric_limits<uint64_t>::max();
+    const uint64_t step = std::max<uint64_t>(std::bit_floor(std::max<uint64_t>(samples, 1)) / 4, 1);
+    return std::min<uint64_t>((samples / step + 1) * step, params_.training);
+}
+
+void GuideTraining::learn(std::span<const guiding::PathRecords> parts, uint64_t samples,
+                          const Image& mean)
+{
+    CHECK(samples > viewSamples_);
+    const auto start = Clock::now();
+    allSamples_ += double(samples - viewSamples_);
+    viewSamples_ = samples;
+    guide_.learn(parts, double(stride_), allSamples_);
+    estimates_ = guiding::pixelEstimates(mean.pixels, mean.width, mean.height);
+    seconds_ += secondsSince(start);
+}
+
+std::vector<StatsDetail> GuideTraining::details() const
+{
+    if (!isOn()) return {};
+    const guiding::GuideFigures& figures = guide_.figures();
+    return {{"guide_leaves", double(figures.leaves)},
+            {"guide_bytes", double(figures.bytes)},
+            {"guide_records", figures.records},
+            {"guided_share", figures.guidedShare},
+            {"guide_seconds", seconds_}};
+}
+
+}  // namespace core

@@ -1,0 +1,64 @@
+// What guided renderers do between their passes, whatever traces the paths: when the guide learns,
+// which paths it learns from, and what roulette takes for a pixel's value.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/guiding/guide.h"
+#include "core/image/image.h"
+#include "core/methods/guided_params.h"
+#include "core/methods/renderer.h"
+
+namespace core {
+
+class GuideTraining {
+public:
+    /// Forgets everything: another scene.
+    void forget();
+
+    /// A view begins. One that follows on the last one (`start`), with the same parameters, goes on
+    /// with the guide; what is known of pixels is gone.
+    void begin(const GuidedParams& params, glm::uvec2 size, Start start);
+
+    /// Whether there is a guide at all.
+    bool isOn() const { return params_.training > 0; }
+
+    /// One path in so many is recorded from `samples` of the view on; 0: none any more.
+    uint32_t strideAfter(uint64_t samples) const
+    {
+        return samples < params_.training ? stride_ : 0;
+    }
+
+    /// The samples of the view, more than `samples`, after which the guide learns next; the largest
+    /// number when it does not any more. Often at first, then every time that an eighth has been
+    /// added to a power of two, or so: each time costs some milliseconds.
+    uint64_t nextLesson(uint64_t samples) const;
+
+    /// The view has had `samples`, of which `parts` have recorded those since the last lesson;
+    /// `mean` is the picture.
+    void learn(std::span<const guiding::PathRecords> parts, uint64_t samples, const Image& mean);
+
+    /// What paths are sampled with. Never null.
+    std::shared_ptr<const guiding::GuideTables> tables() const { return guide_.tables(); }
+
+    /// Luminance that each pixel is thought to have; empty while nothing is known.
+    std::span<const float> estimates() const { return estimates_; }
+
+    const guiding::Guide& guide() const { return guide_; }
+
+    /// What there is to say of the guide, for stats and panel.
+    std::vector<StatsDetail> details() const;
+
+private:
+    guiding::Guide guide_;
+    GuidedParams params_;
+    uint32_t stride_ = 1;
+    uint64_t viewSamples_ = 0;  // of the view, that have been learnt from
+    double allSamples_ = 0;     // of all views
+    std::vector<float> estimates_;
+    double seconds_ = 0;
+};
+
+}  // namespace core

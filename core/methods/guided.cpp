@@ -1,0 +1,162 @@
+// Guided path tracing on all cores: the path tracer's loop with a guide that learns from its paths
+// (shaders/shared/guided_path.h, core/guiding/guide.h). All samples are in the picture; each is
+// unbiased, whatever the guide knew then. The guide learns between passes, so that the picture
+// depends neither on threads nor on pauses; it goes on from view to view.
+#include <array>
+
+#include "core/methods/guide_training.h"
+#include "core/methods/guided_kernel.h"
+#include "core/methods/method.h"
+#include "core/methods/tiled_renderer.h"
+#include "core/trace/scene_view.h"
+
+namespace core {
+
+std::span<const GuidedVariant> guidedVariants()
+{
+    using namespace shared;
+    static constexpr GuidedVariant kVariants[] = {
+        {kFeatureEmissiveTriangles | kFeatureManyEmitters, renderFlatGuidedTile},
+        {0xffffffffu, renderAnyGuidedTile},
+    };
+    return kVariants;
+}
+
+namespace {
+
+/// The least able of some variants that knows everything which is `needed`.
+template <class Variant> const Variant& leastOf(std::span<const Variant> variants, uint32_t needed)
+{
+    for (const Variant& v : variants)
+        if ((needed & ~v.features) == 0) return v;
+    return variants.back();
+}
+
+class GuidedPathTracer : public TiledRenderer {
+public:
+    void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
+    {
+        training_.forget();
+        TiledRenderer::setWorld(std::move(world), progress);
+    }
+
+    void setView(const View& view, Start start) override
+    {
+        TiledRenderer::setView(view, start);
+        training_.begin(params_, view.size, start);
+        const glm::uvec2 tiles = (view.size + kFilmTile - 1u) / kFilmTile;
+        tilesPerRow_ = tiles.x;
+        records_.assign(size_t(tiles.x) * tiles.y, {});
+    }
+
+    void advance(const Budget& budget, std::stop_token stop) override
+    {
+        if (!training_.isOn()) return advancePlain(budget, stop);
+        const auto start = Clock::now();
+        const uint64_t end = film_.progress().samples + budget.samples;
+        for (;;) {
+            const uint64_t had = film_.progress().samples;
+            const uint64_t lesson = training_.nextLesson(had);
+            const double left = std::max(budget.seconds - secondsSince(start), 0.0);
+            film_.advance({static_cast<uint32_t>(std::min(lesson, end) - had), left}, stop,
+                          guidedTiles());
+            const uint64_t has = film_.progress().samples;
+            if (has == lesson) {
+                training_.learn(records_, has, film_.estimate(Reading::mean).mean);
+                for (guiding::PathRecords& r : records_) r.clear();
+            }
+            if (has == had || has >= end || stop.stop_requested() ||
+                secondsSince(start) >= budget.seconds)
+                return;
+        }
+    }
+
+    RenderStats stats() const override
+    {
+        RenderStats stats = TiledRenderer::stats();
+        stats.details = training_.details();
+        return stats;
+    }
+
+private:
+    void setParams(const AnyParams& params) override { params_ = params.as<GuidedParams>(); }
+
+    PathJob pathJob() const
+    {
+        PathJob job;
+        job.settings = frameSettings();
+        job.settings.seed = params_.seed;
+        job.settings.samplerKind = static_cast<uint32_t>(params_.sampler);
+        job.settings.strategy = shared::kStrategyMis;
+        job.settings.maxDepth = params_.maxDepth;
+        job.settings.rouletteDepth = params_.rouletteDepth;
+        job.accel = accel_.get();
+        job.scene = sceneView(accel_->world());
+        job.camera = frameCamera();
+        return job;
+    }
+
+    uint32_t neededFeatures() const
+    {
+        const uint32_t needed = accel_->world().features & ~shared::kFeatureThinLens;
+        return camera_.apertureRadius > 0 ? needed | shared::kFeatureThinLens : needed;
+    }
+
+    /// Without a guide: the path tracer to the bit.
+    void advancePlain(const Budget& budget, const std::stop_token& stop)
+    {
+        const PathKernel kernel = leastOf(pathVariants(), neededFeatures()).kernel;
+        film_.advance(budget, stop,
+                      [job = pathJob(), kernel](const Tile& tile, uint32_t first, uint32_t count,
+                                                Film& film) {
+                          PathJob part = job;
+                          part.firstSample = first;
+                          part.sampleCount = count;
+                          return kernel(part, tile, film);
+                      });
+    }
+
+    TiledFilm::RenderTile guidedTiles()
+    {
+        const auto tables = training_.tables();
+        GuidedJob job;
+        job.path = pathJob();
+        job.guide = tables->view();
+        job.image = training_.estimates();
+        job.stride = training_.strideAfter(film_.progress().samples);
+        const GuidedKernel kernel = leastOf(guidedVariants(), neededFeatures()).kernel;
+        return [this, tables, job, kernel](const Tile& tile, uint32_t first, uint32_t count,
+                                           Film& film) {
+            GuidedJob part = job;
+            part.path.firstSample = first;
+            part.path.sampleCount = count;
+            const size_t index = size_t(tile.y0 / kFilmTile) * tilesPerRow_ + tile.x0 / kFilmTile;
+            return kernel(part, tile, film, records_[index]);
+        };
+    }
+
+    GuidedParams params_;
+    GuideTraining training_;
+    std::vector<guiding::PathRecords> records_;  // of each tile
+    uint32_t tilesPerRow_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> makeGuidedPathTracer()
+{
+    return std::make_unique<GuidedPathTracer>();
+}
+
+std::span<const MethodPreset> guidedPresets()
+{
+    static const std::array kPresets{
+        MethodPreset{"balanced", GuidedParams{}, "the defaults: learns where it pays"},
+        MethodPreset{"finer", GuidedParams{.training = 128, .recordsPerLeaf = 500},
+                     "smaller leaves, longer training: for pictures of many samples"},
+        MethodPreset{"no guide", GuidedParams{.training = 0}, "the path tracer, to compare"},
+    };
+    return kPresets;
+}
+
+}  // namespace core

@@ -1,0 +1,97 @@
+// What guided paths do at their vertices (shaders/shared/guided_path.h), in the loop of all path
+// tracers. Included once by each guided_*.cpp, after REKINDLE_FEATURES is defined.
+#include "core/methods/guided_kernel.h"
+#include "core/methods/path_kernel_body.h"
+#include "shared/guided_path.h"
+
+namespace core {
+
+namespace {
+
+/// Records of the paths of one wave, while they are made.
+struct WaveRecords {
+    std::array<shared::GuidedState, kWave> states;
+    std::array<float, kWave> images;
+    std::array<uint8_t, kWave> isRecorded, count;
+    std::array<std::array<shared::GuideRecord, shared::kGuideVertices>, kWave> records;
+    std::array<uint32_t, kWave> made;  // the paths that have a new record at this depth
+    size_t pathCount, madeCount;
+};
+
+/// Index of a pixel in its tile of 8x8 along the Morton curve, as the device counts lanes.
+uint32_t laneOf(glm::uvec2 pixel)
+{
+    const uint32_t x = pixel.x & 7u, y = pixel.y & 7u;
+    return shared::guideCell({x, y});
+}
+
+class GuidedVertices {
+public:
+    GuidedVertices(const GuidedJob& job, WaveRecords& wave, guiding::PathRecords& out)
+        : job_(job), wave_(wave), out_(out)
+    {}
+
+    void begin(glm::uvec2 pixel, uint32_t sample, size_t i)
+    {
+        wave_.states[i] = shared::beginGuided();
+        wave_.images[i] = job_.image.empty()
+                              ? 0.0f
+                              : job_.image[size_t(pixel.y) * job_.path.settings.imageWidth +
+                                           pixel.x];
+        wave_.isRecorded[i] = shared::isRecorded(laneOf(pixel), sample, job_.stride);
+        wave_.count[i] = 0;
+        wave_.pathCount = i + 1;
+        wave_.madeCount = 0;
+    }
+
+    bool shade(const PathJob& job, const shared::VertexNumbers& numbers, const shared::Hit& hit,
+               size_t i, shared::PathState& path, shared::ShadowRay& shadow, glm::vec3& L)
+    {
+        shared::GuideRecord record;
+        uint32_t recorded;
+        const bool goes = shared::shadeGuided(job.scene, job_.guide, job.settings, wave_.images[i],
+                                              numbers, hit, path, wave_.states[i], shadow, record,
+                                              recorded, L);
+        if (recorded != 0 && wave_.isRecorded[i] != 0 &&
+            wave_.count[i] < shared::kGuideVertices) {
+            wave_.records[i][wave_.count[i]++] = record;
+            wave_.made[wave_.madeCount++] = static_cast<uint32_t>(i);
+        }
+        return goes;
+    }
+
+    void connected(std::span<const glm::vec3> radiance)
+    {
+        for (size_t k = 0; k < wave_.madeCount; ++k) {
+            const uint32_t i = wave_.made[k];
+            wave_.records[i][wave_.count[i] - 1u].after = shared::luminance(radiance[i]);
+        }
+        wave_.madeCount = 0;
+    }
+
+    void end(std::span<const glm::vec3> radiance)
+    {
+        for (size_t i = 0; i < wave_.pathCount; ++i) {
+            if (wave_.count[i] == 0) continue;
+            out_.ends.push_back({wave_.count[i], shared::luminance(radiance[i])});
+            const auto first = wave_.records[i].begin();
+            out_.records.insert(out_.records.end(), first, first + wave_.count[i]);
+        }
+    }
+
+private:
+    const GuidedJob& job_;
+    WaveRecords& wave_;
+    guiding::PathRecords& out_;
+};
+
+TileTally renderGuidedTile(const GuidedJob& job, const Tile& tile, Film& film,
+                           guiding::PathRecords& records)
+{
+    static thread_local WaveRecords wave;
+    return renderTile(job.path, tile, film, GuidedVertices(job, wave, records));
+}
+
+}  // namespace
+
+}  // namespace core

@@ -1,0 +1,66 @@
+// Parameters of guided path tracing, the same on every device.
+#pragma once
+
+#include "core/methods/path_params.h"
+
+namespace core {
+
+struct GuidedParams {
+    static constexpr std::string_view kMethod = "guided";
+
+    uint32_t training = 32;
+    uint32_t recordOneIn = 0;
+    float recordsPerLeaf = 1000;
+    float share = 0;
+    float gate = 1.1f;
+    uint32_t maxDepth = 8;
+    uint32_t rouletteDepth = 2;
+    uint32_t seed = 1;
+    SamplerKind sampler = SamplerKind::sobol;
+    Kernel kernel = Kernel::automatic;
+
+    template <class Self, class V> static void visit(Self& p, V&& v)
+    {
+        v(Field{"training",
+                "samples per pixel of each view from which the guide learns; 0: no guide, the path "
+                "tracer's picture",
+                {0, 4096}},
+          p.training);
+        v(Field{"record-one-in",
+                "one path in so many (a power of two) is recorded for the guide; 0: chosen by the "
+                "size of the picture",
+                {0, 64}},
+          p.recordOneIn);
+        v(Field{"leaf-records",
+                "records, times the root of the samples per pixel, after which a leaf of the guide "
+                "is cut in two",
+                {50, 100000, true}},
+          p.recordsPerLeaf);
+        v(Field{"bsdf-share",
+                "share of the BSDF among directions, where the guide knows something; 0: each leaf "
+                "takes the one that has had the least variance",
+                {0, 1}},
+          p.share);
+        v(Field{"gate",
+                "how many times the variance must fall for a leaf to be guided",
+                {1, 10, true}},
+          p.gate);
+        v(Field{"max-depth",
+                "scattering events per path: 0 shows emitters only, 1 adds direct light",
+                {0, 4096}},
+          p.maxDepth);
+        v(Field{"roulette-depth",
+                "scattering events before Russian roulette may end a path",
+                {1, 4096}},
+          p.rouletteDepth);
+        v(Field{"seed", "another seed gives an independent image"}, p.seed);
+        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
+          p.sampler);
+        v(Field{"kernel",
+                "GPU kernel: auto measures both; software devices run megakernel to depth 32 only"},
+          p.kernel);
+    }
+    friend bool operator==(const GuidedParams&, const GuidedParams&) = default;
+};
+
+}  // namespace core

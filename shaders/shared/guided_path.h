@@ -1,0 +1,181 @@
+// A vertex of a guided path, one text for GPU and CPU: path.h with another way to choose the
+// direction that a path goes on in (a mixture of the BSDF's lobes and the guide), another roulette,
+// and records of what came of it, from which the guide learns. What differs from T. Mueller et al.
+// (2017):
+// - Next-event estimation is weighted against the density of the BSDF alone, on both sides: any
+//   partition is unbiased, and no look-up is spent on it. The path's weight divides by the mixture.
+// - Sharp lobes keep their probability: the guide takes its share of the smooth ones.
+// - Roulette at arrival: a path survives by its throughput (the product of albedos, for weights of
+//   guided samples tell nothing of what is to come) or by what the guide expects it to bring,
+//   relative to the pixel (J. Vorba, J. Krivanek, "Adjoint-Driven Russian Roulette and Splitting in
+//   Light Transport Simulation", 2016), whichever is larger.
+#ifndef REKINDLE_SHARED_GUIDED_PATH_H
+#define REKINDLE_SHARED_GUIDED_PATH_H
+
+#include "guide.h"
+#include "path.h"
+
+SHARED_BEGIN
+
+SHARED_CONST float kSharpAlpha = 0.06f;  // GGX width below which a lobe is left alone
+
+// A path records its first vertices; what lies deeper teaches little that others do not.
+SHARED_CONST uint kGuideVertices = 8u;
+
+/// What happened at one vertex. `before` and `after` are the luminance that the path had brought
+/// home before and after the vertex's own connection to an emitter; together with what it brings in
+/// all they tell what came of both. `beta` is the luminance of its throughput before it scattered.
+struct GuideRecord {
+    vec3 position;
+    uint direction;  // it went on in, packOct
+    float pdf;       // of the mixture; 0: a delta lobe, or it did not go on
+    float bsdfPdf;
+    float before;
+    float after;
+    float beta;
+    uint place;  // the tree (guideRoot); above it in 8 bits the share of sharp lobes
+};
+
+/// How many records a path has left, and the luminance of what it brought home.
+struct GuidePathEnd {
+    uint count;
+    float final;
+};
+
+/// The state of a guided path beside PathState.
+struct GuidedState {
+    float albedo;  // product over vertices, divided by survival
+};
+
+SHARED_FN GuidedState beginGuided()
+{
+    GuidedState state;
+    state.albedo = 1.0f;
+    return state;
+}
+
+/// Whether the path of a lane of a tile of 8x8 pixels (`lane` its Morton index) is recorded: one in
+/// `stride`, a power of two, others in every sample. Stride 0: none.
+SHARED_FN bool isRecorded(uint lane, uint index, uint stride)
+{
+    return stride != 0u && ((lane + index) & (stride - 1u)) == 0u;
+}
+
+/// Probability that the guide chooses the direction at a vertex. The lobes become those of the BSDF
+/// given that it does not: the sharp ones as likely as before.
+SHARED_FN float shareWithGuide(float share, INOUT(Vertex) vertex, OUT(float) sharp)
+{
+    sharp = 0.0f;
+    if (isDelta(vertex.bsdf)) {
+        sharp = 1.0f;
+        return 0.0f;
+    }
+    if (isLambert(vertex.bsdf)) return 1.0f - share;
+    const bool sharpFacet = vertex.bsdf.alpha < kSharpAlpha;
+    const bool sharpCoat = vertex.bsdf.coatAlpha < kSharpAlpha;
+    sharp = (sharpFacet ? vertex.lobes.facet : 0.0f) + (sharpCoat ? vertex.lobes.coat : 0.0f);
+    const float guide = (1.0f - share) * max(1.0f - sharp, 0.0f);
+    const float rest = 1.0f / (1.0f - guide);
+    vertex.lobes.facet *= (sharpFacet ? 1.0f : share) * rest;
+    vertex.lobes.coat *= (sharpCoat ? 1.0f : share) * rest;
+    vertex.lobes.diffuse *= share * rest;
+    return guide;
+}
+
+/// Draws a direction from the mixture: the guide with probability `share`, the BSDF else.
+/// next.weight divides by the density of the mixture, `pdf`; next.pdf is that of the BSDF, against
+/// which emitters are weighted. Both are 0 for delta lobes. False when the path ends here.
+SHARED_FN bool sampleMixture(IN(GuideView) guide, GuideLeaf leaf, float share, IN(Vertex) vertex,
+                             VertexNumbers numbers, OUT(BsdfSample) next, OUT(float) pdf)
+{
+    pdf = 0.0f;
+    const float others = 1.0f - share;
+    if (numbers.lobe.x >= others) {
+        next.flags = 0u;
+        next.pdf = 0.0f;
+        next.weight = vec3(0.0f);
+        vec3 wi;
+        float guidePdf;
+        const bool drawn = sampleGuide(guide, leaf, numbers.bsdf, wi, guidePdf);
+        next.wi = toLocal(vertex.surface.frame, wi);
+        if (!drawn) return false;
+        vec3 f;
+        evalPdfLobes(vertex.bsdf, vertex.lobes, vertex.wo, next.wi, f, next.pdf);
+        if (!(next.pdf > 0.0f)) return false;
+        pdf = others * next.pdf + share * guidePdf;
+        next.weight = f * (abs(next.wi.z) / pdf);
+        return maxComponent(next.weight) > 0.0f;
+    }
+    if (!sampleLobes(vertex.bsdf, vertex.lobes, vertex.wo, numbers.lobe.x / others, numbers.bsdf,
+                     next))
+        return false;
+    if ((next.flags & kLobeDelta) != 0u) {
+        next.weight *= 1.0f / others;
+        return true;
+    }
+    pdf = next.pdf;
+    if (share > 0.0f) {
+        const vec3 wi = toWorld(vertex.surface.frame, next.wi);
+        pdf = others * next.pdf + share * pdfGuide(guide, leaf, wi);
+        next.weight *= next.pdf / pdf;
+    }
+    return true;
+}
+
+/// Probability that a path that arrives goes on. `image` is the luminance that its pixel is thought
+/// to have, 0 while that is not known; `expected` what the path is thought to bring.
+SHARED_FN float guidedSurvival(float albedo, float expected, float image)
+{
+    const float byAlbedo = sqrt(albedo);
+    const float byLight = image > 0.0f ? expected / image : 0.0f;
+    return min(max(byAlbedo, byLight > 0.0f ? byLight : 0.0f), 1.0f);
+}
+
+/// One vertex of a guided path: shadeSurface with the guide. `record` is complete but for `after`,
+/// which is known once the shadow ray has been traced; `recorded` is 1 where there is one.
+SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSettings settings,
+                           float image, VertexNumbers numbers, Hit hit, INOUT(PathState) path,
+                           INOUT(GuidedState) state, OUT(ShadowRay) shadow,
+                           OUT(GuideRecord) record, OUT(uint) recorded, INOUT(vec3) L)
+{
+    recorded = 0u;
+    Vertex vertex;
+    const bool scatters = prepareVertex(scene, settings, hit, path, vertex, L);
+    shadow = noShadowRay(vertex.surface.position);
+    if (!scatters) return false;
+    const vec3 normal = vertex.surface.frame[2];
+    const GuideLeaf leaf = guideAt(guide, vertex.surface.position, normal);
+    if (path.depth >= settings.rouletteDepth) {
+        const float survival =
+            guidedSurvival(state.albedo, luminance(path.beta) * leaf.reflected, image);
+        if (!(numbers.lobe.y < survival)) return false;
+        path.beta *= 1.0f / survival;
+        state.albedo *= 1.0f / survival;
+    }
+    state.albedo *= maxComponent(albedoBsdf(vertex.bsdf, vertex.wo));
+    float sharp;
+    const float share = shareWithGuide(leaf.share, vertex, sharp);
+    shadow = connect(scene, settings, numbers, path, vertex);
+    recorded = 1u;
+    record.position = vertex.surface.position;
+    record.place = guideRoot(normal) | (uint(sharp * 255.0f + 0.5f) << 3u);
+    record.beta = luminance(path.beta);
+    record.before = luminance(L);
+    record.after = record.before;
+    record.direction = 0u;
+    record.bsdfPdf = 0.0f;
+    BsdfSample next;
+    bool goesOn = sampleMixture(guide, leaf, share, vertex, numbers, next, record.pdf);
+    goesOn = goesOn && leave(vertex, next, path);
+    if (goesOn) {
+        record.direction = packOct(path.direction);
+        record.bsdfPdf = next.pdf;
+    } else {
+        record.pdf = 0.0f;
+    }
+    return goesOn;
+}
+
+SHARED_END
+
+#endif
