@@ -8,7 +8,7 @@
 
 room(shaders/shared FOREIGN immintrin.h)
 room(shaders SEES shaders/shared)
-foreach(kernels ao bench display film many_lights path reuse)
+foreach(kernels ao bench display film guided many_lights path reuse)
     room(shaders/${kernels} SEES shaders shaders/shared)
 endforeach()
 
@@ -21,13 +21,13 @@ room(core/trace SEES ${base} core/scene FOREIGN embree3/ embree4/ tbb/)
 room(core/reuse SEES ${base})
 room(core/guiding SEES ${base} core/reuse)
 room(core/many_lights SEES ${base} core/scene core/trace FOREIGN immintrin.h)
-room(core/methods SEES ${base} core/image core/scene core/trace core/reuse core/guiding core/many_lights)
+room(core/methods SEES ${base} core/image core/scene core/trace core/guiding core/many_lights)
 
 set(gpu_base ${base} core/image core/scene app/gpu/base)
 room(app/gpu/base SEES ${base} FOREIGN vulkan/)
 room(app/gpu/window SEES ${gpu_base} FOREIGN spirv/)
-room(app/gpu SEES ${gpu_base} core/trace core/many_lights core/methods FOREIGN spirv/)
-room(app/gpu/methods SEES ${gpu_base} core/methods app/gpu FOREIGN spirv/)
+room(app/gpu SEES ${gpu_base} core/trace core/guiding core/many_lights core/methods FOREIGN spirv/)
+room(app/gpu/methods SEES ${gpu_base} core/guiding core/methods app/gpu FOREIGN spirv/)
 
 set(core ${base} core/image core/scene core/gltf core/methods)
 room(app/base SEES ${base} core/methods FOREIGN nlohmann/)

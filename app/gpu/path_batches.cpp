@@ -27,15 +27,23 @@ uint32_t laneCount(const shared::Batch& batch)
 
 }  // namespace
 
-PathBatches::PathBatches(Context& context)
-    : context_(context), bounce_(context.device, k_bounce, &context.layouts),
-      megakernel_(context.device, k_megakernel, &context.layouts),
+PathBatches::PathBatches(Context& context) : PathBatches(context, {k_bounce, k_megakernel}) {}
+
+PathBatches::PathBatches(Context& context, const PathKernels& kernels)
+    : context_(context), bounce_(context.device, kernels.bounce, &context.layouts),
+      megakernel_(context.device, kernels.megakernel, &context.layouts),
       bounceSets_{DescriptorSet(context.device, bounce_.own()),
                   DescriptorSet(context.device, bounce_.own())},
       megakernelSet_(context.device, megakernel_.own()),
       queues_(context.device, "the queues", (kBouncesPerSubmit + 2) * sizeof(shared::QueueHead))
 {
     for (DescriptorSet& set : bounceSets_) set.bind(shared::kBindQueues, queues_);
+}
+
+void PathBatches::bind(uint32_t binding, const Buffer& buffer)
+{
+    for (DescriptorSet* set : {&bounceSets_[0], &bounceSets_[1], &megakernelSet_})
+        if (set->knows(binding)) set->bind(binding, buffer);
 }
 
 void PathBatches::forgetScene()
@@ -143,7 +151,7 @@ void PathBatches::chooseKernel(double seconds)
 
 uint32_t PathBatches::lanes(double seconds) const
 {
-    return pace_.lanes(seconds, static_cast<uint32_t>(radiance_.bytes() / sizeof(glm::vec4)));
+    return pace_.lanes(seconds, mostLanes());
 }
 
 void PathBatches::trace(const shared::Batch& batch, const Then& then)

@@ -8,6 +8,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <tuple>
 
@@ -24,6 +25,7 @@ struct PathConstants {
     static constexpr uint32_t kFirst = 0;
     uint32_t features = 0xffffffffu;  // number 0: lang.h
     uint32_t sampler = 0;             // shared::kSpecializeSampler
+    uint32_t guided = 0;              // shared::kSpecializeGuided
     friend auto operator<=>(const PathConstants&, const PathConstants&) = default;
 };
 
@@ -37,12 +39,22 @@ struct PathWork {
     size_t triangleCount = 0;  // for messages
 };
 
+/// SPIR-V of the two kernels, which must outlive them.
+struct PathKernels {
+    std::span<const uint32_t> bounce, megakernel;
+};
+
 class PathBatches {
 public:
     /// Records what is done with the radiance of a batch once it is there.
     using Then = std::function<void(VkCommandBuffer, const shared::Batch&)>;
 
+    /// With the kernels of plain paths.
     explicit PathBatches(Context& context);
+    PathBatches(Context& context, const PathKernels& kernels);
+
+    /// Shows a buffer to those kernels that know the binding.
+    void bind(uint32_t binding, const Buffer& buffer);
 
     /// Another scene: nothing is known of its speed.
     void forgetScene();
@@ -72,6 +84,8 @@ public:
 
     /// A vec4 per lane.
     const Buffer& radiance() const { return radiance_; }
+    /// The most lanes that a batch may have.
+    uint32_t mostLanes() const { return uint32_t(radiance_.bytes() / sizeof(glm::vec4)); }
 
 private:
     /// Which kernel is faster, for one scene and one kind of work.

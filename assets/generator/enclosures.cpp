@@ -10,9 +10,13 @@ namespace {
 
 constexpr glm::dvec3 kWhite(0.725, 0.71, 0.68), kRed(0.63, 0.065, 0.05), kGreen(0.14, 0.45, 0.091);
 
+enum class Lamp { facesDown, facesUp };
+
 /// Two metres a side, open to +Z, lamp of 0.5 m x 0.4 m just below the ceiling. `roughness` 0 means
-/// Lambertian.
-void writeCornell(const std::filesystem::path& folder, const std::string& name, double roughness)
+/// Lambertian. A lamp that faces up hangs lower, is white below, and lights nothing but the
+/// ceiling: what is seen is indirect light.
+void writeCornell(const std::filesystem::path& folder, const std::string& name, double roughness,
+                  Lamp hangs = Lamp::facesDown)
 {
     GltfWriter gltf(name, roughness > 0 ? "GGX on every surface; the tall box is metal"
                                         : "every surface is Lambertian");
@@ -22,7 +26,9 @@ void writeCornell(const std::filesystem::path& folder, const std::string& name, 
     };
     const int white = surface("white", kWhite), red = surface("red", kRed);
     const int green = surface("green", kGreen), tall = surface("tall", kWhite, 1);
-    const int lamp = gltf.addMaterial(emitter("lamp", {17, 12, 4}));
+    const bool up = hangs == Lamp::facesUp;
+    const int lamp =
+        gltf.addMaterial(emitter("lamp", {17, 12, 4}, up ? glm::dvec3(0.78) : glm::dvec3(0)));
     gltf.addShape("floor", makeQuad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}), white);
     gltf.addShape("ceiling", makeQuad({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}), white);
     gltf.addShape("back wall", makeQuad({-1, 0, -1}, {2, 0, 0}, {0, 2, 0}), white);
@@ -30,7 +36,10 @@ void writeCornell(const std::filesystem::path& folder, const std::string& name, 
     gltf.addShape("right wall", makeQuad({1, 0, -1}, {0, 0, 2}, {0, 2, 0}), green);
     gltf.addShape("short box", makeBox({0.05f, 0, 0.05f}, {0.65f, 0.6f, 0.65f}, -17), white);
     gltf.addShape("tall box", makeBox({-0.65f, 0, -0.6f}, {-0.05f, 1.2f, 0}, 18), tall);
-    gltf.addShape("lamp", makeQuad({-0.25f, 1.98f, -0.2f}, {0.5f, 0, 0}, {0, 0, 0.4f}), lamp);
+    gltf.addShape("lamp",
+                  up ? makeQuad({-0.25f, 1.717f, 0.2f}, {0.5f, 0, 0}, {0, 0, -0.4f})
+                     : makeQuad({-0.25f, 1.98f, -0.2f}, {0.5f, 0, 0}, {0, 0, 0.4f}),
+                  lamp);
     gltf.addCamera({0, 1, 3.7}, {0, 1, 0}, 0.7, 1);
     gltf.save(folder);
 }
@@ -58,6 +67,7 @@ void writeCornellBoxes(const std::filesystem::path& folder)
     writeCornell(folder, "cornell-rough", 0.7);
     writeCornell(folder, "cornell-moderate", 0.35);
     writeCornell(folder, "cornell-glossy", 0.12);
+    writeCornell(folder, "cbox-up", 0, Lamp::facesUp);
 }
 
 void writeFurnaces(const std::filesystem::path& folder)

@@ -33,9 +33,9 @@ Json lambertian(const std::string& name, glm::dvec3 color)
     return material;
 }
 
-Json emitter(const std::string& name, glm::dvec3 radiance)
+Json emitter(const std::string& name, glm::dvec3 radiance, glm::dvec3 color)
 {
-    Json material = lambertian(name, glm::dvec3(0));
+    Json material = lambertian(name, color);
     material["doubleSided"] = false;
     setEmission(material, radiance);
     return material;

@@ -11,8 +11,8 @@ Json lambertian(const std::string& name, glm::dvec3 color);
 /// GGX over a diffuse base, or a metal.
 Json glossy(const std::string& name, glm::dvec3 color, double roughness, double metallic = 0);
 
-/// Black surface that emits `radiance` on its front.
-Json emitter(const std::string& name, glm::dvec3 radiance);
+/// Surface that emits `radiance` on its front and reflects `color`.
+Json emitter(const std::string& name, glm::dvec3 radiance, glm::dvec3 color = glm::dvec3(0));
 
 /// Lambertian of `albedo` that also emits `radiance`, on its front only: the wall of a furnace.
 Json furnaceWall(double albedo, double radiance);

@@ -176,7 +176,7 @@ void Guide::graft(std::span<const Growth> growths, std::span<const uint32_t> bec
 void Guide::noteShare(std::span<const Lesson> lessons)
 {
     size_t guided = 0;
-    for (const Lesson& lesson : lessons) guided += leaves_[lesson.leaf].share < 1 ? 1 : 0;
+    for (const Lesson& lesson : lessons) guided += leaves_[lesson.leaf].share < 1 ? 1u : 0u;
     figures_.guidedShare = lessons.empty() ? 0 : double(guided) / double(lessons.size());
 }
 

@@ -54,6 +54,9 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     estimates_.clear();
 }
 
+/// The samples of the view, more than `samples`, after which the guide learns next; the largest
+/// number when it does not any more. After every sample at first, from eight on four times until
+/// they have doubled: each time costs some milliseconds.
 uint64_t GuideTraining::nextLesson(uint64_t samples) const
 {
     if (samples >= params_.training) return std::numeric_limits<uint64_t>::max();
@@ -61,7 +64,27 @@ uint64_t GuideTraining::nextLesson(uint64_t samples) const
     return std::min<uint64_t>((samples / step + 1) * step, params_.training);
 }
 
-void GuideTraining::learn(std::span<const guiding::PathRecords> parts, uint64_t samples,
+void GuideTraining::advance(const Budget& budget, const std::stop_token& stop,
+                            const std::function<uint64_t()>& samples,
+                            const std::function<void(const Budget&)>& render,
+                            const std::function<void(uint64_t)>& learn) const
+{
+    const auto start = Clock::now();
+    const uint64_t end = samples() + budget.samples;
+    for (;;) {
+        const uint64_t had = samples();
+        const uint64_t lesson = nextLesson(had);
+        const auto most = static_cast<uint32_t>(std::min(lesson, std::max(end, had)) - had);
+        render({most, std::max(budget.seconds - secondsSince(start), 0.0)});
+        const uint64_t has = samples();
+        if (has == lesson) learn(has);
+        if (has == had || has >= end || stop.stop_requested() ||
+            secondsSince(start) >= budget.seconds)
+            return;
+    }
+}
+
+void GuideTraining::learn(std::span<guiding::PathRecords> parts, uint64_t samples,
                           const Image& mean)
 {
     CHECK(samples > viewSamples_);
@@ -70,6 +93,7 @@ void GuideTraining::learn(std::span<const guiding::PathRecords> parts, uint64_t 
     viewSamples_ = samples;
     guide_.learn(parts, double(stride_), allSamples_);
     estimates_ = guiding::pixelEstimates(mean.pixels, mean.width, mean.height);
+    for (guiding::PathRecords& part : parts) part.clear();
     seconds_ += secondsSince(start);
 }
 

@@ -2,8 +2,10 @@
 // which paths it learns from, and what roulette takes for a pixel's value.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "core/guiding/guide.h"
@@ -31,14 +33,17 @@ public:
         return samples < params_.training ? stride_ : 0;
     }
 
-    /// The samples of the view, more than `samples`, after which the guide learns next; the largest
-    /// number when it does not any more. Often at first, then every time that an eighth has been
-    /// added to a power of two, or so: each time costs some milliseconds.
-    uint64_t nextLesson(uint64_t samples) const;
+    /// As Renderer::advance, in pieces that end where the guide learns: `render` is what the method
+    /// would do without a guide, `learn` is called with the samples that there are, when it is
+    /// time.
+    void advance(const Budget& budget, const std::stop_token& stop,
+                 const std::function<uint64_t()>& samples,
+                 const std::function<void(const Budget&)>& render,
+                 const std::function<void(uint64_t)>& learn) const;
 
-    /// The view has had `samples`, of which `parts` have recorded those since the last lesson;
-    /// `mean` is the picture.
-    void learn(std::span<const guiding::PathRecords> parts, uint64_t samples, const Image& mean);
+    /// The view has had `samples`, of which `parts` have recorded those since the last lesson, and
+    /// are empty afterwards; `mean` is the picture.
+    void learn(std::span<guiding::PathRecords> parts, uint64_t samples, const Image& mean);
 
     /// What paths are sampled with. Never null.
     std::shared_ptr<const guiding::GuideTables> tables() const { return guide_.tables(); }
@@ -52,6 +57,8 @@ public:
     std::vector<StatsDetail> details() const;
 
 private:
+    uint64_t nextLesson(uint64_t samples) const;
+
     guiding::Guide guide_;
     GuidedParams params_;
     uint32_t stride_ = 1;

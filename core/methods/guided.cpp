@@ -52,23 +52,12 @@ public:
     void advance(const Budget& budget, std::stop_token stop) override
     {
         if (!training_.isOn()) return advancePlain(budget, stop);
-        const auto start = Clock::now();
-        const uint64_t end = film_.progress().samples + budget.samples;
-        for (;;) {
-            const uint64_t had = film_.progress().samples;
-            const uint64_t lesson = training_.nextLesson(had);
-            const double left = std::max(budget.seconds - secondsSince(start), 0.0);
-            film_.advance({static_cast<uint32_t>(std::min(lesson, end) - had), left}, stop,
-                          guidedTiles());
-            const uint64_t has = film_.progress().samples;
-            if (has == lesson) {
-                training_.learn(records_, has, film_.estimate(Reading::mean).mean);
-                for (guiding::PathRecords& r : records_) r.clear();
-            }
-            if (has == had || has >= end || stop.stop_requested() ||
-                secondsSince(start) >= budget.seconds)
-                return;
-        }
+        training_.advance(
+            budget, stop, [this] { return film_.progress().samples; },
+            [&](const Budget& part) { film_.advance(part, stop, guidedTiles()); },
+            [this](uint64_t samples) {
+                training_.learn(records_, samples, film_.estimate(Reading::mean).mean);
+            });
     }
 
     RenderStats stats() const override
@@ -123,7 +112,7 @@ private:
         job.path = pathJob();
         job.guide = tables->view();
         job.image = training_.estimates();
-        job.stride = training_.strideAfter(film_.progress().samples);
+        job.path.settings.recordOneIn = training_.strideAfter(film_.progress().samples);
         const GuidedKernel kernel = leastOf(guidedVariants(), neededFeatures()).kernel;
         return [this, tables, job, kernel](const Tile& tile, uint32_t first, uint32_t count,
                                            Film& film) {

@@ -13,7 +13,6 @@ struct GuidedJob {
     PathJob path;
     shared::GuideView guide{};
     std::span<const float> image{};  // estimates of the pixels, or empty
-    uint32_t stride = 0;             // one path in so many is recorded; 0: none
 };
 
 /// As PathKernel; appends what recorded paths leave to `records`.

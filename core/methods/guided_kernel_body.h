@@ -38,7 +38,8 @@ public:
                               ? 0.0f
                               : job_.image[size_t(pixel.y) * job_.path.settings.imageWidth +
                                            pixel.x];
-        wave_.isRecorded[i] = shared::isRecorded(laneOf(pixel), sample, job_.stride);
+        wave_.isRecorded[i] = 
+            shared::isRecorded(laneOf(pixel), sample, job_.path.settings.recordOneIn);
         wave_.count[i] = 0;
         wave_.pathCount = i + 1;
         wave_.madeCount = 0;

@@ -36,7 +36,6 @@ std::span<const MethodInfo> methods()
                    .traits = {.keepsOnMove = true},
                    .defaults = GuidedParams{},
                    .make = makeGuidedPathTracer,
-                   .whyNot = "the kernels are not there yet",
                    .presets = guidedPresets()},
     };
     return kMethods;

@@ -1,6 +1,4 @@
-// One bounce of every path that is still alive: read its state, extend it, and append the survivors to the next queue,
-// closed up so that no lane idles. Bounce 0 begins the paths. States are three words: origin and lane; direction and
-// pdf; beta and depth.
+// Bounces of plain paths.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -8,84 +6,5 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
 
-#include "path.glsl"
-
-layout(local_size_x = 64) in;
-
-layout(push_constant, scalar) uniform PushBlock
-{
-    BounceBatch push;
-};
-
-layout(set = kSetKernel, binding = kBindStateTexels) uniform usamplerBuffer stateWords;
-
-layout(set = kSetKernel, binding = kBindStates, scalar) writeonly buffer StateBlock
-{
-    uvec4 nextStates[];
-};
-
-layout(set = kSetKernel, binding = kBindQueues, scalar) buffer QueueBlock
-{
-    QueueHead queues[];
-};
-
-/// Appends the lanes that are `alive` to the queue of the next bounce: one atomic per subgroup, no barrier.
-uint queueSlot(bool alive, uint next)
-{
-    const uvec4 ballot = subgroupBallot(alive);
-    const uint count = subgroupBallotBitCount(ballot);
-    uint base = 0u;
-    if (subgroupElect() && count > 0u) {
-        base = atomicAdd(queues[next].count, count);
-        atomicMax(queues[next].groupsX, (base + count + kGroupSize - 1u) / kGroupSize);
-    }
-    return subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
-}
-
-void main()
-{
-    const uint index = gl_GlobalInvocationID.x;
-    const bool first = push.begins != 0u;
-    const uint waiting = first ? laneCount(push.batch) : queues[push.queue].count;
-    bool alive = index < waiting;
-    uint lane = index;
-    PathState path;
-    SampleStream stream;
-    if (alive) {
-        if (first) {
-            const uvec2 pixel = lanePixel(push.batch, lane);
-            alive = insideImage(pixel);
-            stream = laneStream(push.batch, lane, pixel);
-            path = beginPath(frame.camera, frame.settings, pixel, stream);
-        } else {
-            const uvec4 a = texelFetch(stateWords, int(kStateWords * index));
-            const uvec4 b = texelFetch(stateWords, int(kStateWords * index + 1u));
-            const uvec4 c = texelFetch(stateWords, int(kStateWords * index + 2u));
-            lane = a.w;
-            stream = laneStream(push.batch, lane, lanePixel(push.batch, lane));
-            path = PathState(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz),
-                             uintBitsToFloat(b.w), c.w);
-        }
-    }
-    const uint closestRays = subgroupAdd(alive ? 1u : 0u);
-    uint shadowRays = 0u;
-    if (alive) {
-        // A path's sum starts at zero in its first bounce and is touched again only by what brings light. It goes
-        // on from the stored value so that the order of additions is that of the megakernel.
-        vec3 L = first ? vec3(0.0) : radiance[lane].xyz;
-        const vec3 before = L;
-        alive = extendPath(stream, path, L, shadowRays);
-        if (first || any(notEqual(L, before))) radiance[lane] = vec4(L, 0.0);
-    }
-    const uint slot = queueSlot(alive, push.queue + 1u);
-    if (alive) {
-        nextStates[kStateWords * slot] = uvec4(floatBitsToUint(path.origin), lane);
-        nextStates[kStateWords * slot + 1u] = uvec4(floatBitsToUint(path.direction), floatBitsToUint(path.pdf));
-        nextStates[kStateWords * slot + 2u] = uvec4(floatBitsToUint(path.beta), path.depth);
-    }
-    shadowRays = subgroupAdd(shadowRays);
-    if (subgroupElect()) {
-        atomicAdd(counters.closestRays, closestRays);
-        atomicAdd(counters.shadowRays, shadowRays);
-    }
-}
+#include "plain.glsl"
+#include "bounce.glsl"

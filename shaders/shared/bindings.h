@@ -43,6 +43,16 @@ SHARED_CONST uint kBindStateTexels = 1u;  // bounce: the paths that are read, kS
 SHARED_CONST uint kBindStates = 2u;       // bounce: the paths that are written
 SHARED_CONST uint kBindQueues = 3u;       // bounce: QueueHead per bounce
 
+// And beside these, of guided paths: the guide and the pixels' estimates as texels, what they carry
+// and what they leave (guided_path.h).
+SHARED_CONST uint kBindGuideNodes = 4u;
+SHARED_CONST uint kBindGuideLeaves = 5u;
+SHARED_CONST uint kBindGuideQuads = 6u;
+SHARED_CONST uint kBindPixelEstimates = 7u;  // a float per pixel, four to a word
+SHARED_CONST uint kBindGuidedStates = 8u;    // guided_bounce: GuidedState per lane
+SHARED_CONST uint kBindGuideRecords = 9u;    // GuideRecord, kGuideVertices per recorded path
+SHARED_CONST uint kBindPathEnds = 10u;       // GuidePathEnd per recorded path
+
 // Set 2 of accumulate and mean: the words of film.h, one buffer each, and the mean.
 SHARED_CONST uint kBindFilm0 = 1u;  // vec4 per pixel, in three buffers
 SHARED_CONST uint kBindFilm1 = 2u;
@@ -98,6 +108,7 @@ SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
 // display follow it.
 SHARED_CONST uint kSpecializeSampler = 1u;  // the sampler's kind, so that only one is compiled
+SHARED_CONST uint kSpecializeGuided = 2u;   // guided paths: whether there is a guide at all
 SHARED_CONST uint kSpecializeNumbers = 1u;  // gather: numbers in place of bits,
 SHARED_CONST uint kSpecializeShape = 2u;    // and the shape of the lights
 SHARED_CONST uint kSpecializeShow = 1u;     // the display's first: see app/gpu/window/display.cpp

@@ -61,6 +61,13 @@ SHARED_FN bool isRecorded(uint lane, uint index, uint stride)
     return stride != 0u && ((lane + index) & (stride - 1u)) == 0u;
 }
 
+/// Where in a batch the records of such a path are, among those of the other paths; groups of 64
+/// lanes are tiles.
+SHARED_FN uint recordedSlot(uint lane, uint stride)
+{
+    return (lane / 64u) * (64u / stride) + (lane % 64u) / stride;
+}
+
 /// Probability that the guide chooses the direction at a vertex. The lobes become those of the BSDF
 /// given that it does not: the sharp ones as likely as before.
 SHARED_FN float shareWithGuide(float share, INOUT(Vertex) vertex, OUT(float) sharp)

@@ -96,6 +96,11 @@ DescriptorSet::DescriptorSet(Device& device, const SetLayout& layout)
     for (const KernelBinding& b : bindings_) unbind(b.binding);
 }
 
+bool DescriptorSet::knows(uint32_t binding) const
+{
+    return std::ranges::find(bindings_, binding, &KernelBinding::binding) != bindings_.end();
+}
+
 const KernelBinding& DescriptorSet::find(uint32_t binding) const
 {
     const auto found = std::ranges::find(bindings_, binding, &KernelBinding::binding);

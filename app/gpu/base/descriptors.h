@@ -38,6 +38,7 @@ class DescriptorSet {
 public:
     DescriptorSet(Device& device, const SetLayout& layout);
 
+    bool knows(uint32_t binding) const;
     /// No command that uses the set may be running.
     void bind(uint32_t binding, const Buffer& buffer);
     /// Points the binding at the placeholder again.

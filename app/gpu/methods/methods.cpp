@@ -13,6 +13,7 @@ std::span<const Method> methods()
         Method{"ao", makeAmbientOcclusion},
         Method{"reuse", makeSampleReuse},
         Method{"manylights", makeManyLights},
+        Method{"guided", makeGuidedPaths},
     };
     return kMethods;
 }

@@ -23,6 +23,7 @@ struct Method {
 std::unique_ptr<core::Renderer> makeAmbientOcclusion(const DeviceOptions& options);
 std::unique_ptr<core::Renderer> makeSampleReuse(const DeviceOptions& options);
 std::unique_ptr<core::Renderer> makeManyLights(const DeviceOptions& options);
+std::unique_ptr<core::Renderer> makeGuidedPaths(const DeviceOptions& options);
 
 /// One entry for each method of the CPU's table.
 std::span<const Method> methods();

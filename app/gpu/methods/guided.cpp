@@ -1,0 +1,146 @@
+// Guided path tracing on Vulkan: batches of paths (path_batches.h) with kernels that look into the
+// guide, which learns on the host from what recorded paths have left (core/methods/
+// guide_training.h). A finished guide takes the place of the last one between two batches.
+#include "app/gpu/guided_buffers.h"
+#include "app/gpu/methods/methods.h"
+#include "app/gpu/tiled_film.h"
+#include "core/base/check.h"
+#include "core/methods/guide_training.h"
+#include "spirv/guided_bounce.h"
+#include "spirv/guided_megakernel.h"
+
+namespace gpu {
+
+namespace {
+
+class GuidedPaths final : public core::Renderer {
+public:
+    explicit GuidedPaths(const DeviceOptions& options)
+        : context_(options), film_(context_),
+          batches_(context_, {k_guided_bounce, k_guided_megakernel}), buffers_(context_)
+    {}
+
+    void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
+    {
+        film_.drop();
+        training_.forget();
+        if (!takeWorld(scene_, world_, std::move(world), context_, progress))
+            batches_.forgetScene();
+    }
+
+    void setView(const core::View& view, core::Start start) override
+    {
+        CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
+        params_ = view.params.as<core::GuidedParams>();
+        training_.begin(params_, view.size, start);
+        film_.reset(frameFor(view));
+        PathWork work{scene_.get(),        &film_.frame(),  {},
+                      core::Strategy::mis, params_.kernel, world_->triangles.size()};
+        work.constants.features = scene_->features();
+        if (view.camera.apertureRadius > 0) work.constants.features |= shared::kFeatureThinLens;
+        work.constants.sampler = static_cast<uint32_t>(params_.sampler);
+        work.constants.guided = training_.isOn() ? 1 : 0;
+        batches_.makeRoom(film_.frame());
+        buffers_.makeRoom(film_.frame(), batches_);
+        buffers_.setGuide(*training_.tables(), batches_);
+        records_.assign(film_.frame().tileCount(), {});
+        film_.begin(batches_.radiance());
+        compileSeconds_ += batches_.prepare(work, film_.accumulate());
+    }
+
+    void setPace(const core::Pace& pace) override { pace_ = pace; }
+
+    void advance(const core::Budget& budget, std::stop_token stop) override
+    {
+        if (!training_.isOn()) return render(budget, stop);
+        training_.advance(
+            budget, stop, [this] { return film_.progress().samples; },
+            [&](const core::Budget& part) {
+                setStride(training_.strideAfter(film_.progress().samples));
+                render(part, stop);
+            },
+            [this](uint64_t samples) { learn(samples); });
+    }
+
+    core::RenderProgress progress() const override { return film_.progress(); }
+    core::Estimate read(core::Reading what) override { return film_.read(what); }
+    core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
+
+    core::RenderStats stats() const override
+    {
+        core::RenderStats stats = context_.stats();
+        stats.buildSeconds = scene_ ? scene_->buildSeconds() : 0;
+        stats.compileSeconds = compileSeconds_;
+        stats.details = training_.details();
+        stats.details.push_back({"kernel", std::string(batches_.kernelName())});
+        film_.addTo(stats);
+        return stats;
+    }
+
+private:
+    shared::FrameData frameFor(const core::View& view) const
+    {
+        shared::FrameData frame = frameOf(*world_, *scene_, view);
+        frame.settings.seed = params_.seed;
+        frame.settings.samplerKind = static_cast<uint32_t>(params_.sampler);
+        frame.settings.strategy = shared::kStrategyMis;
+        frame.settings.maxDepth = params_.maxDepth;
+        frame.settings.rouletteDepth = params_.rouletteDepth;
+        return frame;
+    }
+
+    void setStride(uint32_t stride)
+    {
+        shared::FrameData data = film_.frame().data();
+        if (data.settings.recordOneIn == stride) return;
+        data.settings.recordOneIn = stride;
+        film_.frame().write(data);
+    }
+
+    uint32_t lanes() const
+    {
+        const uint32_t stride = film_.frame().data().settings.recordOneIn;
+        const uint32_t most =
+            stride > 0 ? GuidedBuffers::kMostRecorded * stride : batches_.mostLanes();
+        return std::min(batches_.lanes(pace_.dispatchSeconds), most);
+    }
+
+    void render(const core::Budget& budget, const std::stop_token& stop)
+    {
+        film_.advance(
+            budget, stop, [this] { return lanes(); },
+            [this](const shared::Batch& batch, const TiledFilm::Then& then) {
+                batches_.trace(batch, then);
+                buffers_.collect(film_.frame(), batch, records_);
+            },
+            [this] { batches_.chooseKernel(pace_.dispatchSeconds); });
+    }
+
+    void learn(uint64_t samples)
+    {
+        training_.learn(records_, samples, film_.read(core::Reading::mean).mean);
+        buffers_.setGuide(*training_.tables(), batches_);
+        buffers_.setEstimates(training_.estimates());
+    }
+
+    Context context_;  // first: everything below is made on its device
+    TiledFilm film_;
+    PathBatches batches_;
+    GuidedBuffers buffers_;
+    core::GuideTraining training_;
+    core::GuidedParams params_;
+    std::vector<core::guiding::PathRecords> records_;  // of each tile
+    std::unique_ptr<GpuScene> scene_;
+    std::shared_ptr<const core::World> world_;
+    core::Pace pace_;
+    double compileSeconds_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<core::Renderer> makeGuidedPaths(const DeviceOptions& options)
+{
+    return std::make_unique<GuidedPaths>(options);
+}
+
+}  // namespace gpu

@@ -1,0 +1,89 @@
+// Guided paths in the kernels of paths: the guide behind the fetch functions of shared/guide.h, and what recorded paths
+// leave. A path's records are its own: their place follows from its lane.
+#include "path.glsl"
+#include "shared/guided_path.h"
+
+layout(constant_id = kSpecializeGuided) const uint kGuided = 1u;
+
+layout(set = kSetKernel, binding = kBindGuideNodes) uniform usamplerBuffer guideNodes;
+layout(set = kSetKernel, binding = kBindGuideLeaves) uniform usamplerBuffer guideLeaves;
+layout(set = kSetKernel, binding = kBindGuideQuads) uniform samplerBuffer guideQuads;
+layout(set = kSetKernel, binding = kBindPixelEstimates) uniform samplerBuffer pixelEstimates;
+
+layout(set = kSetKernel, binding = kBindGuideRecords, scalar) writeonly buffer RecordBlock
+{
+    GuideRecord guideRecords[];
+};
+
+layout(set = kSetKernel, binding = kBindPathEnds, scalar) writeonly buffer EndBlock
+{
+    GuidePathEnd pathEnds[];
+};
+
+const GuideView guide = GuideView(0u);
+
+uvec4 fetchGuideNode(GuideView view, uint i)
+{
+    return texelFetch(guideNodes, int(i));
+}
+
+uvec4 fetchGuideLeaf(GuideView view, uint leaf)
+{
+    return texelFetch(guideLeaves, int(leaf));
+}
+
+vec4 fetchGuideQuad(GuideView view, uint i)
+{
+    return texelFetch(guideQuads, int(i));
+}
+
+#define PathExtra GuidedState
+
+PathExtra beginExtra()
+{
+    return beginGuided();
+}
+
+/// Luminance that the pixel of a stream is thought to have.
+float pixelEstimate(uint packedPixel)
+{
+    const uint index = pixelIndex(uvec2(packedPixel & 0xffffu, packedPixel >> 16u));
+    return texelFetch(pixelEstimates, int(index >> 2u))[index & 3u];
+}
+
+/// As extendPath, with the guide.
+bool extendLane(uint lane, SampleStream stream, inout PathState path, inout PathExtra extra, inout vec3 L,
+                inout uint shadowRays)
+{
+    if (kGuided == 0u) return extendPath(stream, path, L, shadowRays);
+    const uint depth = path.depth;
+    const uint stride = frame.settings.recordOneIn;
+    const bool records = isRecorded(lane % kGroupSize, stream.index, stride);
+    uint count = depth;
+    bool goesOn = false;
+    Hit hit;
+    if (traceClosest(Ray(path.origin, 0.0, path.direction, kInfinity), alphaSeed(stream, depth, 0u), hit)) {
+        ShadowRay shadow;
+        GuideRecord record;
+        uint recorded;
+        const VertexNumbers numbers = drawVertexNumbers(stream, depth);
+        goesOn = shadeGuided(scene, guide, frame.settings, pixelEstimate(stream.pixel), numbers, hit, path, extra,
+                             shadow, record, recorded, L);
+        if (any(notEqual(shadow.contribution, vec3(0.0)))) {
+            ++shadowRays;
+            const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
+            if (!traceAny(connection, alphaSeed(stream, depth, 1u))) L += shadow.contribution;
+        }
+        if (records && recorded != 0u && depth < kGuideVertices) {
+            record.after = luminance(L);
+            guideRecords[recordedSlot(lane, stride) * kGuideVertices + depth] = record;
+            count = depth + 1u;
+        }
+    } else {
+        L += shadeMiss(scene, frame.settings, path);
+    }
+    if (records && !goesOn) {
+        pathEnds[recordedSlot(lane, stride)] = GuidePathEnd(min(count, kGuideVertices), luminance(L));
+    }
+    return goesOn;
+}

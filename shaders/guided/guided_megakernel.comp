@@ -1,0 +1,9 @@
+// Whole guided paths.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_basic : require
+
+#include "guided.glsl"
+#include "megakernel.glsl"
