@@ -46,7 +46,7 @@ struct Guide::Node {
 /// What one leaf becomes in an iteration: itself, or a tree of which it is the root.
 struct Guide::Growth {
     const GuideOptions& options;
-    double stride = 1, limit = 0, decay = 0;
+    double limit = 0, decay = 0;
     size_t mostCuts = 0;
     std::vector<Node> nodes{};
     std::vector<LearningLeaf> leaves{};
@@ -55,7 +55,7 @@ struct Guide::Growth {
     /// way.
     uint32_t take(LearningLeaf leaf, std::span<Lesson> lessons, uint32_t depth = 0)
     {
-        const double visits = leaf.visits + stride * double(lessons.size());
+        const double visits = leaf.visits + double(lessons.size());
         if (visits > limit && lessons.size() >= kLeastRecordsToCut && nodes.size() < mostCuts &&
             depth < kDeepestCut) {
             Node node;
@@ -76,7 +76,7 @@ struct Guide::Growth {
                 return static_cast<uint32_t>(index);
             }
         }
-        leaf.learn(lessons, stride, decay, options);
+        leaf.learn(lessons, decay, options);
         leaves.push_back(leaf);
         return static_cast<uint32_t>(leaves.size() - 1) | shared::kGuideLeafBit;
     }
@@ -118,9 +118,9 @@ static std::vector<Lesson> sortedLessons(std::span<const PathRecords> parts,
     return sorted;
 }
 
-void Guide::learn(std::span<const PathRecords> parts, double stride, double samples)
+void Guide::learn(std::span<const PathRecords> parts, double samples)
 {
-    CHECK(samples > 0 && stride > 0);
+    CHECK(samples > 0);
     std::vector<size_t> begins;
     std::vector<Lesson> lessons = sortedLessons(parts, *tables_, begins);
     noteShare(lessons);
@@ -129,7 +129,7 @@ void Guide::learn(std::span<const PathRecords> parts, double stride, double samp
     const double decay = samplesBefore_ * samplesBefore_ / (samples * samples);
     const size_t mostCuts = leaves_.size() < kMostLeaves ? kMostCuts : 0;
     std::vector<Growth> growths(leaves_.size(),
-                                Growth{options_, stride, limit, std::min(decay, 1.0), mostCuts});
+                                Growth{options_, limit, std::min(decay, 1.0), mostCuts});
     std::vector<uint32_t> becomes(leaves_.size());
     parallelFor(leaves_.size(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
@@ -139,7 +139,7 @@ void Guide::learn(std::span<const PathRecords> parts, double stride, double samp
     });
     graft(growths, becomes);
     samplesBefore_ = samples;
-    figures_.records += stride * double(lessons.size());
+    figures_.records += double(lessons.size());
     makeTables();
 }
 

@@ -23,7 +23,7 @@ struct LearningLeaf;
 /// How a guide learns.
 struct GuideOptions {
     /// A leaf is cut when it has had more than this many times sqrt(2 samples per pixel) records.
-    float recordsPerLeaf = 1000;
+    float recordsPerLeaf = 500;
     /// The second moment without the guide over that with it, above which a leaf is guided.
     float gate = 1.1f;
     /// The least share of the BSDF among directions.
@@ -57,7 +57,7 @@ struct PathRecords {
 /// What a guide says of itself.
 struct GuideFigures {
     size_t leaves = 0, bytes = 0;
-    double records = 0;      // learnt from, those that they stand for included
+    double records = 0;      // learnt from
     double guidedShare = 0;  // of the vertices of the last iteration: those in guided leaves
 };
 
@@ -68,16 +68,16 @@ public:
     Guide(Guide&&) noexcept;
     Guide& operator=(Guide&&) noexcept;
 
-    /// Learns from paths that were sampled with tables(); each stands for `stride` paths.
-    /// `samples` per pixel have been taken since the guide was made, these included. The result
-    /// depends on the order of `parts`, not on threads.
-    void learn(std::span<const PathRecords> parts, double stride, double samples);
+    /// Learns from paths that were sampled with tables(). `samples` per pixel have been taken since
+    /// the guide was made, these included. The result depends on the order of `parts`, not on
+    /// threads.
+    void learn(std::span<const PathRecords> parts, double samples);
 
     /// Never null; of a guide that has learnt nothing they choose the BSDF everywhere.
     std::shared_ptr<const GuideTables> tables() const { return tables_; }
     const GuideFigures& figures() const { return figures_; }
 
-    /// Records that the leaf has learnt from, those that they stand for included.
+    /// Records that the leaf has learnt from.
     double visits(uint32_t leaf) const;
 
 private:

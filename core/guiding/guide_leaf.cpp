@@ -59,15 +59,15 @@ void LearningLeaf::halve()
     for (float& c : cells) c *= 0.5f;
 }
 
-void LearningLeaf::learn(std::span<const Lesson> lessons, double stride, double decay,
+void LearningLeaf::learn(std::span<const Lesson> lessons, double decay,
                          const GuideOptions& options)
 {
     for (double& m : moments) m *= decay;
     tested *= decay;
     const bool hasGuide = total > 0;
     for (const Lesson& lesson : lessons) {
-        visits += stride;
-        reflected += stride * double(lesson.reflected);
+        visits += 1;
+        reflected += double(lesson.reflected);
         if (hasGuide) test(lesson);
     }
     for (const Lesson& lesson : lessons)

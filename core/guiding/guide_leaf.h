@@ -44,11 +44,9 @@ struct LearningLeaf {
     /// Half of everything: what a child inherits.
     void halve();
 
-    /// The records of an iteration, each of which stands for `stride` paths: first they test the
-    /// guide that chose their directions, then they become part of the next one. `decay` is what
-    /// earlier tests still count.
-    void learn(std::span<const Lesson> lessons, double stride, double decay,
-               const GuideOptions& options);
+    /// The records of an iteration: first they test the guide that chose their directions, then
+    /// they become part of the next one. `decay` is what earlier tests still count.
+    void learn(std::span<const Lesson> lessons, double decay, const GuideOptions& options);
 
     /// A value in the direction of a point of the square, spread over the four nearest cells: what
     /// moving it about by up to half a cell would give on average.

@@ -12,8 +12,10 @@ namespace core {
 
 namespace {
 
-/// Recorded paths of a pass: more teach little that these do not, and each costs a tenth of a path.
-constexpr uint64_t kRecordedPaths = 1u << 16;
+// Recorded paths of a pass. Up to the first number all are recorded; then one in four at most, for
+// recording and learning cost a fifth of a path; beyond the second number ever fewer, for learning
+// would be felt as a hitch.
+constexpr uint64_t kFewPaths = 1u << 14, kManyPaths = 1u << 16;
 
 guiding::GuideOptions optionsOf(const GuidedParams& params)
 {
@@ -29,7 +31,7 @@ uint32_t strideFor(const GuidedParams& params, glm::uvec2 size)
     if (params.recordOneIn > 0) return std::bit_floor(params.recordOneIn);
     const uint64_t pixels = uint64_t(size.x) * size.y;
     uint32_t stride = 1;
-    while (stride < 64 && pixels / stride > kRecordedPaths) stride *= 2;
+    while (stride < 64 && pixels / stride > (stride < 4 ? kFewPaths : kManyPaths)) stride *= 2;
     return stride;
 }
 
@@ -91,7 +93,7 @@ void GuideTraining::learn(std::span<guiding::PathRecords> parts, uint64_t sample
     const auto start = Clock::now();
     allSamples_ += double(samples - viewSamples_);
     viewSamples_ = samples;
-    guide_.learn(parts, double(stride_), allSamples_);
+    guide_.learn(parts, allSamples_);
     estimates_ = guiding::pixelEstimates(mean.pixels, mean.width, mean.height);
     for (guiding::PathRecords& part : parts) part.clear();
     seconds_ += secondsSince(start);

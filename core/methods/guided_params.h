@@ -10,7 +10,7 @@ struct GuidedParams {
 
     uint32_t training = 32;
     uint32_t recordOneIn = 0;
-    float recordsPerLeaf = 1000;
+    float recordsPerLeaf = 500;
     float share = 0;
     float gate = 1.1f;
     uint32_t maxDepth = 8;
