@@ -57,7 +57,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
 {
     if (kGuided == 0u) return extendPath(stream, path, L, shadowRays);
     const uint depth = path.depth;
-    const uint stride = frame.settings.recordOneIn;
+    const uint stride = recordStride(frame.settings);
     const bool records = isRecorded(lane % kGroupSize, stream.index, stride);
     uint count = depth;
     bool goesOn = false;

@@ -62,8 +62,7 @@ void GuidedBuffers::setGuide(const core::guiding::GuideTables& tables, PathBatch
         buffer.writeAll(items);
     };
     put(nodes_, shared::kBindGuideNodes, "the guide's nodes", kWords, kNodeBytes, tables.nodes);
-    put(leaves_, shared::kBindGuideLeaves, "the guide's leaves", kWords, kLeafBytes,
-        tables.leaves);
+    put(leaves_, shared::kBindGuideLeaves, "the guide's leaves", kWords, kLeafBytes, tables.leaves);
     put(quads_, shared::kBindGuideQuads, "the guide's directions", VK_FORMAT_R32G32B32A32_SFLOAT,
         kQuadBytes, tables.quads);
 }
@@ -76,7 +75,7 @@ void GuidedBuffers::setEstimates(std::span<const float> estimates)
 void GuidedBuffers::collect(const Frame& frame, const shared::Batch& batch,
                             std::span<core::guiding::PathRecords> records)
 {
-    const uint32_t stride = frame.data().settings.recordOneIn;
+    const uint32_t stride = shared::recordStride(frame.data().settings);
     if (stride == 0) return;
     const uint32_t perTile = shared::kGroupSize / stride;
     const uint32_t paths = batch.tileCount * batch.sampleCount * perTile;
@@ -99,7 +98,8 @@ void GuidedBuffers::collect(const Frame& frame, const shared::Batch& batch,
                 const shared::GuidePathEnd end = readEnds_[slot];
                 if (end.count == 0) continue;
                 out.ends.push_back(end);
-                const auto at = readRecords_.begin() + std::ptrdiff_t(slot * shared::kGuideVertices);
+                const auto at =
+                    readRecords_.begin() + std::ptrdiff_t(slot * shared::kGuideVertices);
                 out.records.insert(out.records.end(), at, at + end.count);
             }
         }

@@ -59,8 +59,7 @@ void LearningLeaf::halve()
     for (float& c : cells) c *= 0.5f;
 }
 
-void LearningLeaf::learn(std::span<const Lesson> lessons, double decay,
-                         const GuideOptions& options)
+void LearningLeaf::learn(std::span<const Lesson> lessons, double decay, const GuideOptions& options)
 {
     for (double& m : moments) m *= decay;
     tested *= decay;

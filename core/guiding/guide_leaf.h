@@ -20,10 +20,10 @@ struct Lesson {
     glm::vec3 position{0};
     float value = 0;  // f |cos| L over `pdf`, a scalar: 0 for paths that brought nothing
     float reflected = 0;
-    glm::vec2 square{0};               // the direction
-    float pdf = 0, bsdfPdf = 0;        // of the mixture (0: no direction to learn) and the BSDF
-    float guidePdf = 0;                // of the tables that chose the direction
-    float sharp = 0;                   // share of sharp lobes
+    glm::vec2 square{0};         // the direction
+    float pdf = 0, bsdfPdf = 0;  // of the mixture (0: no direction to learn) and the BSDF
+    float guidePdf = 0;          // of the tables that chose the direction
+    float sharp = 0;             // share of sharp lobes
     uint32_t leaf = 0;
 };
 
@@ -37,7 +37,7 @@ struct LearningLeaf {
     // Per share: the sum of value^2 pdf / (density with that share); records that it is made of.
     std::array<double, kGuideShares.size()> moments{};
     double tested = 0;
-    double total = 0;                         // of the cells
+    double total = 0;                        // of the cells
     std::array<float, kGuideCells> cells{};  // row by row
     float share = 1;
 

@@ -12,10 +12,11 @@ namespace core {
 
 namespace {
 
-// Recorded paths of a pass. Up to the first number all are recorded; then one in four at most, for
-// recording and learning cost a fifth of a path; beyond the second number ever fewer, for learning
-// would be felt as a hitch.
-constexpr uint64_t kFewPaths = 1u << 14, kManyPaths = 1u << 16;
+// Recorded paths of a pass: learning from more than the second number would be felt as a hitch;
+// with fewer than the first, guides are starved (a door left ajar, 192x108, 64 samples: twice the
+// error with one path in four).
+constexpr uint64_t kFewPaths = 1u << 14, kMostPaths = 1u << 17;
+constexpr uint32_t kMostStride = 64;  // a tile of the device has as many paths
 
 guiding::GuideOptions optionsOf(const GuidedParams& params)
 {
@@ -26,12 +27,12 @@ guiding::GuideOptions optionsOf(const GuidedParams& params)
     return options;
 }
 
-uint32_t strideFor(const GuidedParams& params, glm::uvec2 size)
+/// One path in so many, in the first samples of a view.
+uint32_t firstStride(const GuidedParams& params, uint64_t pixels)
 {
     if (params.recordOneIn > 0) return std::bit_floor(params.recordOneIn);
-    const uint64_t pixels = uint64_t(size.x) * size.y;
     uint32_t stride = 1;
-    while (stride < 64 && pixels / stride > (stride < 4 ? kFewPaths : kManyPaths)) stride *= 2;
+    while (stride < kMostStride && pixels / stride > kMostPaths) stride *= 2;
     return stride;
 }
 
@@ -51,7 +52,8 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     const bool same = params_ == params;
     params_ = params;
     if (start == Start::anew || !same) forget();
-    stride_ = strideFor(params_, size);
+    pixels_ = uint64_t(size.x) * size.y;
+    firstStride_ = firstStride(params_, pixels_);
     viewSamples_ = 0;
     estimates_.clear();
 }
@@ -64,6 +66,23 @@ uint64_t GuideTraining::nextLesson(uint64_t samples) const
     if (samples >= params_.training) return std::numeric_limits<uint64_t>::max();
     const uint64_t step = std::max<uint64_t>(std::bit_floor(std::max<uint64_t>(samples, 1)) / 4, 1);
     return std::min<uint64_t>((samples / step + 1) * step, params_.training);
+}
+
+uint32_t GuideTraining::rulesAfter(uint64_t samples) const
+{
+    return shared::packGuidedRules(strideAfter(samples), uint32_t(params_.roulette));
+}
+
+/// One path in so many is recorded; 0: none any more. At first every path is wanted, later fewer
+/// do, for recording and learning cost a fifth of a path.
+uint32_t GuideTraining::strideAfter(uint64_t samples) const
+{
+    if (samples >= params_.training) return 0;
+    if (params_.recordOneIn > 0) return firstStride_;
+    uint32_t stride = firstStride_;
+    for (const uint64_t from : {4u, 8u})
+        if (samples >= from && pixels_ / stride >= 2 * kFewPaths) stride *= 2;
+    return std::min(stride, kMostStride);
 }
 
 void GuideTraining::advance(const Budget& budget, const std::stop_token& stop,

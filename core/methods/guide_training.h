@@ -27,11 +27,8 @@ public:
     /// Whether there is a guide at all.
     bool isOn() const { return params_.training > 0; }
 
-    /// One path in so many is recorded from `samples` of the view on; 0: none any more.
-    uint32_t strideAfter(uint64_t samples) const
-    {
-        return samples < params_.training ? stride_ : 0;
-    }
+    /// PathSettings::guidedRules of the paths that follow on `samples` of the view.
+    uint32_t rulesAfter(uint64_t samples) const;
 
     /// As Renderer::advance, in pieces that end where the guide learns: `render` is what the method
     /// would do without a guide, `learn` is called with the samples that there are, when it is
@@ -57,11 +54,13 @@ public:
     std::vector<StatsDetail> details() const;
 
 private:
+    uint32_t strideAfter(uint64_t samples) const;
     uint64_t nextLesson(uint64_t samples) const;
 
     guiding::Guide guide_;
     GuidedParams params_;
-    uint32_t stride_ = 1;
+    uint64_t pixels_ = 0;
+    uint32_t firstStride_ = 1;
     uint64_t viewSamples_ = 0;  // of the view, that have been learnt from
     double allSamples_ = 0;     // of all views
     std::vector<float> estimates_;

@@ -112,7 +112,7 @@ private:
         job.path = pathJob();
         job.guide = tables->view();
         job.image = training_.estimates();
-        job.path.settings.recordOneIn = training_.strideAfter(film_.progress().samples);
+        job.path.settings.guidedRules = training_.rulesAfter(film_.progress().samples);
         const GuidedKernel kernel = leastOf(guidedVariants(), neededFeatures()).kernel;
         return [this, tables, job, kernel](const Tile& tile, uint32_t first, uint32_t count,
                                            Film& film) {

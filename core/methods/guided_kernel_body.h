@@ -34,12 +34,12 @@ public:
     void begin(glm::uvec2 pixel, uint32_t sample, size_t i)
     {
         wave_.states[i] = shared::beginGuided();
-        wave_.images[i] = job_.image.empty()
-                              ? 0.0f
-                              : job_.image[size_t(pixel.y) * job_.path.settings.imageWidth +
-                                           pixel.x];
-        wave_.isRecorded[i] = 
-            shared::isRecorded(laneOf(pixel), sample, job_.path.settings.recordOneIn);
+        wave_.images[i] =
+            job_.image.empty()
+                ? 0.0f
+                : job_.image[size_t(pixel.y) * job_.path.settings.imageWidth + pixel.x];
+        wave_.isRecorded[i] =
+            shared::isRecorded(laneOf(pixel), sample, shared::recordStride(job_.path.settings));
         wave_.count[i] = 0;
         wave_.pathCount = i + 1;
         wave_.madeCount = 0;
@@ -50,11 +50,10 @@ public:
     {
         shared::GuideRecord record;
         uint32_t recorded;
-        const bool goes = shared::shadeGuided(job.scene, job_.guide, job.settings, wave_.images[i],
-                                              numbers, hit, path, wave_.states[i], shadow, record,
-                                              recorded, L);
-        if (recorded != 0 && wave_.isRecorded[i] != 0 &&
-            wave_.count[i] < shared::kGuideVertices) {
+        const bool goes =
+            shared::shadeGuided(job.scene, job_.guide, job.settings, wave_.images[i], numbers, hit,
+                                path, wave_.states[i], shadow, record, recorded, L);
+        if (recorded != 0 && wave_.isRecorded[i] != 0 && wave_.count[i] < shared::kGuideVertices) {
             wave_.records[i][wave_.count[i]++] = record;
             wave_.made[wave_.madeCount++] = static_cast<uint32_t>(i);
         }

@@ -5,6 +5,13 @@
 
 namespace core {
 
+/// What decides whether a guided path goes on: the throughput that it has by albedo alone, what the
+/// guide expects it to bring beside its pixel, or the larger of the two.
+enum class GuidedRoulette : uint32_t { both, albedo, light };
+template <> struct EnumNames<GuidedRoulette> {
+    static constexpr std::array<std::string_view, 3> names{"both", "albedo", "light"};
+};
+
 struct GuidedParams {
     static constexpr std::string_view kMethod = "guided";
 
@@ -13,6 +20,7 @@ struct GuidedParams {
     float recordsPerLeaf = 500;
     float share = 0;
     float gate = 1.1f;
+    GuidedRoulette roulette = GuidedRoulette::both;
     uint32_t maxDepth = 8;
     uint32_t rouletteDepth = 2;
     uint32_t seed = 1;
@@ -28,7 +36,7 @@ struct GuidedParams {
           p.training);
         v(Field{"record-one-in",
                 "one path in so many (a power of two) is recorded for the guide; 0: chosen by the "
-                "size of the picture",
+                "size of the picture, and fewer after some samples",
                 {0, 64}},
           p.recordOneIn);
         v(Field{"leaf-records",
@@ -45,6 +53,10 @@ struct GuidedParams {
                 "how many times the variance must fall for a leaf to be guided",
                 {1, 10, true}},
           p.gate);
+        v(Field{"guided-roulette",
+                "what keeps a path alive: its throughput by albedo alone, the light that the guide "
+                "expects of it, or the larger of the two (both)"},
+          p.roulette);
         v(Field{"max-depth",
                 "scattering events per path: 0 shows emitters only, 1 adds direct light",
                 {0, 4096}},

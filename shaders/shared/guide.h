@@ -142,8 +142,8 @@ SHARED_FN float pdfGuide(IN(GuideView) guide, GuideLeaf leaf, vec3 wi)
 {
     const vec2 p = guideSquare(wi) * float(kGuideSide);
     const uint last = kGuideSide - 1u;
-    const uint cell = guideCell(uvec2(min(uint(max(p.x, 0.0f)), last),
-                                      min(uint(max(p.y, 0.0f)), last)));
+    const uint cell =
+        guideCell(uvec2(min(uint(max(p.x, 0.0f)), last), min(uint(max(p.y, 0.0f)), last)));
     const vec4 masses = fetchGuideQuad(guide, leaf.firstQuad + kGuideFinest + (cell >> 2u));
     const uint k = cell & 3u;
     const float mass = k == 0u ? masses.x : (k == 1u ? masses.y : (k == 2u ? masses.z : masses.w));

@@ -54,6 +54,23 @@ SHARED_FN GuidedState beginGuided()
     return state;
 }
 
+/// What is asked of guided paths (PathSettings::guidedRules): one in `stride` leaves records (a
+/// power of two up to 64; 0: none), and what roulette goes by.
+SHARED_FN uint packGuidedRules(uint stride, uint roulette)
+{
+    return stride | (roulette << 8u);
+}
+
+SHARED_FN uint recordStride(PathSettings settings)
+{
+    return settings.guidedRules & 0xffu;
+}
+
+SHARED_FN uint rouletteKind(PathSettings settings)
+{
+    return settings.guidedRules >> 8u;
+}
+
 /// Whether the path of a lane of a tile of 8x8 pixels (`lane` its Morton index) is recorded: one in
 /// `stride`, a power of two, others in every sample. Stride 0: none.
 SHARED_FN bool isRecorded(uint lane, uint index, uint stride)
@@ -129,21 +146,31 @@ SHARED_FN bool sampleMixture(IN(GuideView) guide, GuideLeaf leaf, float share, I
     return true;
 }
 
+// What decides about survival (GuidedRoulette of core/methods/guided_params.h).
+SHARED_CONST uint kRouletteBoth = 0u;
+SHARED_CONST uint kRouletteAlbedo = 1u;
+SHARED_CONST uint kRouletteLight = 2u;
+// By light alone: what is expected is an average over a leaf, and may be zero by chance.
+SHARED_CONST float kLeastSurvival = 0.05f;
+
 /// Probability that a path that arrives goes on. `image` is the luminance that its pixel is thought
-/// to have, 0 while that is not known; `expected` what the path is thought to bring.
-SHARED_FN float guidedSurvival(float albedo, float expected, float image)
+/// to have, 0 while that is not known; `expected` what the path is thought to bring. By albedo
+/// while nothing else is known; never zero but for a path that is black.
+SHARED_FN float guidedSurvival(uint kind, float albedo, float expected, float image)
 {
     const float byAlbedo = sqrt(albedo);
-    const float byLight = image > 0.0f ? expected / image : 0.0f;
-    return min(max(byAlbedo, byLight > 0.0f ? byLight : 0.0f), 1.0f);
+    if (kind == kRouletteAlbedo || !(image > 0.0f)) return min(byAlbedo, 1.0f);
+    const float byLight = expected / image;
+    const float least = kind == kRouletteLight ? kLeastSurvival : byAlbedo;
+    return min(byLight > least ? byLight : least, 1.0f);
 }
 
 /// One vertex of a guided path: shadeSurface with the guide. `record` is complete but for `after`,
 /// which is known once the shadow ray has been traced; `recorded` is 1 where there is one.
 SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSettings settings,
                            float image, VertexNumbers numbers, Hit hit, INOUT(PathState) path,
-                           INOUT(GuidedState) state, OUT(ShadowRay) shadow,
-                           OUT(GuideRecord) record, OUT(uint) recorded, INOUT(vec3) L)
+                           INOUT(GuidedState) state, OUT(ShadowRay) shadow, OUT(GuideRecord) record,
+                           OUT(uint) recorded, INOUT(vec3) L)
 {
     recorded = 0u;
     Vertex vertex;
@@ -153,8 +180,8 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     const vec3 normal = vertex.surface.frame[2];
     const GuideLeaf leaf = guideAt(guide, vertex.surface.position, normal);
     if (path.depth >= settings.rouletteDepth) {
-        const float survival =
-            guidedSurvival(state.albedo, luminance(path.beta) * leaf.reflected, image);
+        const float survival = guidedSurvival(rouletteKind(settings), state.albedo,
+                                              luminance(path.beta) * leaf.reflected, image);
         if (!(numbers.lobe.y < survival)) return false;
         path.beta *= 1.0f / survival;
         state.albedo *= 1.0f / survival;

@@ -208,7 +208,7 @@ struct PathSettings {
     float sceneRadius;
     uint imageWidth;
     uint imageHeight;
-    uint recordOneIn;  // guided paths: one in so many leaves records (a power of two), 0: none
+    uint guidedRules;  // of guided paths: packGuidedRules (guided_path.h)
 };
 
 SHARED_CONST uint kStrategyMis = 0u;

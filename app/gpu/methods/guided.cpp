@@ -34,7 +34,7 @@ public:
         params_ = view.params.as<core::GuidedParams>();
         training_.begin(params_, view.size, start);
         film_.reset(frameFor(view));
-        PathWork work{scene_.get(),        &film_.frame(),  {},
+        PathWork work{scene_.get(),        &film_.frame(), {},
                       core::Strategy::mis, params_.kernel, world_->triangles.size()};
         work.constants.features = scene_->features();
         if (view.camera.apertureRadius > 0) work.constants.features |= shared::kFeatureThinLens;
@@ -56,7 +56,7 @@ public:
         training_.advance(
             budget, stop, [this] { return film_.progress().samples; },
             [&](const core::Budget& part) {
-                setStride(training_.strideAfter(film_.progress().samples));
+                setRules(training_.rulesAfter(film_.progress().samples));
                 render(part, stop);
             },
             [this](uint64_t samples) { learn(samples); });
@@ -89,17 +89,17 @@ private:
         return frame;
     }
 
-    void setStride(uint32_t stride)
+    void setRules(uint32_t rules)
     {
         shared::FrameData data = film_.frame().data();
-        if (data.settings.recordOneIn == stride) return;
-        data.settings.recordOneIn = stride;
+        if (data.settings.guidedRules == rules) return;
+        data.settings.guidedRules = rules;
         film_.frame().write(data);
     }
 
     uint32_t lanes() const
     {
-        const uint32_t stride = film_.frame().data().settings.recordOneIn;
+        const uint32_t stride = shared::recordStride(film_.frame().data().settings);
         const uint32_t most =
             stride > 0 ? GuidedBuffers::kMostRecorded * stride : batches_.mostLanes();
         return std::min(batches_.lanes(pace_.dispatchSeconds), most);

@@ -85,7 +85,7 @@ TEST(Assets, loadWithoutWarningsAndWithACamera)
         EXPECT_FALSE(world->emitters.empty()) << name;
         ++scenes;
     }
-    EXPECT_EQ(scenes, 14u);
+    EXPECT_EQ(scenes, 15u);
 }
 
 TEST(Assets, holdTheFeaturesTheyAreFor)

@@ -1,0 +1,184 @@
+// Guided path tracing on every device: what the guide has learnt changes no mean, is kept when the
+// camera moves and forgotten with the scene, and lowers the variance where light is hard to find.
+#include <cmath>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "app/methods/methods.h"
+#include "core/gltf/gltf.h"
+#include "tests/support/stats.h"
+
+namespace {
+
+using core::GuidedParams, core::GuidedRoulette;
+
+class GuidedMethod : public testing::TestWithParam<app::DeviceKind> {
+protected:
+    void SetUp() override
+    {
+        const std::string why = app::whyNot("guided", GetParam());
+        if (!why.empty()) GTEST_SKIP() << why;
+        guided_ = app::makeRenderer("guided", {.device = GetParam()});
+    }
+
+    void begin(const std::string& scene, glm::uvec2 size)
+    {
+        world_ = core::makeWorld(
+            core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + scene + ".gltf"));
+        guided_->setWorld(world_, {});
+        size_ = size;
+    }
+
+    core::Estimate render(const GuidedParams& params, uint32_t samples,
+                          core::Start start = core::Start::anew)
+    {
+        return render(*guided_, {world_->cameras.at(0), size_, params}, samples, start);
+    }
+
+    static core::Estimate render(core::Renderer& renderer, const core::View& view, uint32_t samples,
+                                 core::Start start = core::Start::anew)
+    {
+        renderer.setView(view, start);
+        renderer.advance({.samples = samples}, {});
+        return renderer.read(core::Reading::everything);
+    }
+
+    /// The path tracer's picture of the same view.
+    core::Estimate plain(core::PathParams params, uint32_t samples) const
+    {
+        const auto renderer = app::makeRenderer("path", {.device = GetParam()});
+        renderer->setWorld(world_, {});
+        return render(*renderer, {world_->cameras.at(0), size_, params}, samples);
+    }
+
+    double detail(const std::string& name) const
+    {
+        for (const core::StatsDetail& d : guided_->stats().details)
+            if (d.name == name) return std::get<double>(d.value);
+        ADD_FAILURE() << name << " is not told";
+        return 0;
+    }
+
+    std::unique_ptr<core::Renderer> guided_;
+    std::shared_ptr<const core::World> world_;
+    glm::uvec2 size_{};
+};
+
+double meanOf(const core::Image& image)
+{
+    double sum = 0;
+    for (const float x : image.pixels) sum += double(x);
+    return sum / double(image.pixels.size());
+}
+
+double squaredDistance(const core::Image& a, const core::Image& b)
+{
+    double sum = 0;
+    for (size_t i = 0; i < a.pixels.size(); ++i) {
+        const double d = double(a.pixels[i]) - double(b.pixels[i]);
+        sum += d * d;
+    }
+    return sum / double(a.pixels.size());
+}
+
+TEST_P(GuidedMethod, WithoutTrainingIsThePathTracerToTheBit)
+{
+    for (const char* scene : {"cbox-up", "textured-box", "glass"}) {
+        begin(scene, {40, 30});
+        const core::Estimate guided = render(GuidedParams{.training = 0}, 5);
+        const core::Estimate expected = plain({}, 5);
+        EXPECT_EQ(guided.mean.pixels, expected.mean.pixels) << scene;
+        EXPECT_EQ(guided.variance.pixels, expected.variance.pixels) << scene;
+    }
+}
+
+/// Independent pictures, each with a guide of its own that learns all the while: their mean is that
+/// of the path tracer, whatever the surfaces, the roulette and the sampler.
+TEST_P(GuidedMethod, TheMeanIsThePathTracers)
+{
+    constexpr uint32_t kPictures = 40, kSamples = 12;
+    struct Case {
+        const char* scene;
+        GuidedRoulette roulette;
+        core::SamplerKind sampler;
+    };
+    for (const auto& [scene, roulette, sampler] :
+         {Case{"cbox-up", GuidedRoulette::both, core::SamplerKind::independent},
+          Case{"cbox-up", GuidedRoulette::light, core::SamplerKind::sobol},
+          Case{"cornell-glossy", GuidedRoulette::both, core::SamplerKind::sobol},
+          Case{"glass", GuidedRoulette::both, core::SamplerKind::independent}}) {
+        begin(scene, {24, 24});
+        const core::PathParams path{.seed = 991, .sampler = core::SamplerKind::independent};
+        const core::Estimate truth = plain(path, 4096);
+        double noise = 0;  // of the truth's own mean
+        for (const float v : truth.variance.pixels) noise += double(v);
+        noise /= std::pow(double(truth.variance.pixels.size()), 2);
+        tests::Moments means;
+        for (uint32_t seed = 1; seed <= kPictures; ++seed) {
+            const core::Estimate e = render(
+                {.gate = 1, .roulette = roulette, .seed = seed, .sampler = sampler}, kSamples);
+            EXPECT_TRUE(e.counters.clean());
+            means.add(meanOf(e.mean));
+        }
+        EXPECT_GT(detail("guided_share"), 0.2) << scene << ": nothing was guided";
+        const double expected = meanOf(truth.mean);
+        // Channels of a pixel go together: their variances add up to at most three times as much.
+        const double error = std::sqrt(means.varianceOfMean() + 3 * noise);
+        EXPECT_LT(std::abs(means.mean() - expected), tests::kScore * error) << scene;
+        EXPECT_LT(error, 0.008 * expected) << scene << " is underpowered";
+    }
+}
+
+/// Few pixels: in larger pictures, where there is more to learn from, it is a sixth.
+TEST_P(GuidedMethod, IndirectLightHasHalfOfTheVariance)
+{
+    begin("cbox-up", {64, 64});
+    const core::Estimate truth = render({.seed = 77}, 1024);
+    const double plainError = squaredDistance(plain({.seed = 3}, 32).mean, truth.mean);
+    const double guidedError = squaredDistance(render({.seed = 3}, 32).mean, truth.mean);
+    EXPECT_LT(guidedError, plainError / 2);
+    EXPECT_GT(detail("guided_share"), 0.7);
+    EXPECT_GT(detail("guide_leaves"), 20);
+}
+
+TEST_P(GuidedMethod, TheGuideOutlivesAMoveButNotTheScene)
+{
+    begin("cbox-up", {48, 48});
+    render({.seed = 5}, 16);
+    const double leaves = detail("guide_leaves");
+    const core::Image truth = plain({.seed = 77}, 2048).mean;
+    const auto errorOfFirst = [&](core::Start start) {
+        return squaredDistance(render({.seed = 5}, 1, start).mean, truth);
+    };
+    const double kept = errorOfFirst(core::Start::moved);
+    EXPECT_GE(detail("guide_leaves"), leaves);
+    const core::Image again = render({.seed = 5}, 3, core::Start::anew).mean;
+    EXPECT_LT(detail("guide_leaves"), leaves);
+    const double fresh = errorOfFirst(core::Start::anew);
+    EXPECT_LT(kept, fresh / 2);
+
+    guided_->setWorld(world_, {});
+    const core::Image afterwards = render({.seed = 5}, 3, core::Start::moved).mean;
+    EXPECT_EQ(afterwards.pixels, again.pixels) << "the guide of before is still there";
+}
+
+TEST_P(GuidedMethod, TrainingEndsWhereItIsToldTo)
+{
+    begin("cbox-up", {32, 32});
+    render({.training = 4, .seed = 2}, 4);
+    const double records = detail("guide_records");
+    EXPECT_GT(records, 0);
+    guided_->advance({.samples = 8}, {});
+    EXPECT_EQ(detail("guide_records"), records);
+    render({.training = 4, .recordOneIn = 4, .seed = 2}, 4);
+    EXPECT_NEAR(detail("guide_records") / records, 0.25, 0.05);
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, GuidedMethod,
+                         testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
+                         [](const testing::TestParamInfo<app::DeviceKind>& where) {
+                             return std::string(core::enumName(where.param));
+                         });
+
+}  // namespace
