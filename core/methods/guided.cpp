@@ -4,6 +4,7 @@
 // depends neither on threads nor on pauses; it goes on from view to view.
 #include <array>
 
+#include "core/methods/guide_maps.h"
 #include "core/methods/guide_training.h"
 #include "core/methods/guided_kernel.h"
 #include "core/methods/method.h"
@@ -65,6 +66,12 @@ public:
         RenderStats stats = TiledRenderer::stats();
         stats.details = training_.details();
         return stats;
+    }
+
+    std::vector<Image> maps() override
+    {
+        if (film_.progress().samples == 0) return {};
+        return makeGuideMaps(aovs(), frameCamera(), training_.guide());
     }
 
 private:

@@ -36,7 +36,8 @@ std::span<const MethodInfo> methods()
                    .traits = {.keepsOnMove = true},
                    .defaults = GuidedParams{},
                    .make = makeGuidedPathTracer,
-                   .presets = guidedPresets()},
+                   .presets = guidedPresets(),
+                   .maps = guideMaps()},
     };
     return kMethods;
 }

@@ -77,5 +77,6 @@ std::span<const MethodPreset> manyLightsPresets();
 std::span<const MapInfo> manyLightsMaps();
 std::unique_ptr<Renderer> makeGuidedPathTracer();
 std::span<const MethodPreset> guidedPresets();
+std::span<const MapInfo> guideMaps();
 
 }  // namespace core

@@ -5,6 +5,7 @@
 #include "app/gpu/methods/methods.h"
 #include "app/gpu/tiled_film.h"
 #include "core/base/check.h"
+#include "core/methods/guide_maps.h"
 #include "core/methods/guide_training.h"
 #include "spirv/guided_bounce.h"
 #include "spirv/guided_megakernel.h"
@@ -65,6 +66,12 @@ public:
     core::RenderProgress progress() const override { return film_.progress(); }
     core::Estimate read(core::Reading what) override { return film_.read(what); }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
+
+    std::vector<core::Image> maps() override
+    {
+        if (film_.progress().samples == 0) return {};
+        return core::makeGuideMaps(aovs(), film_.frame().data().camera, training_.guide());
+    }
 
     core::RenderStats stats() const override
     {
