@@ -9,10 +9,8 @@ namespace gpu {
 std::span<const Method> methods()
 {
     static constexpr std::array kMethods{
-        Method{"path", makePathRenderer},
-        Method{"ao", makeAmbientOcclusion},
-        Method{"reuse", makeSampleReuse},
-        Method{"manylights", makeManyLights},
+        Method{"path", makePathRenderer},  Method{"ao", makeAmbientOcclusion},
+        Method{"reuse", makeSampleReuse},  Method{"manylights", makeManyLights},
         Method{"guided", makeGuidedPaths},
     };
     return kMethods;
