@@ -7,7 +7,7 @@ layout(constant_id = kSpecializeGuided) const uint kGuided = 1u;
 
 layout(set = kSetKernel, binding = kBindGuideNodes) uniform usamplerBuffer guideNodes;
 layout(set = kSetKernel, binding = kBindGuideLeaves) uniform usamplerBuffer guideLeaves;
-layout(set = kSetKernel, binding = kBindGuideQuads) uniform samplerBuffer guideQuads;
+layout(set = kSetKernel, binding = kBindGuideDirections) uniform samplerBuffer guideDirections;
 layout(set = kSetKernel, binding = kBindPixelEstimates) uniform samplerBuffer pixelEstimates;
 
 layout(set = kSetKernel, binding = kBindGuideRecords, scalar) writeonly buffer RecordBlock
@@ -20,8 +20,6 @@ layout(set = kSetKernel, binding = kBindPathEnds, scalar) writeonly buffer EndBl
     GuidePathEnd pathEnds[];
 };
 
-const GuideView guide = GuideView(0u);
-
 uvec4 fetchGuideNode(GuideView view, uint i)
 {
     return texelFetch(guideNodes, int(i));
@@ -32,9 +30,9 @@ uvec4 fetchGuideLeaf(GuideView view, uint leaf)
     return texelFetch(guideLeaves, int(leaf));
 }
 
-vec4 fetchGuideQuad(GuideView view, uint i)
+vec4 fetchGuideDirections(GuideView view, uint i)
 {
-    return texelFetch(guideQuads, int(i));
+    return texelFetch(guideDirections, int(i));
 }
 
 #define PathExtra GuidedState
@@ -56,6 +54,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
                 inout uint shadowRays)
 {
     if (kGuided == 0u) return extendPath(stream, path, L, shadowRays);
+    const GuideView guide = GuideView(kGuided);
     const uint depth = path.depth;
     const uint stride = recordStride(frame.settings);
     const bool records = isRecorded(lane % kGroupSize, stream.index, stride);

@@ -11,7 +11,7 @@ namespace {
 
 // Most guides stay below: a buffer of another size makes Mesa's software device compile the kernels
 // again.
-constexpr uint64_t kNodeBytes = 1u << 16, kLeafBytes = 1u << 16, kQuadBytes = 1u << 22;
+constexpr uint64_t kNodeBytes = 1u << 16, kLeafBytes = 1u << 16, kDirectionBytes = 1u << 22;
 
 /// Coordinates of the lane of a tile along the Morton curve (frame.glsl).
 glm::uvec2 placeInTile(uint32_t lane)
@@ -63,8 +63,8 @@ void GuidedBuffers::setGuide(const core::guiding::GuideTables& tables, PathBatch
     };
     put(nodes_, shared::kBindGuideNodes, "the guide's nodes", kWords, kNodeBytes, tables.nodes);
     put(leaves_, shared::kBindGuideLeaves, "the guide's leaves", kWords, kLeafBytes, tables.leaves);
-    put(quads_, shared::kBindGuideQuads, "the guide's directions", VK_FORMAT_R32G32B32A32_SFLOAT,
-        kQuadBytes, tables.quads);
+    put(directions_, shared::kBindGuideDirections, "the guide's directions",
+        VK_FORMAT_R32G32B32A32_SFLOAT, kDirectionBytes, tables.directions);
 }
 
 void GuidedBuffers::setEstimates(std::span<const float> estimates)

@@ -36,7 +36,7 @@ private:
               PathBatches& batches);
 
     Context& context_;
-    Buffer nodes_, leaves_, quads_, estimates_, states_, records_, ends_;
+    Buffer nodes_, leaves_, directions_, estimates_, states_, records_, ends_;
     std::vector<shared::GuideRecord> readRecords_;
     std::vector<shared::GuidePathEnd> readEnds_;
     std::vector<float> zeros_;

@@ -82,7 +82,8 @@ struct Guide::Growth {
     }
 };
 
-Guide::Guide(const GuideOptions& options) : options_(options), leaves_(shared::kGuideRoots)
+Guide::Guide(const GuideOptions& options)
+    : options_(options), leaves_(shared::kGuideRoots, LearningLeaf(options.kind))
 {
     for (uint32_t k = 0; k < shared::kGuideRoots; ++k) roots_[k] = k | shared::kGuideLeafBit;
     makeTables();
@@ -197,14 +198,16 @@ void Guide::makeTables()
                                    moved(n.above));
     }
     tables->leaves.resize(leaves_.size());
-    tables->quads.resize(leaves_.size() * shared::kGuideQuads);
+    const size_t words = shared::guideWords(options_.kind);
+    tables->kind = options_.kind;
+    tables->directions.resize(leaves_.size() * words);
     for (size_t i = 0; i < leaves_.size(); ++i) {
         const LearningLeaf& leaf = leaves_[i];
-        const size_t first = i * shared::kGuideQuads;
+        const size_t first = i * words;
         const double reflected = leaf.visits > 0 ? leaf.reflected / leaf.visits : 0;
         tables->leaves[i] = {uint32_t(first), shared::floatAsUint(leaf.share),
                              shared::floatAsUint(float(reflected)), 0u};
-        leaf.writeQuads(std::span(tables->quads).subspan(first, shared::kGuideQuads));
+        leaf.writeWords(std::span(tables->directions).subspan(first, words));
     }
     figures_.leaves = leaves_.size();
     figures_.bytes = tables->bytes();

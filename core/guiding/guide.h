@@ -1,9 +1,9 @@
-// A path guide that learns: spatial trees by dominant normal, a grid of directions in each leaf,
-// and the share of the BSDF that has had the least variance. After T. Mueller, M. Gross, J. Novak,
-// "Practical Path Guiding for Efficient Light-Transport Simulation" (2017); what devices read of
-// it, and what differs there: shaders/shared/guide.h. What differs in learning: sums are kept from
-// iteration to iteration, leaves are cut at the mean of their records, and a leaf is not used
-// before records that its guide has not seen say that this pays.
+// A path guide that learns: spatial trees by dominant normal, directions in each leaf (a
+// histogram or lobes), and the share of the BSDF that has had the least variance. After T. Mueller,
+// M. Gross, J. Novak, "Practical Path Guiding for Efficient Light-Transport Simulation" (2017);
+// what devices read of it, and what differs there: shaders/shared/guide.h. What differs in
+// learning: sums are kept from iteration to iteration, leaves are cut at the mean of their records,
+// and a leaf is not used before records that its guide has not seen say that this pays.
 #pragma once
 
 #include <array>
@@ -20,14 +20,23 @@ namespace core::guiding {
 struct Lesson;
 struct LearningLeaf;
 
+/// The least share of the BSDF that a kind of guide may be left with: lobes know less of what they
+/// have not seen.
+constexpr float leastShareOf(uint32_t kind)
+{
+    return kind == shared::kGuideLobes ? 0.25f : 0.12f;
+}
+
 /// How a guide learns.
 struct GuideOptions {
+    /// shared::kGuideHistogram or kGuideLobes.
+    uint32_t kind = shared::kGuideHistogram;
     /// A leaf is cut when it has had more than this many times sqrt(2 samples per pixel) records.
     float recordsPerLeaf = 500;
     /// The second moment without the guide over that with it, above which a leaf is guided.
     float gate = 1.1f;
     /// The least share of the BSDF among directions.
-    float leastShare = 0.12f;
+    float leastShare = leastShareOf(shared::kGuideHistogram);
     /// Share of the BSDF in every leaf that has learnt something; 0: chosen for each.
     float fixedShare = 0;
 };
@@ -36,10 +45,14 @@ struct GuideOptions {
 /// next is made.
 struct GuideTables {
     std::vector<glm::uvec4> nodes, leaves;
-    std::vector<glm::vec4> quads;
+    std::vector<glm::vec4> directions;
+    uint32_t kind = shared::kGuideHistogram;
 
-    shared::GuideView view() const { return {nodes.data(), leaves.data(), quads.data()}; }
-    size_t bytes() const { return 16 * (nodes.size() + leaves.size() + quads.size()); }
+    shared::GuideView view() const
+    {
+        return {nodes.data(), leaves.data(), directions.data(), kind};
+    }
+    size_t bytes() const { return 16 * (nodes.size() + leaves.size() + directions.size()); }
 };
 
 /// What the paths of a part of a picture have left, path after path: `ends[k].count` records each.

@@ -21,6 +21,8 @@ constexpr uint32_t kMostStride = 64;  // a tile of the device has as many paths
 guiding::GuideOptions optionsOf(const GuidedParams& params)
 {
     guiding::GuideOptions options;
+    options.kind = params.guide == GuideKind::lobes ? shared::kGuideLobes : shared::kGuideHistogram;
+    options.leastShare = guiding::leastShareOf(options.kind);
     options.recordsPerLeaf = params.recordsPerLeaf;
     options.gate = params.gate;
     options.fixedShare = params.share;

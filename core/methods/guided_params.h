@@ -12,9 +12,16 @@ template <> struct EnumNames<GuidedRoulette> {
     static constexpr std::array<std::string_view, 3> names{"both", "albedo", "light"};
 };
 
+/// How a guide knows directions: shared/guide_histogram.h, shared/guide_lobes.h.
+enum class GuideKind : uint32_t { histogram, lobes };
+template <> struct EnumNames<GuideKind> {
+    static constexpr std::array<std::string_view, 2> names{"histogram", "lobes"};
+};
+
 struct GuidedParams {
     static constexpr std::string_view kMethod = "guided";
 
+    GuideKind guide = GuideKind::histogram;
     uint32_t training = 32;
     uint32_t recordOneIn = 0;
     float recordsPerLeaf = 500;
@@ -29,6 +36,10 @@ struct GuidedParams {
 
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
+        v(Field{"guide",
+                "how directions are learnt: a histogram of 256 cells, or 8 lobes of any width, "
+                "which need fewer paths"},
+          p.guide);
         v(Field{"training",
                 "samples per pixel of each view from which the guide learns; 0: no guide, the path "
                 "tracer's picture",

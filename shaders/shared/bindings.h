@@ -47,7 +47,7 @@ SHARED_CONST uint kBindQueues = 3u;       // bounce: QueueHead per bounce
 // and what they leave (guided_path.h).
 SHARED_CONST uint kBindGuideNodes = 4u;
 SHARED_CONST uint kBindGuideLeaves = 5u;
-SHARED_CONST uint kBindGuideQuads = 6u;
+SHARED_CONST uint kBindGuideDirections = 6u;
 SHARED_CONST uint kBindPixelEstimates = 7u;  // a float per pixel, four to a word
 SHARED_CONST uint kBindGuidedStates = 8u;    // guided_bounce: GuidedState per lane
 SHARED_CONST uint kBindGuideRecords = 9u;    // GuideRecord, kGuideVertices per recorded path
@@ -108,7 +108,7 @@ SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
 // display follow it.
 SHARED_CONST uint kSpecializeSampler = 1u;  // the sampler's kind, so that only one is compiled
-SHARED_CONST uint kSpecializeGuided = 2u;   // guided paths: whether there is a guide at all
+SHARED_CONST uint kSpecializeGuided = 2u;   // guided paths: the kind of guide, 0 for none
 SHARED_CONST uint kSpecializeNumbers = 1u;  // gather: numbers in place of bits,
 SHARED_CONST uint kSpecializeShape = 2u;    // and the shape of the lights
 SHARED_CONST uint kSpecializeShow = 1u;     // the display's first: see app/gpu/window/display.cpp

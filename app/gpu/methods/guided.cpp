@@ -40,7 +40,7 @@ public:
         work.constants.features = scene_->features();
         if (view.camera.apertureRadius > 0) work.constants.features |= shared::kFeatureThinLens;
         work.constants.sampler = static_cast<uint32_t>(params_.sampler);
-        work.constants.guided = training_.isOn() ? 1 : 0;
+        work.constants.guided = training_.isOn() ? training_.tables()->kind : 0;
         batches_.makeRoom(film_.frame());
         buffers_.makeRoom(film_.frame(), batches_);
         buffers_.setGuide(*training_.tables(), batches_);
