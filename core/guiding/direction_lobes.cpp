@@ -10,10 +10,11 @@ namespace {
 
 constexpr int kFirstSteps = 6, kSteps = 2;  // of EM, for the first lessons and for later ones
 constexpr int kBoundRounds = 4;
-constexpr size_t kMostLights = 4096;  // in one iteration; of more, every so manieth
+constexpr float kLeastValue = 1e-30f;  // what is darker would not survive fractions
+constexpr size_t kMostLights = 4096;   // in one iteration; of more, every so manieth
 
 // Priors, in effective samples: of each lobe's probability, and of a mean cosine of nought.
-constexpr double kMassPrior = 0.01, kWidthPrior = 0.2;
+constexpr double kMassPrior = 0.01, kWidthPrior = 0.1;
 constexpr double kMostKappa = 1e4, kLeastKappa = 0.1;
 constexpr float kFirstKappa = 5;
 
@@ -50,9 +51,15 @@ void DirectionLobes::halve()
     count_ *= 0.5;
 }
 
-/// The value above which lessons are cut: the mean times the root of their number, so that what one
-/// path carries home by luck is not worth a lobe (E. Ionides, "Truncated Importance Sampling",
-/// 2008). The mean is that of what has been cut, hence the rounds.
+void DirectionLobes::fade(double factor)
+{
+    for (Floats* sums : {&kept_.light, &kept_.x, &kept_.y, &kept_.z})
+        for (float& s : *sums) s *= float(factor);
+}
+
+/// The value above which lessons are cut: the mean times the root of their number, so that what
+/// one path carries home by luck is not worth a lobe (E. Ionides, "Truncated Importance
+/// Sampling", 2008). The mean is that of what has been cut, hence the rounds.
 float DirectionLobes::bound(std::span<const Light> lights) const
 {
     const double count = count_ + double(lights.size());
@@ -70,7 +77,8 @@ std::vector<DirectionLobes::Light> DirectionLobes::lightsOf(std::span<const Less
 {
     std::vector<Light> lights;
     for (const Lesson& lesson : lessons)
-        if (lesson.pdf > 0 && lesson.value > 0) lights.push_back({lesson.direction, lesson.value});
+        if (lesson.pdf > 0 && lesson.value > kLeastValue)
+            lights.push_back({lesson.direction, lesson.value});
     const size_t step = (lights.size() + kMostLights - 1) / kMostLights;
     if (step > 1) {
         for (size_t i = 0; i < lights.size(); i += step) lights[i / step] = lights[i];

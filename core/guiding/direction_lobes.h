@@ -1,8 +1,8 @@
 // Directions of a leaf as a mixture of von Mises-Fisher lobes that learns (shared/guide_lobes.h):
 // expectation-maximisation over the lessons of an iteration, on top of what earlier lessons have
 // left with each lobe. J. Vorba et al., "On-line Learning of Parametric Mixture Models for Light
-// Transport Simulation" (2014). What differs: what is kept is kept for ever, not faded; priors
-// count effective samples, so that a few bright lessons teach as little as they should.
+// Transport Simulation" (2014). What differs: steps over whole iterations, bright outliers cut, and
+// priors that count effective samples, so that a few bright lessons teach as little as they should.
 #pragma once
 
 #include <array>
@@ -22,6 +22,10 @@ public:
 
     /// Half of everything: what a child inherits. The lobes stay where they are.
     void halve();
+
+    /// Earlier lessons count so much less from now on: they went to the lobes that there were then.
+    /// How many there have been is not forgotten.
+    void fade(double factor);
 
     void learn(std::span<const Lesson> lessons);
 

@@ -1,5 +1,7 @@
 #include "core/guiding/guide_leaf.h"
 
+#include <cmath>
+
 namespace core::guiding {
 
 namespace {
@@ -33,6 +35,7 @@ void LearningLeaf::learn(std::span<const Lesson> lessons, double decay, const Gu
         reflected += double(lesson.reflected);
         if (hasGuide) test(lesson);
     }
+    if (auto* lobes = std::get_if<DirectionLobes>(&directions)) lobes->fade(std::sqrt(decay));
     std::visit([lessons](auto& d) { d.learn(lessons); }, directions);
     choose(options);
 }

@@ -15,7 +15,8 @@ namespace core::guiding {
 /// Shares of the BSDF among which a leaf chooses.
 inline constexpr std::array<double, 6> kGuideShares{1, 0.8, 0.6, 0.4, 0.25, 0.12};
 
-/// Everything is kept for ever but `moments` and `tested`, in which newer guides count more.
+/// Everything is kept for ever but `moments` and `tested`, in which newer guides count more, and
+/// lobes, in which newer lessons do.
 struct LearningLeaf {
     double visits = 0, reflected = 0;
     // Per share: the sum of value^2 pdf / (density with that share); records that it is made of.
