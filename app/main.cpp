@@ -7,6 +7,7 @@
 
 #include "app/args/args.h"
 #include "app/bench/bench_flythrough.h"
+#include "app/bench/bench_guiding.h"
 #include "app/bench/bench_many_lights.h"
 #include "app/bench/bench_throughput.h"
 #include "app/commands/compare.h"
@@ -39,6 +40,10 @@ struct Run {
     int operator()(const app::ManyLightsBenchOptions& o) const
     {
         return app::benchManyLights(o, std::cout);
+    }
+    int operator()(const app::GuidingBenchOptions& o) const
+    {
+        return app::benchGuiding(o, std::cout);
     }
     int operator()(const app::LabOptions& o) const { return app::labCommand(o, std::cout); }
     int operator()(const app::ViewOptions& o) const { return app::viewCommand(o); }

@@ -133,6 +133,27 @@ struct ManyLightsBenchOptions {
     bool quick = false, quiet = false;
 };
 
+/// The devices that a measurement is made on. `both`: the CPU, and Vulkan where there is a device.
+enum class MeasuredDevices : uint32_t { both, cpu, vulkan };
+
+/// Guided path tracing: error and time beside the plain path tracer's, with every switch.
+struct GuidingBenchOptions {
+    std::vector<SceneOptions> scenes;  // at least one
+    std::filesystem::path output;      // a folder
+    MeasuredDevices devices = MeasuredDevices::both;
+    int deviceIndex = -1;
+    std::optional<glm::uvec2> size;     // absent: by the camera
+    std::string camera;                 // name, index or file; empty: the scene's first
+    core::GuidedParams params;          // what all variants have in common
+    std::vector<std::string> variants;  // names; empty: all, or in a quick run the main ones
+    std::vector<uint32_t> samples;      // per pixel, of every variant; ascending
+    std::vector<uint32_t> sweep;        // per pixel, of the main variants; ascending, with those
+    uint32_t seeds = 0;
+    uint32_t referenceSpp = 0;
+    double exposure = 0;  // stops of the pictures
+    bool quick = false, quiet = false;
+};
+
 /// The laboratory of sample reuse.
 struct LabOptions {
     std::filesystem::path output;  // a folder
@@ -174,9 +195,9 @@ struct Printed {
     std::string text;
 };
 
-using Command =
-    std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions, ThroughputOptions,
-                 FlightBenchOptions, ManyLightsBenchOptions, LabOptions, ViewOptions, Printed>;
+using Command = std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions,
+                             ThroughputOptions, FlightBenchOptions, ManyLightsBenchOptions,
+                             GuidingBenchOptions, LabOptions, ViewOptions, Printed>;
 
 /// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
 Command parseArguments(int argc, const char* const* argv);
@@ -189,5 +210,11 @@ bool hasExtension(const std::filesystem::path& file, std::string_view extension)
 namespace core {
 template <> struct EnumNames<app::Tone> {
     static constexpr std::array<std::string_view, 4> names{"linear", "aces", "agx", "neutral"};
+};
+}  // namespace core
+
+namespace core {
+template <> struct EnumNames<app::MeasuredDevices> {
+    static constexpr std::array<std::string_view, 3> names{"both", "cpu", "vulkan"};
 };
 }  // namespace core

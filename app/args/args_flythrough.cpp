@@ -32,18 +32,7 @@ const Amounts kQuick{96, 16, 2, 1024, {1, 8}};
 
 std::vector<double> readSteps(const std::string& text)
 {
-    std::vector<double> steps;
-    for (const std::string& item : splitList(text)) {
-        double step = 0;
-        if (!readValue(item, {1e-3, 90}, step).empty())
-            throw CLI::ValidationError("--steps", "'" + item + "' is not a number from .001 to 90");
-        steps.push_back(step);
-    }
-    if (steps.empty()) throw CLI::ValidationError("--steps", "the list is empty");
-    std::ranges::sort(steps);
-    const auto repeated = std::ranges::unique(steps);
-    steps.erase(repeated.begin(), repeated.end());
-    return steps;
+    return readNumbers<double>("--steps", text, {1e-3, 90}, "a number from .001 to 90");
 }
 
 /// Those named, without repetition; Discard, which all are compared with, is always one of them.
@@ -119,19 +108,10 @@ void addAmountOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
 
 FlightBenchOptions finished(FlightBenchOptions o, const Given& given)
 {
-    if (given.files.empty())
-        badCommandLine("bench flythrough: the scene is missing — see rekindle bench flythrough "
-                       "--help");
-    if (o.output.empty())
-        badCommandLine("bench flythrough: -o DIR is missing — see rekindle bench flythrough "
-                       "--help");
+    o.scenes = measuredScenes("bench flythrough", given.loading, given.files, o.output);
     if (o.deviceIndex >= 0 && o.device == DeviceKind::cpu)
         badCommandLine("--device-index is for --device vulkan");
     const Amounts& usual = o.quick ? kQuick : kUsual;
-    for (const std::filesystem::path& file : given.files) {
-        o.scenes.push_back(given.loading);
-        o.scenes.back().file = file;
-    }
     o.sweeps = !given.noSweeps;
     o.width = given.width.value_or(usual.width);
     o.frames = given.frames.value_or(usual.frames);

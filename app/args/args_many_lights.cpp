@@ -32,19 +32,8 @@ const Amounts kQuick{640, 20000, 8000, 3, {250, 1000}};
 
 std::vector<uint32_t> readClusters(const std::string& text)
 {
-    std::vector<uint32_t> clusters;
-    for (const std::string& item : splitList(text)) {
-        uint32_t number = 0;
-        if (!readValue(item, {1, 200000}, number).empty())
-            throw CLI::ValidationError("--clusters",
-                                       "'" + item + "' is not a whole number from 1 to 200000");
-        clusters.push_back(number);
-    }
-    if (clusters.empty()) throw CLI::ValidationError("--clusters", "the list is empty");
-    std::ranges::sort(clusters);
-    const auto repeated = std::ranges::unique(clusters);
-    clusters.erase(repeated.begin(), repeated.end());
-    return clusters;
+    return readNumbers<uint32_t>("--clusters", text, {1, 200000},
+                                 "a whole number from 1 to 200000");
 }
 
 /// The thesis's lights, clamp and receivers, which all methods have in common.
@@ -129,17 +118,8 @@ void addAmountOptions(CLI::App& app, ManyLightsBenchOptions& o, Given& given)
 
 ManyLightsBenchOptions finished(ManyLightsBenchOptions o, const Given& given)
 {
-    if (given.files.empty())
-        badCommandLine("bench manylights: the scene is missing — see rekindle bench manylights "
-                       "--help");
-    if (o.output.empty())
-        badCommandLine("bench manylights: -o DIR is missing — see rekindle bench manylights "
-                       "--help");
+    o.scenes = measuredScenes("bench manylights", given.loading, given.files, o.output);
     const Amounts& usual = o.quick ? kQuick : kUsual;
-    for (const std::filesystem::path& file : given.files) {
-        o.scenes.push_back(given.loading);
-        o.scenes.back().file = file;
-    }
     o.width = given.width.value_or(usual.width);
     o.params.lights = given.lights.value_or(usual.lights);
     o.repetitions = given.repetitions.value_or(usual.repetitions);

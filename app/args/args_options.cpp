@@ -97,6 +97,21 @@ void addSceneFiles(CLI::App& app, std::vector<std::filesystem::path>& files)
         ->type_name("FILE");
 }
 
+std::vector<SceneOptions> measuredScenes(const std::string& command, const SceneOptions& loading,
+                                         const std::vector<std::filesystem::path>& files,
+                                         const std::filesystem::path& output)
+{
+    const std::string help = " is missing — see rekindle " + command + " --help";
+    if (files.empty()) badCommandLine(command + ": the scene" + help);
+    if (output.empty()) badCommandLine(command + ": -o DIR" + help);
+    std::vector<SceneOptions> scenes;
+    for (const std::filesystem::path& file : files) {
+        scenes.push_back(loading);
+        scenes.back().file = file;
+    }
+    return scenes;
+}
+
 std::vector<std::string> splitList(const std::string& text)
 {
     std::vector<std::string> items;

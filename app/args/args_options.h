@@ -3,6 +3,7 @@
 // Only args*.cpp include this.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -139,8 +140,34 @@ glm::uvec2 readSizeOf(const char* option, const std::string& text);
 /// SCENE... of commands that take several: their files go to `files`.
 void addSceneFiles(CLI::App& app, std::vector<std::filesystem::path>& files);
 
+/// What `command` measures: each of the `files` loaded as `loading` says. Throws core::Error
+/// (command line) where there are none, or no folder for the results.
+std::vector<SceneOptions> measuredScenes(const std::string& command, const SceneOptions& loading,
+                                         const std::vector<std::filesystem::path>& files,
+                                         const std::filesystem::path& output);
+
 /// The items of "a,b,c" that are not empty.
 std::vector<std::string> splitList(const std::string& text);
+
+/// The numbers of "1,2,3", ascending and without repetition. `what` is one of them in words for a
+/// person. Throws as CLI11 does for a wrong value.
+template <class T>
+std::vector<T> readNumbers(const char* option, const std::string& text, core::Range range,
+                           const std::string& what)
+{
+    std::vector<T> numbers;
+    for (const std::string& item : splitList(text)) {
+        T number{};
+        if (!readValue(item, range, number).empty())
+            throw CLI::ValidationError(option, "'" + item + "' is not " + what);
+        numbers.push_back(number);
+    }
+    if (numbers.empty()) throw CLI::ValidationError(option, "the list is empty");
+    std::ranges::sort(numbers);
+    const auto repeated = std::ranges::unique(numbers);
+    numbers.erase(repeated.begin(), repeated.end());
+    return numbers;
+}
 
 [[noreturn]] void badCommandLine(const std::string& message);
 
@@ -159,6 +186,8 @@ Subcommand labCommandLine(CLI::App& root);
 Subcommand flythroughCommandLine(CLI::App& bench);
 
 Subcommand manyLightsCommandLine(CLI::App& bench);
+
+Subcommand guidingCommandLine(CLI::App& bench);
 
 /// Help of a command in at most 100 columns: usage, what it does, options by group, and the
 /// example.

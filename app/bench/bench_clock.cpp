@@ -4,6 +4,10 @@
 #include <ctime>
 #include <thread>
 
+#include <sys/resource.h>
+
+#include "app/gpu/base/device.h"
+
 namespace app {
 
 static double secondsOf(clockid_t clock)
@@ -11,6 +15,20 @@ static double secondsOf(clockid_t clock)
     timespec t{};
     clock_gettime(clock, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+bool worksOnHost(const Target& target)
+{
+    if (target.device == DeviceKind::cpu) return true;
+    return gpu::Device({.index = target.deviceIndex, .validation = false}).isSoftware();
+}
+
+double userSeconds()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_utime.tv_sec) +
+           1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
 }
 
 double threadSeconds()

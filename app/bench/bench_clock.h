@@ -6,12 +6,21 @@
 #include <functional>
 #include <vector>
 
+#include "app/methods/methods.h"
+
 namespace app {
 
 unsigned cores();
 
 /// Seconds that `work` takes on all cores of this process.
 double onHost(const std::function<void()>& work);
+
+/// Whether the host's cores do the work of such a device. Throws core::Error (noDevice).
+bool worksOnHost(const Target& target);
+
+/// Processor time that this process has spent in its own code so far, without the system's: what
+/// other work on the machine disturbs least.
+double userSeconds();
 
 /// Processor time of the calling thread so far.
 double threadSeconds();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/files/load.h"
 #include "core/base/check.h"
 
 namespace app {
@@ -22,6 +23,26 @@ std::string sceneName(const std::filesystem::path& file, const std::vector<std::
     for (int i = 2; std::ranges::find(taken, name) != taken.end(); ++i)
         name = stem + "-" + std::to_string(i);
     return name;
+}
+
+std::shared_ptr<const core::World> loadBenchScene(const SceneOptions& options,
+                                                  const BenchTools& tools)
+{
+    auto world = loadWorld(options, 0, tools.loading, tools.stop).world;
+    for (const std::string& line : warningLines(world->warnings))
+        tools.warn(options.file.string() + ": " + line);
+    return world;
+}
+
+std::filesystem::path referenceFile(const std::filesystem::path& folder, const std::string& scene,
+                                    glm::uvec2 size, const std::string& rest)
+{
+    return folder / "references" / (scene + '-' + sizeText(size) + '-' + rest + ".exr");
+}
+
+std::string sizeText(glm::uvec2 size)
+{
+    return std::to_string(size.x) + 'x' + std::to_string(size.y);
 }
 
 }  // namespace app

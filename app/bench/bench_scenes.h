@@ -1,4 +1,4 @@
-// What measurements over several scenes have in common.
+// What measurements over several scenes have in common: scenes, and names of what belongs to them.
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/args/args.h"
+#include "app/bench/bench_run.h"
+#include "core/scene/world.h"
 
 namespace app {
 
@@ -15,5 +16,16 @@ void requireFiles(std::span<const SceneOptions> scenes);
 
 /// The file's name without its ending, with a number behind it where `taken` has it already.
 std::string sceneName(const std::filesystem::path& file, const std::vector<std::string>& taken);
+
+/// A scene from its file, with its warnings said.
+std::shared_ptr<const core::World> loadBenchScene(const SceneOptions& options,
+                                                  const BenchTools& tools);
+
+/// "references/room-640x360-REST.exr" in the folder of results.
+std::filesystem::path referenceFile(const std::filesystem::path& folder, const std::string& scene,
+                                    glm::uvec2 size, const std::string& rest);
+
+/// "640x360".
+std::string sizeText(glm::uvec2 size);
 
 }  // namespace app

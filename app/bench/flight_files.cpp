@@ -152,20 +152,10 @@ std::string resultsJson(const Results& r)
 
 std::string rowsCsv(const Results& r)
 {
-    std::string csv;
+    Json rows = Json::array();
     for (const SceneResult& scene : r.scenes)
-        for (const Row& row : scene.rows) {
-            const Json json = rowJson(scene.name, row);
-            std::string head, line;
-            for (const auto& [key, value] : json.items()) {
-                head += (head.empty() ? "" : ",") + key;
-                if (!line.empty()) line += ',';
-                line += value.is_string() ? value.get<std::string>() : value.dump();
-            }
-            if (csv.empty()) csv = head + '\n';
-            csv += line + '\n';
-        }
-    return csv;
+        for (const Row& row : scene.rows) rows.push_back(rowJson(scene.name, row));
+    return csvLines(rows);
 }
 
 static std::string windowTable(const Results& r, const SceneResult& scene)

@@ -9,7 +9,6 @@
 #include "app/base/read_value.h"
 #include "app/bench/bench_clock.h"
 #include "app/bench/bench_scenes.h"
-#include "app/files/load.h"
 #include "core/base/check.h"
 
 namespace app::flight {
@@ -31,10 +30,8 @@ std::vector<uint32_t> measuredFrames(uint32_t longest, uint32_t factor)
 
 }  // namespace
 
-Measurement::Measurement(const FlightBenchOptions& options, Say progress, Say warn,
-                         core::Progress loading, std::stop_token stop)
-    : o_(options), progress_(std::move(progress)), warn_(std::move(warn)),
-      loading_(std::move(loading)), stop_(std::move(stop)),
+Measurement::Measurement(const FlightBenchOptions& options, const BenchTools& tools)
+    : o_(options), tools_(tools),
       pilot_({.device = options.device, .deviceIndex = options.deviceIndex})
 {
     results_.version = kVersion;
@@ -72,16 +69,14 @@ std::optional<Landing> Measurement::fly(core::ReuseParams params, double step, u
                                         uint32_t samples)
 {
     params.seed += flights_++;
-    return pilot_.fly(*flight_, {step, frames, samples, params}, stop_);
+    return pilot_.fly(*flight_, {step, frames, samples, params}, tools_.stop);
 }
 
 /// Everything that can be refused before work begins.
 void Measurement::load(size_t index)
 {
     const SceneOptions& options = o_.scenes[index];
-    world_ = loadWorld(options, 0, loading_, stop_).world;
-    for (const std::string& line : warningLines(world_->warnings))
-        warn_(options.file.string() + ": " + line);
+    world_ = loadBenchScene(options, tools_);
     const core::Camera camera = chooseCamera(*world_, o_.camera);
     scene_ = {};
     std::vector<std::string> taken;
@@ -95,7 +90,7 @@ void Measurement::load(size_t index)
     scene_.way = flight_->words();
     scene_.unit = flight_->unit();
     chooseSteps();
-    pilot_.setWorld(world_, loading_);
+    pilot_.setWorld(world_, tools_.loading);
     pilot_.setSize(scene_.size);
     discard_.clear();
     discardSeconds_.clear();
@@ -114,25 +109,23 @@ void Measurement::chooseSteps()
             refused.push_back(scene_.file.string() + ": " + why);
     }
     if (steps_.empty()) throw core::Error(refused.front());
-    for (const std::string& why : refused) warn_(why);
+    for (const std::string& why : refused) tools_.warn(why);
     scene_.shownStep = steps_[steps_.size() / 2];
 }
 
 /// False: stopped.
 bool Measurement::findReference(size_t index)
 {
-    const std::string size = std::to_string(scene_.size.x) + 'x' + std::to_string(scene_.size.y);
     const std::filesystem::path file =
-        o_.output / "references" /
-        (scene_.name + '-' + size + '-' + std::to_string(o_.referenceSpp) + "spp.exr");
+        referenceFile(o_.output, scene_.name, scene_.size, std::to_string(o_.referenceSpp) + "spp");
     const ReferenceOrder order{
         file, {flight_->end(), scene_.size, results_.params}, o_.scenes[index].at, o_.referenceSpp};
     const auto part = [this](double done) {
         char text[32];
         std::snprintf(text, sizeof text, "reference, %.0f %%", 100 * done);
-        progress_(scene_.name + ": " + text);
+        tools_.progress(scene_.name + ": " + text);
     };
-    reference_ = reference(order, pilot_.renderer(), *world_, part, stop_);
+    reference_ = reference(order, pilot_.renderer(), *world_, part, tools_.stop);
     if (!reference_) return false;
     scene_.radiance = reference_->radiance;
     scene_.referenceSeconds = reference_->seconds;
@@ -158,7 +151,7 @@ void Measurement::chooseStrategies()
         } catch (const core::Error& error) {
             if (name == kDiscard || error.code() == core::ExitCode::deviceLost) throw;
             results_.leftOut.emplace_back(name, error.what());
-            warn_(name + " is left out: " + error.what());
+            tools_.warn(name + " is left out: " + error.what());
         }
     }
 }
@@ -212,9 +205,9 @@ void Measurement::measureScene(size_t index)
     size_t done = 0;
     for (const double step : steps_)
         for (const uint32_t frame : results_.frames) {
-            progress_(scene_.name + ": steps of " + numberText(step) + ", " +
-                      std::to_string(frame) + " frames (" + std::to_string(++done) + " of " +
-                      std::to_string(steps_.size() * results_.frames.size()) + ")");
+            tools_.progress(scene_.name + ": steps of " + numberText(step) + ", " +
+                            std::to_string(frame) + " frames (" + std::to_string(++done) + " of " +
+                            std::to_string(steps_.size() * results_.frames.size()) + ")");
             goesOn = goesOn && measureCell(step, frame);
         }
     finishScene();

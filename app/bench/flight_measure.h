@@ -2,26 +2,21 @@
 // so that other work on the machine slows all of them alike.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <stop_token>
 #include <string>
 
 #include "app/args/args.h"
+#include "app/bench/bench_run.h"
 #include "app/bench/flight_pilot.h"
 #include "app/bench/flight_reference.h"
 #include "app/bench/flight_results.h"
 
 namespace app::flight {
 
-using Say = std::function<void(const std::string&)>;
-
 class Measurement {
 public:
-    /// `progress` takes what is being done, `warn` what a person should know, `loading` the stages
-    /// of a scene on its way into memory.
-    Measurement(const FlightBenchOptions& options, Say progress, Say warn, core::Progress loading,
-                std::stop_token stop);
+    Measurement(const FlightBenchOptions& options, const BenchTools& tools);
 
     /// Everything that can be measured of the scene number `index`, into results(). What a stop
     /// left unfinished is not in them. Throws core::Error.
@@ -35,6 +30,7 @@ public:
     void sweep();
 
     Results& results() { return results_; }
+    const Results& results() const { return results_; }
 
 private:
     /// Errors and times of one strategy in one place.
@@ -66,9 +62,7 @@ private:
     bool sweepParameter(const std::string& name, const std::vector<double>& values, double step);
 
     const FlightBenchOptions& o_;
-    Say progress_, warn_;
-    core::Progress loading_;
-    std::stop_token stop_;
+    BenchTools tools_;
     Pilot pilot_;
     Results results_;
     uint32_t flights_ = 0;  // so far: each has a seed of its own

@@ -15,15 +15,6 @@ namespace {
 
 using namespace report;
 
-constexpr const char* kStyle = R"css(
-.shots{display:grid;grid-template-columns:repeat(auto-fill,minmax(215px,1fr));gap:16px 14px;margin:14px 0}
-.shots figure{margin:0}
-.shots img{width:100%;display:block;image-rendering:pixelated;border-radius:4px}
-.shots img+img{margin-top:5px}
-.shots figcaption{margin-top:5px;line-height:1.4}
-.shots b{color:var(--ink)}
-)css";
-
 const Row* shownRow(const Results& r, const SceneResult& scene, const std::string& strategy)
 {
     return rowOf(scene, strategy, scene.shownStep, r.longest());
@@ -275,10 +266,9 @@ std::string methodSection(const Results& r)
 
 std::string facts(const Results& r)
 {
-    std::string text = "Rekindle " + r.version;
-    if (!r.commit.empty()) text += " (" + r.commit + ")";
-    text += " · " + r.device + " · " + counted(r.seeds, "flight") + " of each kind · " +
-            std::to_string(r.referenceSpp) + " spp references";
+    std::string text = programText(r.version, r.commit) + " · " + r.device + " · " +
+                       counted(r.seeds, "flight") + " of each kind · " +
+                       std::to_string(r.referenceSpp) + " spp references";
     if (r.seconds > 0) text += " · " + shortNumber(r.seconds) + " s";
     return text;
 }
@@ -297,12 +287,8 @@ std::string resultsPage(const Results& r, const std::filesystem::path& folder)
     page.lead = "What is gained, and what is lost, when a path tracer keeps its samples while the "
                 "camera moves.";
     page.facts = facts(r);
-    if (r.interrupted) page.warning = "Interrupted: what was measured until then.";
-    if (r.quick) {
-        if (!page.warning.empty()) page.warning += ' ';
-        page.warning += "A quick run: small pictures, short flights, few seeds.";
-    }
-    page.style = kStyle;
+    page.warning = warningText(
+        r.interrupted, r.quick ? "A quick run: small pictures, short flights, few seeds." : "");
     page.sections = {{"summary", "Summary", summarySection(r)}};
     for (size_t i = 0; i < r.scenes.size(); ++i)
         page.sections.push_back({"scene-" + std::to_string(i + 1), escapeMarkup(r.scenes[i].name),

@@ -2,16 +2,8 @@
 #include "app/bench/flight_pilot.h"
 
 #include "app/bench/bench_clock.h"
-#include "app/gpu/base/device.h"
 
 namespace app::flight {
-
-/// Whether the host's cores do the work.
-static bool worksOnHost(const Target& target)
-{
-    if (target.device == DeviceKind::cpu) return true;
-    return gpu::Device({.index = target.deviceIndex, .validation = false}).isSoftware();
-}
 
 Pilot::Pilot(const Target& target)
     : renderer_(makeRenderer(core::ReuseParams::kMethod, target)), hostClock_(worksOnHost(target))

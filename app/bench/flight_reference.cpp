@@ -7,6 +7,7 @@
 
 #include "app/base/json_file.h"
 #include "app/base/program_version.h"
+#include "app/bench/kept_reference.h"
 #include "app/files/camera_file.h"
 #include "app/files/params_json.h"
 #include "core/base/check.h"
@@ -16,10 +17,6 @@ namespace app::flight {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr const char* kKey = "rekindle:reference";  // of the metadata
-constexpr const char* kSeconds = "rekindle:seconds";
 constexpr uint32_t kSeed = 0xf1196e75;  // one that no flight has
 constexpr double kStepSeconds = 0.25;
 
@@ -54,29 +51,6 @@ double meanOf(const core::Image& image)
     return sum / static_cast<double>(image.pixels.size());
 }
 
-/// What is kept, if it is what is wanted. A file that cannot be read is no more than out of date.
-std::optional<FlightReference> readKept(const fs::path& file, const std::string& key,
-                                        glm::uvec2 size)
-{
-    std::error_code none;
-    if (!fs::exists(file, none)) return {};
-    try {
-        const core::ImageFile kept = core::readExr(file);
-        const auto found = kept.metadata.find(kKey);
-        if (found == kept.metadata.end() || found->second != key) return {};
-        FlightReference r{kept.layer(""), kept.layer("variance"), 0, 0, true};
-        if (r.mean.width != size.x || r.mean.height != size.y || r.mean.channels != 3 ||
-            r.variance.pixels.size() != r.mean.pixels.size())
-            return {};
-        r.radiance = meanOf(r.mean);
-        const auto seconds = kept.metadata.find(kSeconds);
-        if (seconds != kept.metadata.end()) readValue(seconds->second, {}, r.seconds);
-        return r;
-    } catch (const core::Error&) {
-        return {};
-    }
-}
-
 }  // namespace
 
 std::optional<FlightReference> reference(const ReferenceOrder& order, core::Renderer& renderer,
@@ -86,7 +60,11 @@ std::optional<FlightReference> reference(const ReferenceOrder& order, core::Rend
 {
     CHECK(order.samples >= 2);
     const std::string key = keyOf(order, world);
-    if (auto kept = readKept(order.file, key, order.view.size)) return kept;
+    if (const auto kept = readReference(order.file, key, order.view.size, {"", "variance"})) {
+        const core::Image& mean = kept->image.layer("");
+        return FlightReference{mean, kept->image.layer("variance"), meanOf(mean), kept->seconds,
+                               true};
+    }
     core::View view = order.view;
     view.params = plainParams(view.params);
     const core::Clock::time_point start = core::Clock::now();
@@ -101,10 +79,7 @@ std::optional<FlightReference> reference(const ReferenceOrder& order, core::Rend
     FlightReference r{std::move(estimate.mean), std::move(estimate.variance), 0,
                       core::secondsSince(start), false};
     r.radiance = meanOf(r.mean);
-    std::error_code error;
-    fs::create_directories(order.file.parent_path(), error);
-    core::writeExr(order.file, {{{"", r.mean}, {"variance", r.variance}},
-                                {{kKey, key}, {kSeconds, numberText(r.seconds)}}});
+    keepReference(order.file, key, {{"", r.mean}, {"variance", r.variance}}, r.seconds);
     return r;
 }
 

@@ -3,19 +3,19 @@
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <glm/glm.hpp>
 
-#include "app/bench/flight_error.h"
+#include "app/bench/picture_error.h"
+#include "app/bench/spread.h"
 #include "core/methods/any_params.h"
 
 namespace app::flight {
 
-inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+using app::kUnknown;
 
 /// A strategy after `frame` frames, `step` between two.
 struct Row {

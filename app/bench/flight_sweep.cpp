@@ -69,7 +69,7 @@ void Measurement::sweep()
     const auto swept = sweptValues(paramsOf(results_.sweptStrategy), o_.quick);
     for (const auto& [name, values] : swept)
         for (const double step : steps) {
-            progress_(scene_.name + ": " + name + ", steps of " + numberText(step));
+            tools_.progress(scene_.name + ": " + name + ", steps of " + numberText(step));
             if (!sweepParameter(name, values, step)) return;
         }
 }

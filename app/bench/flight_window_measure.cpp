@@ -2,6 +2,7 @@
 // of pictures. Part of Measurement, see flight_measure.h.
 #include <cmath>
 
+#include "app/bench/bench_scenes.h"
 #include "app/bench/flight_measure.h"
 #include "app/bench/flight_window.h"
 #include "core/base/check.h"
@@ -86,16 +87,14 @@ std::optional<FlightReference> Measurement::windowReference(size_t index)
     core::ReuseParams params = o_.params.as<core::ReuseParams>();
     params.jitter = core::PixelJitter::always;
     const std::filesystem::path file =
-        o_.output / "references" /
-        (scene_.name + "-window-" + std::to_string(size.x) + 'x' + std::to_string(size.y) + '-' +
-         std::to_string(samples) + "spp.exr");
+        referenceFile(o_.output, scene_.name + "-window", size, std::to_string(samples) + "spp");
     const auto part = [this](double done) {
         char text[48];
         std::snprintf(text, sizeof text, "reference of the window, %.0f %%", 100 * done);
-        progress_(scene_.name + ": " + text);
+        tools_.progress(scene_.name + ": " + text);
     };
     return reference({file, {flight_->end(), size, params}, o_.scenes[index].at, samples},
-                     pilot_.renderer(), *world_, part, stop_);
+                     pilot_.renderer(), *world_, part, tools_.stop);
 }
 
 void Measurement::measureWindow(size_t index)
@@ -104,7 +103,7 @@ void Measurement::measureWindow(size_t index)
     const double wished = o_.path.empty() ? kDegreesPerSecond : kFramesPerSecond;
     const double speed = speedThatFits(*flight_, wished, seconds);
     if (speed == 0) {
-        warn_(scene_.name + ": no room for flights in the window's loop");
+        tools_.warn(scene_.name + ": no room for flights in the window's loop");
         return;
     }
     const std::optional<FlightReference> truth = windowReference(index);
@@ -113,14 +112,14 @@ void Measurement::measureWindow(size_t index)
     const CameraTrack track = lastSeconds(*flight_, speed, seconds),
                       warmUp = lastSeconds(*flight_, speed, 0.3);
     WindowPilot window(o_.scenes[index], {.device = o_.device, .deviceIndex = o_.deviceIndex},
-                       *o_.window, stop_);
+                       *o_.window, tools_.stop);
     std::vector<WindowRow> rows;
     for (const double target : kTargets) {
         std::vector<WindowCell> cells(crews.size(), WindowCell(*truth));
         for (uint32_t seed = 0; seed < o_.seeds; ++seed)
             for (size_t i = 0; i < crews.size(); ++i) {
-                progress_(scene_.name + ": in the window's loop, " +
-                          core::enumName(crews[i].strategy).data());
+                tools_.progress(scene_.name + ": in the window's loop, " +
+                                core::enumName(crews[i].strategy).data());
                 core::ReuseParams params = o_.params.as<core::ReuseParams>();
                 params.reuse = crews[i].strategy;
                 params.rays = crews[i].rays;

@@ -11,7 +11,6 @@
 #include "app/bench/many_lights_error.h"
 #include "app/bench/many_lights_rates.h"
 #include "app/files/camera_file.h"
-#include "app/files/load.h"
 #include "core/base/check.h"
 
 namespace app::many_lights {
@@ -60,10 +59,8 @@ uint32_t seedOf(uint32_t seed, uint32_t repetition)
 
 }  // namespace
 
-Measurement::Measurement(const ManyLightsBenchOptions& options, Say progress, Say warn,
-                         core::Progress loading, std::stop_token stop)
-    : o_(options), progress_(std::move(progress)), warn_(std::move(warn)),
-      loading_(std::move(loading)), stop_(std::move(stop)), cases_(casesOf(options))
+Measurement::Measurement(const ManyLightsBenchOptions& options, const BenchTools& tools)
+    : o_(options), tools_(tools), cases_(casesOf(options))
 {
     results_.version = kVersion;
     results_.commit = kCommit;
@@ -80,9 +77,7 @@ Measurement::Measurement(const ManyLightsBenchOptions& options, Say progress, Sa
 void Measurement::load(size_t index)
 {
     const SceneOptions& options = o_.scenes[index];
-    const auto world = loadWorld(options, 0, loading_, stop_).world;
-    for (const std::string& line : warningLines(world->warnings))
-        warn_(options.file.string() + ": " + line);
+    const auto world = loadBenchScene(options, tools_);
     const core::Camera camera = chooseCamera(*world, o_.camera);
     scene_ = {};
     std::vector<std::string> taken;
@@ -91,13 +86,14 @@ void Measurement::load(size_t index)
     scene_.file = options.file;
     scene_.triangles = world->triangles.size();
     scene_.size = o_.size ? *o_.size : sizeFor(camera, o_.width);
-    lit_ = std::make_unique<LitScene>(world, camera, scene_.size, o_.params, loading_, stop_);
+    lit_ = std::make_unique<LitScene>(world, camera, scene_.size, o_.params, tools_.loading,
+                                      tools_.stop);
 }
 
 /// Lights, receivers and the slices that stand for all; false: stopped.
 bool Measurement::findSubset()
 {
-    progress_(about("lights and receivers"));
+    tools_.progress(about("lights and receivers"));
     if (!lit_->findLights()) return false;
     uint32_t largest = o_.params.sliceSize;
     for (const Case& c : cases_) largest = std::max(largest, c.params.sliceSize);
@@ -119,24 +115,23 @@ bool Measurement::findSubset()
 
 std::filesystem::path Measurement::referenceFile(const std::string& part) const
 {
-    const std::string size = std::to_string(scene_.size.x) + 'x' + std::to_string(scene_.size.y);
-    return o_.output / "references" /
-           (scene_.name + '-' + size + '-' + numberText(double(o_.params.lights)) + part + ".exr");
+    return app::referenceFile(o_.output, scene_.name, scene_.size,
+                              numberText(double(o_.params.lights)) + part);
 }
 
 void Measurement::measureScene(size_t index)
 {
     load(index);
     if (!findSubset()) return;
-    progress_(about("reference, all " + std::to_string(scene_.lights) + " lights for " +
-                    std::to_string(scene_.litReceivers) + " of " +
-                    std::to_string(scene_.receivers) + " receivers"));
+    tools_.progress(about("reference, all " + std::to_string(scene_.lights) + " lights for " +
+                          std::to_string(scene_.litReceivers) + " of " +
+                          std::to_string(scene_.receivers) + " receivers"));
     reference_ = lightsReference(*lit_, subset_, o_.scenes[index].at, referenceFile(""));
     if (!reference_) return;
     scene_.referenceSeconds = reference_->seconds;
     scene_.referenceKept = reference_->kept;
     scene_.clipped = clippedShare(reference_->values, o_.exposure);
-    progress_(about("raw rays"));
+    tools_.progress(about("raw rays"));
     if (const auto rates = measureRates(*lit_, subset_, o_.mainClusters)) scene_.rates = *rates;
     for (const Case& c : cases_)
         scene_.rows.push_back(
@@ -161,9 +156,9 @@ bool Measurement::repeat(uint32_t repetition)
     for (size_t i = 0; i < cases_.size() && whole; ++i) {
         const size_t at = repetition % 2 == 0 ? i : cases_.size() - 1 - i;
         const Case& c = cases_[at];
-        progress_(about("repetition " + std::to_string(repetition + 1) + " of " +
-                        std::to_string(o_.repetitions) + ", " + c.method->name + ", " +
-                        std::to_string(c.clusters) + " clusters"));
+        tools_.progress(about("repetition " + std::to_string(repetition + 1) + " of " +
+                              std::to_string(o_.repetitions) + ", " + c.method->name + ", " +
+                              std::to_string(c.clusters) + " clusters"));
         auto lit = lit_->light(c.params, c.method->packets, lights, subset_,
                                seedOf(o_.params.seed, repetition));
         whole = lit.has_value();

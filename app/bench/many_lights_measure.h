@@ -2,27 +2,22 @@
 // forwards and backwards by turns, so that other work on the machine slows all of them alike.
 #pragma once
 
-#include <functional>
-
+#include "app/bench/bench_run.h"
 #include "app/bench/many_lights_cases.h"
 #include "app/bench/many_lights_reference.h"
 
 namespace app::many_lights {
 
-using Say = std::function<void(const std::string&)>;
-
 class Measurement {
 public:
-    /// `progress` takes what is being done, `warn` what a person should know, `loading` the stages
-    /// of a scene on its way into memory.
-    Measurement(const ManyLightsBenchOptions& options, Say progress, Say warn,
-                core::Progress loading, std::stop_token stop);
+    Measurement(const ManyLightsBenchOptions& options, const BenchTools& tools);
 
     /// Everything that can be measured of the scene number `index`, into results(); what a stop
     /// left unfinished is not in them. Throws core::Error.
     void measureScene(size_t index);
 
     Results& results() { return results_; }
+    const Results& results() const { return results_; }
 
 private:
     void load(size_t index);
@@ -34,9 +29,7 @@ private:
     std::filesystem::path referenceFile(const std::string& part) const;
 
     const ManyLightsBenchOptions& o_;
-    Say progress_, warn_;
-    core::Progress loading_;
-    std::stop_token stop_;
+    BenchTools tools_;
     std::vector<Case> cases_;
     Results results_;
 

@@ -15,18 +15,6 @@ namespace {
 
 using namespace report;
 
-constexpr const char* kStyle = R"css(
-.shots{display:grid;grid-template-columns:repeat(auto-fill,minmax(215px,1fr));gap:16px 14px;margin:14px 0}
-.shots figure{margin:0}
-.shots img{width:100%;display:block;image-rendering:pixelated;border-radius:4px}
-.shots img+img{margin-top:5px}
-.shots figcaption{margin-top:5px;line-height:1.4}
-.shots b{color:var(--ink)}
-.v-reproduced{color:var(--green);font-weight:650}
-.v-refuted{color:var(--red);font-weight:650}
-.v-undecided{color:var(--soft);font-weight:650}
-)css";
-
 /// Geometric mean over scenes of a ratio at the main number of clusters; NaN without any.
 double meanRatio(const Results& r, const char* method, const char* over,
                  double (*number)(const Sample&))
@@ -83,8 +71,9 @@ std::string summarySection(const Results& r)
 
 std::string verdictMarkup(Verdict verdict)
 {
-    const std::string name = verdictName(verdict);
-    return "<span class=\"v-" + name + "\">" + name + "</span>";
+    return verdictSpan(verdictName(verdict), verdict == Verdict::reproduced ? Judgement::good
+                                             : verdict == Verdict::refuted  ? Judgement::bad
+                                                                            : Judgement::open);
 }
 
 std::string rangeText(const Finding& f)
@@ -190,11 +179,10 @@ std::string methodSection(const Results& r)
 
 std::string facts(const Results& r)
 {
-    std::string text = "Rekindle " + r.version;
-    if (!r.commit.empty()) text += " (" + r.commit + ")";
-    text += " · " + r.machine + ", " + counted(r.cores, "core") + " · " +
-            counted(r.repetitions, "repetition") + " · " + numberText(r.params.receivers) +
-            " receivers per pixel · seed " + numberText(r.params.seed);
+    std::string text = programText(r.version, r.commit) + " · " + r.machine + ", " +
+                       counted(r.cores, "core") + " · " + counted(r.repetitions, "repetition") +
+                       " · " + numberText(r.params.receivers) + " receivers per pixel · seed " +
+                       numberText(r.params.seed);
     if (r.seconds > 0) text += " · " + shortNumber(r.seconds) + " s";
     return text;
 }
@@ -213,12 +201,8 @@ std::string resultsPage(const Results& r, const std::filesystem::path& folder)
     page.lead = "What it costs to light a picture by many virtual lights, and what is lost when "
                 "most of the visibility is predicted.";
     page.facts = facts(r);
-    if (r.interrupted) page.warning = "Interrupted: what was measured until then.";
-    if (r.quick) {
-        if (!page.warning.empty()) page.warning += ' ';
-        page.warning += "A quick run: a smaller picture, fewer lights and settings.";
-    }
-    page.style = kStyle;
+    page.warning = warningText(
+        r.interrupted, r.quick ? "A quick run: a smaller picture, fewer lights and settings." : "");
     page.sections = {
         {"summary", "Summary", summarySection(r)},
         {"claims", "Claims", claimsSection(r)},

@@ -9,10 +9,6 @@
 
 namespace app::many_lights {
 
-/// "0.24 (0.22–0.27)": the median with what the repetitions span, where they differ in what is
-/// shown; "–" without any, "never" where it is infinite.
-std::string spreadText(const Spread& spread);
-
 /// Time against error, time over full against clusters, and how the time divides.
 std::string scenePlots(const Results& results, const SceneResult& scene);
 

@@ -5,6 +5,7 @@
 
 #include "app/bench/many_lights_cases.h"
 #include "app/bench/many_lights_page_parts.h"
+#include "app/report/curves.h"
 #include "app/report/page.h"
 #include "app/report/text.h"
 
@@ -13,27 +14,6 @@ namespace app::many_lights {
 namespace {
 
 using namespace report;
-
-constexpr double kWidth = 490, kHeight = 290;
-
-/// A method over the numbers of clusters, or over the errors that it allows.
-struct Curve {
-    std::string method;
-    std::vector<const Row*> rows;
-};
-
-std::vector<Curve> curvesOf(const SceneResult& scene)
-{
-    std::vector<Curve> curves;
-    for (const Method& method : methodTable()) {
-        if (!isCurve(method)) continue;
-        Curve curve{method.name, {}};
-        for (const Row& row : scene.rows)
-            if (row.method == method.name && !row.samples.empty()) curve.rows.push_back(&row);
-        if (!curve.rows.empty()) curves.push_back(std::move(curve));
-    }
-    return curves;
-}
 
 using Place = Point (*)(const SceneResult&, const Row&);
 
@@ -49,32 +29,20 @@ Point clustersAndRatio(const SceneResult& scene, const Row& row)
             full == nullptr ? kUnknown : ratioOf(row, *full, secondsOf).median};
 }
 
-/// All curves on logarithmic axes.
-std::string curvesPlot(const SceneResult& scene, const std::string& title, const std::string& x,
-                       const std::string& y, Place place, bool one)
+/// Methods over the numbers of clusters, or over the errors that they allow.
+std::vector<Curve> curvesOf(const SceneResult& scene, Place place)
 {
-    const std::vector<Curve> curves = curvesOf(scene);
-    double lowX = INFINITY, highX = 0, lowY = one ? 1 : INFINITY, highY = one ? 1 : 0;
-    for (const Curve& curve : curves)
-        for (const Row* row : curve.rows) {
-            const Point p = place(scene, *row);
-            if (!(p.x > 0) || !(p.y > 0) || !std::isfinite(p.x + p.y)) continue;
-            lowX = std::min(lowX, p.x);
-            highX = std::max(highX, p.x);
-            lowY = std::min(lowY, p.y);
-            highY = std::max(highY, p.y);
-        }
-    Plot plot(title, logAxis(x, lowX, highX), logAxis(y, lowY, highY), kWidth, kHeight);
-    if (one) plot.horizontal(1, "", "soft dashed");
-    for (const Curve& curve : curves) {
-        const Look look = lookOf(curve.method);
-        std::vector<Point> points;
-        for (const Row* row : curve.rows) points.push_back(place(scene, *row));
-        plot.curve(points, look.style);
-        plot.markers(points, look.shape, look.style);
-        plot.legend({curve.method, look.style, true, true, false, look.shape});
+    std::vector<Curve> curves;
+    for (const Method& method : methodTable()) {
+        if (!isCurve(method)) continue;
+        const Look look = lookOf(method.name);
+        Curve curve{method.name, look.style, look.shape, {}};
+        for (const Row& row : scene.rows)
+            if (row.method == method.name && !row.samples.empty())
+                curve.points.push_back(place(scene, row));
+        if (!curve.points.empty()) curves.push_back(std::move(curve));
     }
-    return "<figure>" + plot.element() + "</figure>\n";
+    return curves;
 }
 
 struct Part {
@@ -131,16 +99,6 @@ std::string ratioCell(const Row& row, const Row* other, double (*number)(const S
 
 }  // namespace
 
-std::string spreadText(const Spread& s)
-{
-    if (s.count == 0 || std::isnan(s.median)) return "–";
-    if (std::isinf(s.median)) return "never";
-    const std::string middle = shortNumber(s.median), low = shortNumber(s.low),
-                      high = std::isinf(s.high) ? "never" : shortNumber(s.high);
-    if (low == middle && high == middle) return middle;
-    return middle + " (" + low + "–" + high + ")";
-}
-
 Look lookOf(const std::string& method)
 {
     constexpr std::array kColours{"c-grey", "c-blue", "c-orange", "c-green",
@@ -161,10 +119,10 @@ Look lookOf(const std::string& method)
 std::string scenePlots(const Results& r, const SceneResult& scene)
 {
     return "<div class=\"pairoffigures\">\n" +
-           curvesPlot(scene, "Time against error", "seconds of a frame", "8-bit RMSE", timeAndError,
-                      false) +
-           curvesPlot(scene, "Time over full sampling of as many clusters", "clusters",
-                      "time / full", clustersAndRatio, true) +
+           curvesFigure("Time against error", "seconds of a frame", "8-bit RMSE",
+                        curvesOf(scene, timeAndError), false) +
+           curvesFigure("Time over full sampling of as many clusters", "clusters", "time / full",
+                        curvesOf(scene, clustersAndRatio), true) +
            "</div>\n" + splitBars(r, scene);
 }
 

@@ -8,15 +8,6 @@
 
 namespace app::many_lights {
 
-Spread spreadOf(std::vector<double> values)
-{
-    std::erase_if(values, [](double x) { return std::isnan(x); });
-    if (values.empty()) return {};
-    std::ranges::sort(values);
-    const size_t n = values.size();
-    return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back(), n};
-}
-
 const Row* findRow(const SceneResult& scene, const std::string& method, uint32_t clusters,
                    double rate)
 {

@@ -5,27 +5,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include <glm/glm.hpp>
 
+#include "app/bench/spread.h"
 #include "core/methods/many_lights_params.h"
 
 namespace app::many_lights {
 
-inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-/// Middle and extremes of some repetitions.
-struct Spread {
-    double median = kUnknown, low = kUnknown, high = kUnknown;
-    size_t count = 0;
-};
-
-/// Without those that are not numbers; the median of an even number is the mean of the two in the
-/// middle.
-Spread spreadOf(std::vector<double> values);
+using app::kUnknown, app::Spread, app::spreadOf;
 
 /// One repetition. Seconds are those of all cores, rays are counted, and both are those of the
 /// whole frame: what was measured over the share of the receivers that were lit.

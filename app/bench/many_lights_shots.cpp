@@ -95,7 +95,7 @@ void Measurement::takeShots(size_t index)
                               scene_.shotSize);
         if (shown_.receivers <= std::max<size_t>(subset_.receivers, 2 * o_.receivers)) break;
     }
-    progress_(about("pictures"));
+    tools_.progress(about("pictures"));
     shownReference_ = lightsReference(*lit_, shown_, o_.scenes[index].at, referenceFile("-part"));
     if (!shownReference_) return;
     std::error_code error;
@@ -120,7 +120,7 @@ bool Measurement::addShot(const std::string& name, const core::ManyLightsParams&
     const bool isReference = name == "reference";
     std::optional<Lit> lit;
     if (!isReference) {
-        progress_(about("picture, " + name));
+        tools_.progress(about("picture, " + name));
         lit = lit_->light(params, packets, lit_->lights(), shown_, o_.params.seed);
         if (!lit) return false;
     }

@@ -67,6 +67,31 @@ std::string jsonLines(const Json& json)
     return text + "\n}\n";
 }
 
+/// A text as a field of CSV: in quotes where it must be.
+static std::string csvField(const std::string& text)
+{
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
+
+std::string csvLines(const Json& rows)
+{
+    std::string csv;
+    for (const Json& row : rows) {
+        std::string head, line;
+        for (const auto& [key, value] : row.items()) {
+            head += (head.empty() ? "" : ",") + key;
+            if (!line.empty()) line += ',';
+            line += value.is_string() ? csvField(value.get<std::string>()) : jsonText(value);
+        }
+        if (csv.empty()) csv = head + '\n';
+        csv += line + '\n';
+    }
+    return csv;
+}
+
 static double perSecond(double count, double seconds)
 {
     return seconds > 0 ? count / seconds : 0;

@@ -82,6 +82,10 @@ core::Metadata imageMetadata(const RenderReport& report);
 /// JSON with one line for each member of the outermost object.
 std::string jsonLines(const nlohmann::ordered_json& json);
 
+/// CSV of an array of flat objects that have the same members: their names first, then a line for
+/// each.
+std::string csvLines(const nlohmann::ordered_json& rows);
+
 /// Most memory that this process has held, in MiB.
 double peakHostMb();
 

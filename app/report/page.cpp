@@ -81,6 +81,24 @@ std::string tile(const std::string& figure, const std::string& words)
            "</div>\n";
 }
 
+std::string verdictSpan(const std::string& word, Judgement judgement)
+{
+    constexpr const char* kStyles[] = {"good", "bad", "open"};
+    return std::string("<span class=\"") + kStyles[static_cast<size_t>(judgement)] + "\">" +
+           escapeMarkup(word) + "</span>";
+}
+
+std::string programText(const std::string& version, const std::string& commit)
+{
+    return "Rekindle " + version + (commit.empty() ? "" : " (" + commit + ")");
+}
+
+std::string warningText(bool interrupted, const std::string& quick)
+{
+    const std::string first = interrupted ? "Interrupted: what was measured until then." : "";
+    return first + (first.empty() || quick.empty() ? "" : " ") + quick;
+}
+
 std::string numberCell(const std::string& text, bool bad)
 {
     return std::string("<td class=\"n") + (bad ? " bad" : "") + "\">" + escapeMarkup(text) +

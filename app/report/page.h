@@ -35,6 +35,18 @@ std::string paragraph(const std::string& html);
 /// A figure in large digits with a few words of text below.
 std::string tile(const std::string& figure, const std::string& words);
 
+enum class Judgement { good, bad, open };
+
+/// A verdict in a word or two, in the colour of its kind.
+std::string verdictSpan(const std::string& word, Judgement judgement);
+
+/// "Rekindle 1.2.0 (abcdef)".
+std::string programText(const std::string& version, const std::string& commit);
+
+/// What a reader must know of a measurement before all else: that it was interrupted, and `quick`
+/// where that is not empty.
+std::string warningText(bool interrupted, const std::string& quick);
+
 /// A cell of a table, `text` to the right; red when `bad`.
 std::string numberCell(const std::string& text, bool bad = false);
 /// The head of a column of such cells; `html` may hold markup.

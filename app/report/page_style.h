@@ -89,6 +89,14 @@ text{fill:var(--ink);font-size:11px}
 .c-red{--c:var(--red)}.c-blue{--c:var(--blue)}.c-sky{--c:var(--sky)}.c-green{--c:var(--green)}
 .swatch{display:inline-block;width:11px;height:11px;border-radius:3px;background:var(--c);
 margin-right:6px;vertical-align:-1px}
+.shots{display:grid;grid-template-columns:repeat(auto-fill,minmax(215px,1fr));gap:16px 14px;margin:14px 0}
+.shots figure{margin:0}
+.shots img{width:100%;display:block;image-rendering:pixelated;border-radius:4px}
+.shots img+img{margin-top:5px}
+.shots figcaption{margin-top:5px;line-height:1.4}
+.shots b{color:var(--ink)}
+.good{color:var(--green);font-weight:650}
+.open{color:var(--soft);font-weight:650}
 footer{margin-top:50px;padding-bottom:40px}
 @media (max-width:560px){body{font-size:15px}h1{font-size:25px}main,header,footer{padding-left:14px;
 padding-right:14px}}

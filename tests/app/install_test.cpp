@@ -103,7 +103,8 @@ TEST_F(Install, ManualNamesEveryCommandAndOption)
                                    {"lab"},
                                    {"bench", "throughput"},
                                    {"bench", "flythrough"},
-                                   {"bench", "manylights"}}) {
+                                   {"bench", "manylights"},
+                                   {"bench", "guiding"}}) {
         std::string title = "COMMAND";
         for (const std::string& word : command) title += ' ' + word;
         const size_t begin = manual.find(".SH \"" + title + '"');

@@ -95,7 +95,8 @@ TEST(Args, HelpFitsInAHundredColumns)
                                   {"bench", "--help"},
                                   {"bench", "throughput", "--help"},
                                   {"bench", "flythrough", "--help"},
-                                  {"bench", "manylights", "--help"}}) {
+                                  {"bench", "manylights", "--help"},
+                                  {"bench", "guiding", "--help"}}) {
         const std::string text = std::get<app::Printed>(parse(arguments)).text;
         EXPECT_TRUE(contains(text, "Usage: rekindle"));
         EXPECT_TRUE(contains(text, "Example: rekindle"));
@@ -156,6 +157,7 @@ TEST(Args, MistypedNamesGetTheNearestOne)
     EXPECT_TRUE(contains(refusal({"bench", "thruoghput", "a.gltf"}), "did you mean throughput?"));
     EXPECT_TRUE(contains(refusal({"bench", "flytrough", "a.gltf"}), "did you mean flythrough?"));
     EXPECT_TRUE(contains(refusal({"bench", "manylight", "a.gltf"}), "did you mean manylights?"));
+    EXPECT_TRUE(contains(refusal({"bench", "guidng", "a.gltf"}), "did you mean guiding?"));
     EXPECT_TRUE(contains(refusal({"render", "a.gltf", "--zzzzzzzz"}), "unknown option --zzzzzzzz"));
     EXPECT_FALSE(contains(refusal({"render", "a.gltf", "--zzzzzzzz"}), "did you mean"));
 }
@@ -189,6 +191,34 @@ TEST(Args, OptionsThatDoNotGoTogether)
     EXPECT_TRUE(contains(refusal({"info"}), "scene is missing"));
     EXPECT_TRUE(contains(refusal({"bench"}), "throughput"));
     EXPECT_TRUE(contains(refusal({"bench", "throughput"}), "scene is missing"));
+}
+
+TEST(Args, GuidingIsMeasuredAsItIsAsked)
+{
+    const auto guiding = [](std::initializer_list<const char*> more) {
+        std::vector<const char*> arguments{"bench", "guiding", "a.gltf", "b.gltf", "-o", "x"};
+        arguments.insert(arguments.end(), more);
+        arguments.insert(arguments.begin(), "rekindle");
+        return std::get<app::GuidingBenchOptions>(
+            app::parseArguments(static_cast<int>(arguments.size()), arguments.data()));
+    };
+    const app::GuidingBenchOptions usual = guiding({});
+    EXPECT_EQ(usual.scenes.size(), 2u);
+    EXPECT_EQ(usual.devices, app::MeasuredDevices::both);
+    EXPECT_EQ(usual.samples, (std::vector<uint32_t>{16, 64}));
+    EXPECT_EQ(usual.sweep, usual.samples);
+    EXPECT_EQ(usual.seeds, 3u);
+    EXPECT_EQ(usual.referenceSpp, 1024u);
+    EXPECT_EQ(usual.params, core::GuidedParams{});
+    const app::GuidingBenchOptions other =
+        guiding({"--sweep", "--samples", "63,8,63", "--gate", "2", "--device", "vulkan"});
+    EXPECT_EQ(other.samples, (std::vector<uint32_t>{8, 63}));
+    EXPECT_EQ(other.sweep, (std::vector<uint32_t>{8, 31, 63, 127, 255, 511, 1023}));
+    EXPECT_EQ(other.referenceSpp, 8 * 1023u);
+    EXPECT_EQ(other.params.gate, 2);
+    EXPECT_EQ(other.devices, app::MeasuredDevices::vulkan);
+    EXPECT_LT(guiding({"--quick"}).referenceSpp, 1024u);
+    EXPECT_LT(guiding({"--quick"}).seeds, 3u);
 }
 
 app::ViewOptions view(std::initializer_list<const char*> arguments)

@@ -9,10 +9,10 @@
 
 #include <glm/gtc/constants.hpp>
 
-#include "app/bench/flight_error.h"
 #include "app/bench/flight_files.h"
 #include "app/bench/flight_measure.h"
 #include "app/bench/flight_page.h"
+#include "app/bench/picture_error.h"
 #include "core/gltf/load.h"
 #include "core/trace/pick.h"
 #include "tests/support/markup.h"
@@ -21,6 +21,7 @@
 namespace {
 
 using namespace app::flight;
+using app::ErrorSum, app::Measured, app::PictureErrors;
 using glm::dvec3;
 
 std::shared_ptr<const core::World> world(const std::string& name)

@@ -6,7 +6,7 @@
 
 #include "core/image/image.h"
 
-namespace app::flight {
+namespace app {
 
 /// A number and its standard error.
 struct Measured {
@@ -33,10 +33,34 @@ struct PictureErrors {
 /// What the noise of a reference adds to the relMSE of a picture.
 double noiseOf(const core::Image& reference, const core::Image& variance);
 
+/// Sums over pictures of a quantity that is a mean over the picture: of each tile's part of it, and
+/// of its square.
+class TileSums {
+public:
+    /// Another picture.
+    void add(const std::vector<double>& tiles);
+
+    /// The mean over the pictures; its error is NaN with less than two.
+    Measured mean() const;
+
+private:
+    std::vector<double> sums_, squares_;
+    uint32_t pictures_ = 0;
+};
+
+/// How much brighter `a` is than `b` on the mean, by tiles, for TileSums: whose mean over some
+/// pairs tells chance from bias although the two of a pair may have random numbers in common. Of
+/// one size.
+std::vector<double> tileDifferences(const core::Image& a, const core::Image& b);
+
 class ErrorSum {
 public:
     /// The images live on. `variance`: of the reference's mean.
     ErrorSum(const core::Image& reference, const core::Image& variance);
+
+    /// The same with `level` for what errors are relative to: a reference with fireflies left in
+    /// would hide its own.
+    ErrorSum(const core::Image& reference, const core::Image& variance, const core::Image& level);
 
     /// Another picture of the reference's size, with a seed that no other has.
     void add(const core::Image& picture);
@@ -45,22 +69,13 @@ public:
     PictureErrors errors() const;
 
 private:
-    /// Sums over pictures of a quantity that is a mean over the picture: of each tile's part of it,
-    /// and of its square.
-    struct Tiled {
-        std::vector<double> sums, squares;
-
-        void add(const std::vector<double>& tiles);
-        Measured mean(double pictures) const;
-    };
-
-    const core::Image& reference_;
+    const core::Image &reference_, &level_;
     double noise_ = 0, relativeNoise_ = 0;  // of the reference, in mse and relMse
     double signedNoise_ = 0;                // of its mean: variance
     uint32_t pictures_ = 0;
     double trimmed_ = 0, trimmedSquares_ = 0;  // sums
     std::vector<double> sums_, squares_;       // of each value
-    Tiled mse_, relMse_, signed_;
+    TileSums mse_, relMse_, signed_;
 };
 
-}  // namespace app::flight
+}  // namespace app

@@ -1,5 +1,5 @@
-// See flight_error.h.
-#include "app/bench/flight_error.h"
+// See picture_error.h.
+#include "app/bench/picture_error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "core/base/check.h"
 
-namespace app::flight {
+namespace app {
 
 namespace {
 
@@ -51,9 +51,15 @@ double noiseOf(const core::Image& reference, const core::Image& variance)
 }
 
 ErrorSum::ErrorSum(const core::Image& reference, const core::Image& variance)
-    : reference_(reference), relativeNoise_(noiseOf(reference, variance))
+    : ErrorSum(reference, variance, reference)
+{}
+
+ErrorSum::ErrorSum(const core::Image& reference, const core::Image& variance,
+                   const core::Image& level)
+    : reference_(reference), level_(level), relativeNoise_(noiseOf(level, variance))
 {
-    CHECK(variance.pixels.size() == reference.pixels.size() && reference.channels == 3);
+    CHECK(variance.pixels.size() == reference.pixels.size() && reference.channels == 3 &&
+          level.pixels.size() == reference.pixels.size());
     const size_t size = reference.pixels.size();
     sums_.resize(size);
     squares_.resize(size);
@@ -71,22 +77,24 @@ ErrorSum::ErrorSum(const core::Image& reference, const core::Image& variance)
     signedNoise_ /= count * count;
 }
 
-void ErrorSum::Tiled::add(const std::vector<double>& tiles)
+void TileSums::add(const std::vector<double>& tiles)
 {
-    sums.resize(tiles.size());
-    squares.resize(tiles.size());
+    sums_.resize(tiles.size());
+    squares_.resize(tiles.size());
     for (size_t t = 0; t < tiles.size(); ++t) {
-        sums[t] += tiles[t];
-        squares[t] += tiles[t] * tiles[t];
+        sums_[t] += tiles[t];
+        squares_[t] += tiles[t] * tiles[t];
     }
+    ++pictures_;
 }
 
-Measured ErrorSum::Tiled::mean(double pictures) const
+Measured TileSums::mean() const
 {
-    Measured m{0, pictures < 2 ? kNaN : 0};
-    for (size_t t = 0; t < sums.size(); ++t) {
-        m.value += sums[t] / pictures;
-        if (pictures > 1) m.error += varianceOf(sums[t], squares[t], pictures) / pictures;
+    const double pictures = pictures_;
+    Measured m{0, pictures_ < 2 ? kNaN : 0};
+    for (size_t t = 0; t < sums_.size(); ++t) {
+        m.value += sums_[t] / pictures;
+        if (pictures_ > 1) m.error += varianceOf(sums_[t], squares_[t], pictures) / pictures;
     }
     m.error = std::sqrt(m.error);
     return m;
@@ -108,13 +116,13 @@ void ErrorSum::add(const core::Image& picture)
             for (uint32_t c = 0; c < 3; ++c) {
                 const size_t i = (size_t(y) * picture.width + x) * 3 + c;
                 const auto value = static_cast<double>(picture.pixels[i]),
-                           r = static_cast<double>(reference_.pixels[i]);
-                const double d = value - r;
+                           level = static_cast<double>(level_.pixels[i]);
+                const double d = value - static_cast<double>(reference_.pixels[i]);
                 sums_[i] += value;
                 squares_[i] += value * value;
                 differences[tile] += d * part;
                 mse[tile] += d * d * part;
-                ofPixel += d * d / (r * r + kRelativeFloor);
+                ofPixel += d * d / (level * level + kRelativeFloor);
             }
             relMse[tile] += ofPixel * part;
             ofPixels.push_back(ofPixel / 3);
@@ -128,17 +136,31 @@ void ErrorSum::add(const core::Image& picture)
     signed_.add(differences);
 }
 
+std::vector<double> tileDifferences(const core::Image& a, const core::Image& b)
+{
+    CHECK(a.width == b.width && a.height == b.height && a.channels == 3 && b.channels == 3);
+    const uint32_t across = (a.width + kTile - 1) / kTile, down = (a.height + kTile - 1) / kTile;
+    std::vector<double> tiles(size_t(across) * down);
+    const double part = 1 / static_cast<double>(a.pixels.size());
+    for (size_t i = 0; i < a.pixels.size(); ++i) {
+        const size_t x = i / 3 % a.width, y = i / 3 / a.width;
+        tiles[y / kTile * across + x / kTile] +=
+            part * (static_cast<double>(a.pixels[i]) - static_cast<double>(b.pixels[i]));
+    }
+    return tiles;
+}
+
 PictureErrors ErrorSum::errors() const
 {
     CHECK(pictures_ > 0);
     const double count = pictures_, values = static_cast<double>(sums_.size());
     PictureErrors e;
     e.pictures = pictures_;
-    e.mse = mse_.mean(count);
+    e.mse = mse_.mean();
     e.mse.value -= noise_;
-    e.relMse = relMse_.mean(count);
+    e.relMse = relMse_.mean();
     e.relMse.value -= relativeNoise_;
-    e.signedError = signed_.mean(count);
+    e.signedError = signed_.mean();
     e.signedError.error = std::hypot(e.signedError.error, std::sqrt(signedNoise_));
     e.trimmed = {trimmed_ / count - relativeNoise_,
                  pictures_ < 2 ? kNaN
@@ -149,4 +171,4 @@ PictureErrors ErrorSum::errors() const
     return e;
 }
 
-}  // namespace app::flight
+}  // namespace app

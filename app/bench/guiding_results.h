@@ -1,0 +1,117 @@
+// What guided path tracing has shown beside the plain path tracer: what JSON, CSV, tables, goals
+// and the page are made of.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "app/bench/picture_error.h"
+#include "app/bench/spread.h"
+#include "core/methods/guided_params.h"
+
+namespace app::guiding {
+
+/// One picture. Of `path`, what a guide has is not known.
+struct Sample {
+    double cpuSeconds = 0;     // of this process's own code, all threads together
+    double renderSeconds = 0;  // by the renderer's clock
+    double rays = 0;
+    double relMse = 0;
+    double guidedShare = kUnknown, leaves = kUnknown, bytes = kUnknown, guideSeconds = kUnknown;
+};
+
+/// A variant on a device after so many samples per pixel.
+struct Row {
+    std::string variant, device;
+    uint32_t spp = 0;
+    std::vector<Sample> samples;              // by seed
+    Measured relMse{kUnknown, kUnknown};      // over the seeds
+    Measured difference{kUnknown, kUnknown};  // of the pictures' mean to that of `path`
+    double mean = kUnknown;                   // of the pictures
+};
+
+struct Device {
+    std::string name;    // "cpu" or "vulkan"
+    std::string words;   // what it is
+    bool onHost = true;  // the host's cores do its work: time is processor time
+};
+
+/// A picture that the page shows.
+struct Shot {
+    std::string name;
+    double relMse = kUnknown, seconds = kUnknown;
+    std::filesystem::path file;  // from the folder of the page
+};
+
+struct SceneResult {
+    std::string name;            // short, different for every scene
+    std::filesystem::path file;  // as it was named
+    size_t triangles = 0;
+    glm::uvec2 size{0};
+    uint32_t referenceSpp = 0;
+    double referenceRelMse = 0, referenceSeconds = 0;  // its noise; what it took
+    bool referenceKept = false;
+    std::vector<Row> rows;
+    uint32_t shownSpp = 0;
+    std::string shownDevice;
+    std::vector<Shot> shots;
+};
+
+struct Results {
+    std::string version, commit, machine;
+    unsigned cores = 0;
+    std::vector<Device> devices;
+    core::GuidedParams params;  // what all variants have in common
+    uint32_t seeds = 0;
+    std::vector<uint32_t> samples, sweep;
+    bool quick = false, interrupted = false;
+    double seconds = 0;
+    std::vector<SceneResult> scenes;
+};
+
+/// The row of that setting; null when there is none.
+const Row* findRow(const SceneResult& scene, const std::string& variant, const std::string& device,
+                   uint32_t spp);
+
+/// Plain path tracing on the same device with as many samples.
+const Row* plainOf(const SceneResult& scene, const Row& row);
+
+const Device& deviceOf(const Results& results, const Row& row);
+
+/// Seconds of one picture by the clock that fits the device.
+double secondsOf(const Device& device, const Sample& sample);
+
+/// Mean over the seeds.
+template <class Number> double meanOf(const Row& row, Number&& number)
+{
+    double sum = 0;
+    for (const Sample& s : row.samples) sum += number(s);
+    return sum / static_cast<double>(row.samples.size());
+}
+
+/// A ratio to plain path tracing: of the means over the seeds, and between which values it lies
+/// where each seed is taken alone.
+struct Ratio {
+    double value = kUnknown, low = kUnknown, high = kUnknown;
+};
+
+/// How many times less error than `plain` at as many samples.
+Ratio varianceRatio(const Row& plain, const Row& row);
+
+/// How many times less error times seconds: what is gained in equal time.
+Ratio efficiency(const Device& device, const Row& plain, const Row& row);
+
+/// "5.8 (5.2–6.1)".
+std::string ratioText(const Ratio& ratio);
+
+/// How many standard errors the mean of the pictures lies from that of `path`.
+double biasScore(const Row& row);
+
+/// The share by which it does.
+double relativeBias(const Row& row);
+
+}  // namespace app::guiding

@@ -1,0 +1,321 @@
+// `rekindle bench guiding`: the table of variants, ratios, goals, bias and references on values
+// that are known; then as a person or a script meets it: what it refuses, what it writes, what it
+// keeps.
+#include <cmath>
+#include <csignal>
+#include <random>
+#include <set>
+
+#include "app/bench/guiding_cases.h"
+#include "app/bench/guiding_files.h"
+#include "app/bench/guiding_goals.h"
+#include "app/bench/guiding_measure.h"
+#include "app/bench/guiding_page.h"
+#include "core/base/check.h"
+#include "tests/support/markup.h"
+#include "tests/support/program.h"
+
+namespace {
+
+using namespace tests;
+using namespace app::guiding;
+using app::kUnknown, app::TileSums;
+
+TEST(GuidingVariants, ChangeOneThingEach)
+{
+    const core::GuidedParams common{.training = 24, .maxDepth = 5, .rouletteDepth = 3};
+    std::set<std::string> names;
+    for (const Variant& variant : variantTable()) {
+        EXPECT_TRUE(names.insert(variant.name).second) << variant.name;
+        EXPECT_FALSE(std::string(variant.help).empty());
+        const core::AnyParams params = paramsOf(variant, common, 7);
+        if (variant.change == nullptr) {
+            const auto& path = params.as<core::PathParams>();
+            EXPECT_EQ(path.maxDepth, 5u);
+            EXPECT_EQ(path.rouletteDepth, 3u);
+            EXPECT_EQ(path.seed, 7u);
+            continue;
+        }
+        const auto& guided = params.as<core::GuidedParams>();
+        EXPECT_EQ(guided.training, 24u);
+        EXPECT_EQ(guided.seed, 7u);
+        core::GuidedParams same = guided;
+        same.seed = common.seed;
+        EXPECT_EQ(same == common, std::string(variant.name) == "guided") << variant.name;
+    }
+    app::GuidingBenchOptions options;
+    EXPECT_EQ(variantsOf(options).size(), variantTable().size());
+    options.quick = true;
+    EXPECT_EQ(variantsOf(options).size(), 2u);
+    options.variants = {"no-gate"};
+    ASSERT_EQ(variantsOf(options).size(), 2u);
+    EXPECT_EQ(variantsOf(options)[0]->name, std::string("path"));
+    EXPECT_EQ(variantsOf(options)[1]->name, std::string("no-gate"));
+    EXPECT_THROW(requireVariants({"no-gat"}), core::Error);
+    requireVariants({"path", "guided"});
+}
+
+TEST(GuidingSize, FollowsTheCamera)
+{
+    core::Camera camera;
+    camera.aspect = 1;
+    EXPECT_EQ(usualSize(camera), glm::uvec2(256, 256));
+    camera.aspect = 16.0 / 9;
+    EXPECT_EQ(usualSize(camera), glm::uvec2(192, 108));
+    camera.aspect = 9.0 / 16;
+    EXPECT_EQ(usualSize(camera), glm::uvec2(108, 192));
+}
+
+/// A row whose picture of each seed takes `seconds` and has one of the `errors`.
+Row rowOf(const std::string& variant, uint32_t spp, double seconds, std::vector<double> errors)
+{
+    Row row{.variant = variant, .device = "cpu", .spp = spp, .samples = {}};
+    double sum = 0;
+    for (const double e : errors) {
+        row.samples.push_back({.cpuSeconds = seconds, .renderSeconds = 1, .rays = 9, .relMse = e});
+        sum += e;
+    }
+    row.relMse = {sum / double(errors.size()), 0.1};
+    row.mean = 0.5;
+    return row;
+}
+
+Results resultsOf(const std::string& scene, double gain)
+{
+    Results r;
+    r.version = "1";
+    r.machine = "<machine>";
+    r.devices = {{"cpu", "a & b", true}};
+    r.samples = r.sweep = {16, 64};
+    r.seeds = 2;
+    SceneResult s;
+    s.name = scene;
+    s.size = {8, 8};
+    for (const uint32_t spp : r.samples) {
+        s.rows.push_back(rowOf("path", spp, 2, {4 * gain, 8 * gain}));
+        s.rows.push_back(rowOf("guided", spp, 4, {2, 4}));
+        s.rows.back().difference = {0.05, 0.01};
+        s.rows.back().mean = 0.55;
+    }
+    r.scenes.push_back(s);
+    return r;
+}
+
+TEST(GuidingRatios, AreOfTheMeansAndSpanTheSeeds)
+{
+    const Row plain = rowOf("path", 64, 2, {6, 10}), guided = rowOf("guided", 64, 5, {3, 1});
+    const Ratio variance = varianceRatio(plain, guided);
+    EXPECT_NEAR(variance.value, 4, 1e-12);
+    EXPECT_NEAR(variance.low, 2, 1e-12);
+    EXPECT_NEAR(variance.high, 10, 1e-12);
+    EXPECT_NEAR(efficiency({"cpu", "", true}, plain, guided).value, 1.6, 1e-12);
+    // By the device's own clock both take one second.
+    EXPECT_NEAR(efficiency({"vulkan", "", false}, plain, guided).value, 4, 1e-12);
+    EXPECT_NEAR(varianceRatio(plain, plain).value, 1, 1e-12);
+    const Results r = resultsOf("x", 4);
+    EXPECT_NEAR(biasScore(r.scenes[0].rows[1]), 5, 1e-9);
+    EXPECT_NEAR(relativeBias(r.scenes[0].rows[1]), 0.1, 1e-9);
+}
+
+TEST(GuidingGoals, AreMetMissedOrNotMeasured)
+{
+    const auto verdict = [](const Results& r, const std::string& goal) {
+        for (const Goal& g : goalsOf(r))
+            if (g.text == goal) return std::string(verdictName(g.verdict));
+        return std::string("none");
+    };
+    const std::string box = "cbox-up on cpu, 64 spp", all = "every scene on every device, 16 spp";
+    EXPECT_EQ(verdict(resultsOf("cbox-up", 2.7), box), "met");
+    EXPECT_EQ(verdict(resultsOf("cbox-up", 2.5), box), "missed");
+    EXPECT_EQ(verdict(resultsOf("other", 2.5), box), "not measured");
+    EXPECT_EQ(verdict(resultsOf("other", 0.96), all), "met");
+    EXPECT_EQ(verdict(resultsOf("other", 0.94), all), "missed");
+    EXPECT_EQ(verdict(resultsOf("cbox-up", 9), "cbox-up on vulkan, 64 spp"), "not measured");
+    // The worst scene decides.
+    Results two = resultsOf("good", 3);
+    two.scenes.push_back(resultsOf("bad", 0.5).scenes[0]);
+    EXPECT_EQ(verdict(two, all), "missed");
+    EXPECT_EQ(goalsOf(two).back().where, "bad, cpu");
+}
+
+TEST(GuidingPage, ShowsAnyNumbers)
+{
+    for (const double odd : {kUnknown, double(INFINITY), 0.0, -1.0, 1e300}) {
+        Results r = resultsOf("a<b", odd);
+        r.interrupted = r.quick = true;
+        r.scenes[0].rows[3].samples[0].leaves = odd;
+        r.scenes[0].rows[3].relMse = {odd, odd};
+        r.scenes[0].shots = {{"guided", odd, odd, "none.png"}};
+        const std::string page = resultsPage(r, "/nowhere");
+        EXPECT_EQ(readMarkup(page).problem, "") << odd;
+        EXPECT_FALSE(contains(page, "nan"));
+        EXPECT_TRUE(contains(page, "Interrupted"));
+        EXPECT_EQ(Json::parse(resultsJson(r)).at("rows").size(), 4u);
+        EXPECT_TRUE(contains(resultsTable(r), "a<b"));
+    }
+}
+
+/// Pictures that share most of their noise: the mean of their differences is known far better than
+/// either mean, and a bias of a thousandth is seen.
+TEST(GuidingBias, IsSeenBetweenPairsOfPictures)
+{
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal;
+    double squares = 0, biased = 0;
+    constexpr int kTrials = 300;
+    for (int t = 0; t < kTrials; ++t) {
+        TileSums fair, wrong;
+        for (int seed = 0; seed < 3; ++seed) {
+            core::Image a(32, 24, 3), b(32, 24, 3), c(32, 24, 3);
+            for (size_t i = 0; i < a.pixels.size(); ++i) {
+                const float shared = 1 + normal(random);
+                a.pixels[i] = shared;
+                b.pixels[i] = shared + 0.02f * normal(random);
+                c.pixels[i] = b.pixels[i] + 0.01f;
+            }
+            fair.add(app::tileDifferences(b, a));
+            wrong.add(app::tileDifferences(c, a));
+        }
+        squares += std::pow(fair.mean().value / fair.mean().error, 2) / kTrials;
+        biased += wrong.mean().value / wrong.mean().error / kTrials;
+        EXPECT_NEAR(wrong.mean().value, 0.01, 0.002);
+    }
+    EXPECT_NEAR(squares, 1, 0.3);
+    EXPECT_GT(biased, 20);
+}
+
+TEST(GuidingReferences, AreBlurredWithinTheirBorders)
+{
+    core::Image image(3, 2, 3);
+    image.at(0, 0)[1] = 12;
+    const core::Image result = blurred(image);
+    EXPECT_FLOAT_EQ(result.at(0, 0)[1], 3);
+    EXPECT_FLOAT_EQ(result.at(1, 1)[1], 2);
+    EXPECT_FLOAT_EQ(result.at(2, 0)[1], 0);
+    EXPECT_FLOAT_EQ(result.at(0, 0)[0], 0);
+}
+
+const Strings kBench{"bench", "guiding"};
+
+/// Small enough for a test.
+const Strings kTiny{"--size", "24x16",           "--samples", "2,4",      "--seeds",
+                    "2",      "--reference-spp", "32",        "--device", "cpu"};
+
+class GuidingCommand : public Cli {
+protected:
+    Json results(const std::string& folder) const
+    {
+        return Json::parse(readAll(work(folder + "/guiding.json")));
+    }
+};
+
+TEST_F(GuidingCommand, NonsenseIsRefused)
+{
+    expectRefused(kBench, 2, "scene is missing");
+    expectRefused(kBench + Strings{kScene}, 2, "-o DIR");
+    const Strings bench = kBench + Strings{kScene, "-o", "x"};
+    expectRefused(bench + Strings{"--samples", "16,many"}, 2, "'many'");
+    expectRefused(bench + Strings{"--samples", ","}, 2, "empty");
+    expectRefused(bench + Strings{"--seeds", "0"}, 2, "--seeds");
+    expectRefused(bench + Strings{"--device", "gpu"}, 2, "both, cpu, vulkan");
+    expectRefused(bench + Strings{"--device", "cpu", "--device-index", "0"}, 2, "--device-index");
+    expectRefused(bench + Strings{"--variants", "no-gat"}, 2, "did you mean no-gate?");
+    expectRefused(bench + Strings{"--training", "9999"}, 2, "--training");
+    expectRefused(bench + Strings{"--sampels", "9"}, 2, "did you mean --samples?");
+    expectRefused(kBench + Strings{kScene, "none.gltf", "-o", "x"}, 3, "none.gltf");
+    expectRefused(bench + kTiny + Strings{"--camera", "nobody"}, 2, "nobody");
+    EXPECT_FALSE(fs::exists(work("x")));
+    writeFile("file", "mine");
+    expectRefused(kBench + Strings{kScene, "-o", "file"}, 3, "file: is a file");
+}
+
+TEST_F(GuidingCommand, WritesAPageAndItsNumbers)
+{
+    const Result result = finish(start(kBench + kTiny + Strings{kScene, "-o", "new/guiding"}), 180);
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_TRUE(contains(result.err, "new/guiding/guiding.html"));
+    const Json json = results("new/guiding");
+    EXPECT_EQ(json.at("command"), "bench guiding");
+    EXPECT_EQ(json.at("interrupted"), false);
+    EXPECT_EQ(json.at("devices").size(), 1u);
+    EXPECT_EQ(json.at("rows").size(), 2 * variantTable().size());
+    for (const Json& row : json.at("rows")) {
+        for (const char* key : {"spp", "cpu_seconds", "render_seconds", "rays", "relmse",
+                                "variance_ratio", "variance_ratio_low", "eff", "eff_high"}) {
+            ASSERT_TRUE(row.at(key).is_number()) << key << ": " << row.dump();
+            EXPECT_GT(row.at(key).get<double>(), 0) << key << ": " << row.dump();
+        }
+        EXPECT_EQ(row.at("scene"), "cornell-diffuse");
+        EXPECT_EQ(row.at("seeds"), 2);
+        const bool isPlain = row.at("variant") == "path";
+        for (const char* key : {"guided_share", "guide_leaves", "guide_bytes", "guide_seconds"})
+            EXPECT_EQ(row.at(key).is_null(), isPlain) << key;
+        if (isPlain) {
+            EXPECT_EQ(row.at("eff"), 1);
+            EXPECT_EQ(row.at("variance_ratio"), 1);
+        }
+    }
+    EXPECT_EQ(json.at("goals").back().at("verdict"), "not measured");
+
+    const std::string page = readAll(work("new/guiding/guiding.html")),
+                      csv = readAll(work("new/guiding/guiding.csv"));
+    EXPECT_EQ(readMarkup(page).problem, "");
+    EXPECT_FALSE(contains(page, "http://") || contains(page, "https://"));
+    EXPECT_FALSE(contains(page, "nan"));
+    EXPECT_TRUE(csv.starts_with("scene,variant,device,spp,"));
+    EXPECT_EQ(size_t(std::ranges::count(csv, '\n')), 1 + json.at("rows").size());
+    const Json& pictures = json.at("scenes")[0].at("pictures");
+    ASSERT_EQ(pictures.size(), 3u);
+    for (const Json& picture : pictures)
+        EXPECT_TRUE(fs::exists(work("new/guiding/" + picture.at("file").get<std::string>())));
+    EXPECT_TRUE(contains(result.out, "cornell-diffuse, 24x16"));
+}
+
+TEST_F(GuidingCommand, ReferencesAreMadeOnceAndErrorsRepeat)
+{
+    const Strings bench = kBench + kTiny + Strings{kScene, "-o", "x", "--quick", "-q"};
+    const auto scene = [&](const Strings& more) {
+        const Result result = run(bench + more);
+        EXPECT_EQ(result.code, 0) << result.err;
+        return results("x");
+    };
+    const Json first = scene({}), again = scene({});
+    EXPECT_EQ(first.at("scenes")[0].at("reference_kept"), false);
+    EXPECT_EQ(again.at("scenes")[0].at("reference_kept"), true);
+    ASSERT_EQ(first.at("rows").size(), 4u);
+    for (size_t i = 0; i < 4; ++i)
+        for (const char* key : {"relmse", "rays", "mean_ratio"})
+            EXPECT_EQ(first.at("rows")[i].at(key), again.at("rows")[i].at(key)) << i << key;
+    // Without learning a guided picture is the plain one to the bit.
+    const Json untrained = scene({"--training", "0"});
+    EXPECT_EQ(untrained.at("scenes")[0].at("reference_kept"), true);
+    for (const Json& row : untrained.at("rows")) EXPECT_EQ(row.at("variance_ratio"), 1);
+    EXPECT_EQ(scene({"--max-depth", "2"}).at("scenes")[0].at("reference_kept"), false);
+}
+
+TEST_F(GuidingCommand, CtrlCKeepsWhatIsThere)
+{
+    const Strings bench = kBench + kTiny + Strings{kScene, "-o", "new/guiding", "--quick"};
+    pid_t pid = start(bench + Strings{"--reference-spp", "10000000"});
+    waitForError("reference");
+    kill(pid, SIGINT);
+    Result result = finish(pid, 60);
+    EXPECT_EQ(result.code, 130) << result.err;
+    EXPECT_TRUE(contains(result.err, "nothing measured"));
+    EXPECT_FALSE(fs::exists(work("new")));
+
+    // So many seeds that only a signal ends them.
+    pid = start(bench + Strings{"--seeds", "1000", "--size", "96x64"});
+    waitForError("seed 3 ");
+    kill(pid, SIGINT);
+    result = finish(pid, 60);
+    EXPECT_EQ(result.code, 130) << result.err;
+    EXPECT_TRUE(contains(result.err, "what was measured so far is written"));
+    const Json json = results("new/guiding");
+    EXPECT_EQ(json.at("interrupted"), true);
+    ASSERT_FALSE(json.at("rows").empty());
+    EXPECT_GE(json.at("rows")[0].at("seeds"), 1);
+    EXPECT_TRUE(contains(readAll(work("new/guiding/guiding.html")), "Interrupted"));
+}
+
+}  // namespace
