@@ -40,8 +40,8 @@ void addAmountOptions(CLI::App& app, GuidingBenchOptions& o, Given& given)
                  "minutes for a small scene")
         ->group(group);
     addRead(app, group, "--variants", "LIST", o.variants, splitList,
-            "variants to measure beside path: guided, half-share, no-gate, record-all, "
-            "record-4th, large-leaves, small-leaves (default: all; quick: guided)");
+            "variants to measure beside path, by their names on the page, as guided,no-gate "
+            "(default: all; quick: guided)");
     addRead(app, group, "--samples", "LIST", given.samples, readSamples,
             "samples per pixel of each variant (default 16,64)");
     app.add_flag("--sweep", given.sweep,

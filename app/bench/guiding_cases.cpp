@@ -67,11 +67,15 @@ core::AnyParams paramsOf(const Variant& variant, const GuidedParams& common, uin
 void requireVariants(const std::vector<std::string>& names)
 {
     std::vector<std::string> known;
-    for (const Variant& v : kVariants) known.emplace_back(v.name);
+    std::string all;
+    for (const Variant& v : kVariants) {
+        known.emplace_back(v.name);
+        all += (all.empty() ? "" : ", ") + known.back();
+    }
     for (const std::string& name : names)
         if (std::ranges::find(known, name) == known.end())
-            throw core::Error("--variants: there is no " + name + suggestion(name, known) +
-                                  " — see rekindle bench guiding --help",
+            throw core::Error("--variants: '" + name + "' is not one of " + all +
+                                  suggestion(name, known),
                               core::ExitCode::commandLine);
 }
 

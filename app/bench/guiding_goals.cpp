@@ -38,7 +38,9 @@ std::string textOf(const Demand& d)
 /// The least number that falls under the demand.
 Goal goalOf(const Results& r, const Demand& demand)
 {
-    Goal goal{.text = textOf(demand), .least = demand.least};
+    Goal goal;
+    goal.text = textOf(demand);
+    goal.least = demand.least;
     for (const SceneResult& scene : r.scenes) {
         if (*demand.scene != 0 && scene.name != demand.scene) continue;
         for (const Device& device : r.devices) {

@@ -144,14 +144,16 @@ void Measurement::makeCells()
             for (const Variant* variant : variantsOf(o_)) {
                 const bool usual = std::ranges::find(o_.samples, spp) != o_.samples.end();
                 if (!usual && !variant->isMain) continue;
-                cells_.push_back({variant,
-                                  i,
-                                  {.variant = variant->name,
-                                   .device = results_.devices[i].name,
-                                   .spp = spp,
-                                   .samples = {}},
-                                  {reference_->mean, reference_->variance, reference_->level},
-                                  {}});
+                Row row;
+                row.variant = variant->name;
+                row.device = results_.devices[i].name;
+                row.spp = spp;
+                cells_.push_back(
+                    {variant,
+                     i,
+                     std::move(row),
+                     ErrorSum(reference_->mean, reference_->variance, reference_->level),
+                     {}});
             }
 }
 
@@ -255,7 +257,9 @@ void Measurement::takeShots()
     fs::create_directories(o_.output / "pictures", error);
     shown_.emplace_back("reference", reference_->mean);
     for (const auto& [name, picture] : shown_) {
-        Shot shot{.name = name, .file = fs::path("pictures") / (scene_.name + '-' + name + ".png")};
+        Shot shot;
+        shot.name = name;
+        shot.file = fs::path("pictures") / (scene_.name + '-' + name + ".png");
         if (const Row* row = findRow(scene_, name, scene_.shownDevice, scene_.shownSpp)) {
             shot.relMse = row->samples.front().relMse;
             shot.seconds = secondsOf(results_.devices.front(), row->samples.front());

@@ -105,7 +105,7 @@ std::string methodSection(const Results& r)
             "the same seeds, and z how many standard errors that is. Red is further than four, "
             "which chance hardly does: a bias.</li>\n"
             "<li>Guided: the share of the vertices that lay in a leaf of the guide that was used; "
-            "MB and seconds are those of the guide alone.</li>\n</ul>\n");
+            "MB and guide s are those of the guide alone, by the clock on the wall.</li>\n</ul>\n");
 }
 
 std::string facts(const Results& r)
