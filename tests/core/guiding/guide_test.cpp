@@ -158,6 +158,24 @@ TEST_P(GuideLearning, IsUsedOnlyWhereItPays)
     }
 }
 
+/// Light that a perfect guide would take a twelfth of the second moment from: less than the gate.
+TEST_P(GuideLearning, GateStopsSmallGains)
+{
+    const auto faint = [](vec3, vec3 wi) { return 1 + 0.5f * wi.z; };
+    GuideOptions open = options();
+    open.gate = 0.5f;
+    Guide gated(options()), opened(open);
+    for (uint64_t k = 1; k <= 4; ++k) {
+        gated.learn(pathsTo(40000, k, anywhere, faint), double(k));
+        opened.learn(pathsTo(40000, k, anywhere, faint), double(k));
+    }
+    size_t guided = 0;
+    for (const uvec4& leaf : gated.tables()->leaves) EXPECT_EQ(shared::uintAsFloat(leaf.y), 1);
+    for (const uvec4& leaf : opened.tables()->leaves)
+        guided += shared::uintAsFloat(leaf.y) < 1 ? 1u : 0u;
+    EXPECT_GT(guided, 0u);
+}
+
 TEST_P(GuideLearning, KnowsWhatAPlaceReflects)
 {
     Guide guide(options());
