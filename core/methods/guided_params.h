@@ -21,7 +21,7 @@ template <> struct EnumNames<GuideKind> {
 struct GuidedParams {
     static constexpr std::string_view kMethod = "guided";
 
-    GuideKind guide = GuideKind::histogram;
+    GuideKind guide = GuideKind::lobes;
     uint32_t training = 32;
     uint32_t recordOneIn = 0;
     float recordsPerLeaf = 500;

@@ -34,7 +34,7 @@ core::guiding::Guide guideTowards(vec3 light)
         records.records.push_back(r);
         records.ends.push_back({1, 1});
     }
-    core::guiding::Guide guide;
+    core::guiding::Guide guide({.kind = shared::kGuideLobes});  // smooth: quadrature is easy
     guide.learn(std::span(&records, 1), 1);
     return guide;
 }
@@ -91,7 +91,7 @@ size_t cellOf(vec3 wi)
 std::vector<double> probabilities(const shared::Vertex& v, float share, shared::GuideLeaf leaf,
                                   const shared::GuideView& guide)
 {
-    constexpr int kFine = 96;  // the guide has steps
+    constexpr int kFine = 24;
     std::vector<double> cells(size_t(kRows) * kColumns);
     const double area = 4 * kPi / (double(kRows) * kColumns * kFine * kFine);
     for (int i = 0; i < kRows * kFine; ++i) {
