@@ -64,7 +64,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
     if (traceClosest(Ray(path.origin, 0.0, path.direction, kInfinity), alphaSeed(stream, depth, 0u), hit)) {
         ShadowRay shadow;
         GuideRecord record;
-        uint recorded;
+        uint recorded = records && depth < kGuideVertices ? 1u : 0u;
         const VertexNumbers numbers = drawVertexNumbers(stream, depth);
         goesOn = shadeGuided(scene, guide, frame.settings, pixelEstimate(stream.pixel), numbers, hit, path, extra,
                              shadow, record, recorded, L);
@@ -73,7 +73,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
             const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
             if (!traceAny(connection, alphaSeed(stream, depth, 1u))) L += shadow.contribution;
         }
-        if (records && recorded != 0u && depth < kGuideVertices) {
+        if (recorded != 0u) {
             record.after = luminance(L);
             guideRecords[recordedSlot(lane, stride) * kGuideVertices + depth] = record;
             count = depth + 1u;

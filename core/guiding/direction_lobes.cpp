@@ -11,9 +11,9 @@ namespace {
 constexpr int kFirstSteps = 6, kSteps = 2;  // of EM, for the first lessons and for later ones
 constexpr int kBoundRounds = 4;
 constexpr float kLeastValue = 1e-30f;  // what is darker would not survive fractions
-constexpr size_t kMostLights = 4096;   // in one iteration; of more, every so manieth
+constexpr size_t kMostLights = 4096;   // in one iteration; of more, every n-th
 
-// Priors, in effective samples: of each lobe's probability, and of a mean cosine of nought.
+// Priors, in effective samples: of each lobe's probability, and of a mean cosine of zero.
 constexpr double kMassPrior = 0.01, kWidthPrior = 0.1;
 constexpr double kMostKappa = 1e4, kLeastKappa = 0.1;
 constexpr float kFirstKappa = 5;

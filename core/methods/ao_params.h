@@ -18,9 +18,8 @@ struct AoParams {
                 "metres beyond which nothing occludes; 0: everything does, however far",
                 {0, 1e6, true}},
           p.distance);
-        v(Field{"seed", "another seed gives an independent image"}, p.seed);
-        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
-          p.sampler);
+        v(fields::kSeed, p.seed);
+        v(fields::kSampler, p.sampler);
     }
     friend bool operator==(const AoParams&, const AoParams&) = default;
 };

@@ -147,7 +147,7 @@ std::unique_ptr<Renderer> makeGuidedPathTracer()
 std::span<const MethodPreset> guidedPresets()
 {
     static const std::array kPresets{
-        MethodPreset{"balanced", GuidedParams{}, "the defaults: learns where it pays"},
+        MethodPreset{"guided", GuidedParams{}, "the defaults: learns, and guides where it pays"},
         MethodPreset{"finer", GuidedParams{.training = 128, .recordsPerLeaf = 250},
                      "smaller leaves, longer training: for pictures of many samples"},
         MethodPreset{"no guide", GuidedParams{.training = 0}, "the path tracer, to compare"},

@@ -1,5 +1,7 @@
 // What guided paths do at their vertices (shaders/shared/guided_path.h), in the loop of all path
 // tracers. Included once by each guided_*.cpp, after REKINDLE_FEATURES is defined.
+#include <algorithm>
+
 #include "core/methods/guided_kernel.h"
 #include "core/methods/path_kernel_body.h"
 #include "shared/guided_path.h"
@@ -48,13 +50,14 @@ public:
     bool shade(const PathJob& job, const shared::VertexNumbers& numbers, const shared::Hit& hit,
                size_t i, shared::PathState& path, shared::ShadowRay& shadow, glm::vec3& L)
     {
-        shared::GuideRecord record;
-        uint32_t recorded;
+        // The place of the record that would be made; of the last one where none is wanted.
+        const size_t slot = std::min<size_t>(wave_.count[i], shared::kGuideVertices - 1);
+        uint32_t recorded = wave_.isRecorded[i] != 0 && wave_.count[i] < shared::kGuideVertices;
         const bool goes =
             shared::shadeGuided(job.scene, job_.guide, job.settings, wave_.images[i], numbers, hit,
-                                path, wave_.states[i], shadow, record, recorded, L);
-        if (recorded != 0 && wave_.isRecorded[i] != 0 && wave_.count[i] < shared::kGuideVertices) {
-            wave_.records[i][wave_.count[i]++] = record;
+                                path, wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
+        if (recorded != 0) {
+            ++wave_.count[i];
             wave_.made[wave_.madeCount++] = static_cast<uint32_t>(i);
         }
         return goes;

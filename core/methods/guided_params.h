@@ -68,20 +68,11 @@ struct GuidedParams {
                 "what keeps a path alive: its throughput by albedo alone, the light that the guide "
                 "expects of it, or the larger of the two (both)"},
           p.roulette);
-        v(Field{"max-depth",
-                "scattering events per path: 0 shows emitters only, 1 adds direct light",
-                {0, 4096}},
-          p.maxDepth);
-        v(Field{"roulette-depth",
-                "scattering events before Russian roulette may end a path",
-                {1, 4096}},
-          p.rouletteDepth);
-        v(Field{"seed", "another seed gives an independent image"}, p.seed);
-        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
-          p.sampler);
-        v(Field{"kernel",
-                "GPU kernel: auto measures both; software devices run megakernel to depth 32 only"},
-          p.kernel);
+        v(fields::maxDepth(), p.maxDepth);
+        v(fields::kRouletteDepth, p.rouletteDepth);
+        v(fields::kSeed, p.seed);
+        v(fields::kSampler, p.sampler);
+        v(fields::kKernel, p.kernel);
     }
     friend bool operator==(const GuidedParams&, const GuidedParams&) = default;
 };

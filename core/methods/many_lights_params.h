@@ -89,13 +89,9 @@ struct ManyLightsParams {
                 "where in its part of the pixel a point lies: in the middle in the first sample "
                 "and anywhere in later ones (settled), or one of the two at all times"},
           p.jitter);
-        v(Field{"max-depth",
-                "scattering events per path: 0 shows emitters only, 1 adds direct light",
-                {0, 4096}},
-          p.maxDepth);
-        v(Field{"seed", "another seed gives an independent image"}, p.seed);
-        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
-          p.sampler);
+        v(fields::maxDepth(), p.maxDepth);
+        v(fields::kSeed, p.seed);
+        v(fields::kSampler, p.sampler);
     }
     friend bool operator==(const ManyLightsParams&, const ManyLightsParams&) = default;
 };

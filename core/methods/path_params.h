@@ -20,6 +20,25 @@ template <> struct EnumNames<Kernel> {
     static constexpr std::array<std::string_view, 3> names{"auto", "wavefront", "megakernel"};
 };
 
+// What several methods have in common is one option of the command line: one text.
+namespace fields {
+
+constexpr Field maxDepth(double most = 4096)
+{
+    return {"max-depth",
+            "scattering events per path: 0 shows emitters only, 1 adds direct light",
+            {0, most}};
+}
+inline constexpr Field kRouletteDepth{
+    "roulette-depth", "scattering events before Russian roulette may end a path", {1, 4096}};
+inline constexpr Field kSeed{"seed", "another seed gives an independent image"};
+inline constexpr Field kSampler{"sampler",
+                                "sobol converges faster; independent obeys every variance formula"};
+inline constexpr Field kKernel{
+    "kernel", "GPU kernel: auto measures both; software devices run megakernel to depth 32 only"};
+
+}  // namespace fields
+
 struct PathParams {
     static constexpr std::string_view kMethod = "path";
 
@@ -33,17 +52,10 @@ struct PathParams {
 
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
-        v(Field{"max-depth",
-                "scattering events per path: 0 shows emitters only, 1 adds direct light",
-                {0, 4096}},
-          p.maxDepth);
-        v(Field{"roulette-depth",
-                "scattering events before Russian roulette may end a path",
-                {1, 4096}},
-          p.rouletteDepth);
-        v(Field{"seed", "another seed gives an independent image"}, p.seed);
-        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
-          p.sampler);
+        v(fields::maxDepth(), p.maxDepth);
+        v(fields::kRouletteDepth, p.rouletteDepth);
+        v(fields::kSeed, p.seed);
+        v(fields::kSampler, p.sampler);
         v(Field{"strategy",
                 "next-event estimation with MIS, BSDF sampling alone, or light sampling alone"},
           p.strategy);
@@ -52,9 +64,7 @@ struct PathParams {
                 {0, 1e6, true},
                 true},
           p.clampIndirect);
-        v(Field{"kernel",
-                "GPU kernel: auto measures both; software devices run megakernel to depth 32 only"},
-          p.kernel);
+        v(fields::kKernel, p.kernel);
     }
     friend bool operator==(const PathParams&, const PathParams&) = default;
 };

@@ -91,17 +91,10 @@ struct ReuseParams {
                 "first hits anywhere in the pixel, for smooth edges: when the camera rests "
                 "(settled), always or never"},
           p.jitter);
-        v(Field{"max-depth",
-                "scattering events per path: 0 shows emitters only, 1 adds direct light",
-                {0, 32}},
-          p.maxDepth);
-        v(Field{"roulette-depth",
-                "scattering events before Russian roulette may end a path",
-                {1, 4096}},
-          p.rouletteDepth);
-        v(Field{"seed", "another seed gives an independent image"}, p.seed);
-        v(Field{"sampler", "sobol converges faster; independent obeys every variance formula"},
-          p.sampler);
+        v(fields::maxDepth(32), p.maxDepth);
+        v(fields::kRouletteDepth, p.rouletteDepth);
+        v(fields::kSeed, p.seed);
+        v(fields::kSampler, p.sampler);
     }
     friend bool operator==(const ReuseParams&, const ReuseParams&) = default;
 };

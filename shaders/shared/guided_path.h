@@ -165,13 +165,28 @@ SHARED_FN float guidedSurvival(uint kind, float albedo, float expected, float im
     return min(byLight > least ? byLight : least, 1.0f);
 }
 
-/// One vertex of a guided path: shadeSurface with the guide. `record` is complete but for `after`,
-/// which is known once the shadow ray has been traced; `recorded` is 1 where there is one.
+/// Russian roulette where a path arrives; false when it ends here.
+SHARED_FN bool survives(PathSettings settings, GuideLeaf leaf, float image, float number,
+                        INOUT(PathState) path, INOUT(GuidedState) state)
+{
+    if (path.depth < settings.rouletteDepth) return true;
+    const float survival = guidedSurvival(rouletteKind(settings), state.albedo,
+                                          luminance(path.beta) * leaf.reflected, image);
+    if (!(number < survival)) return false;
+    path.beta *= 1.0f / survival;
+    state.albedo *= 1.0f / survival;
+    return true;
+}
+
+/// One vertex of a guided path: shadeSurface with the guide. `recorded` asks for a record (1) or
+/// not, and says whether there is one; it is complete but for `after`, which is known once the
+/// shadow ray has been traced.
 SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSettings settings,
                            float image, VertexNumbers numbers, Hit hit, INOUT(PathState) path,
-                           INOUT(GuidedState) state, OUT(ShadowRay) shadow, OUT(GuideRecord) record,
-                           OUT(uint) recorded, INOUT(vec3) L)
+                           INOUT(GuidedState) state, OUT(ShadowRay) shadow,
+                           INOUT(GuideRecord) record, INOUT(uint) recorded, INOUT(vec3) L)
 {
+    const bool wanted = recorded != 0u;
     recorded = 0u;
     Vertex vertex;
     const bool scatters = prepareVertex(scene, settings, hit, path, vertex, L);
@@ -179,33 +194,26 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     if (!scatters) return false;
     const vec3 normal = vertex.surface.frame[2];
     const GuideLeaf leaf = guideAt(guide, vertex.surface.position, normal);
-    if (path.depth >= settings.rouletteDepth) {
-        const float survival = guidedSurvival(rouletteKind(settings), state.albedo,
-                                              luminance(path.beta) * leaf.reflected, image);
-        if (!(numbers.lobe.y < survival)) return false;
-        path.beta *= 1.0f / survival;
-        state.albedo *= 1.0f / survival;
-    }
+    if (!survives(settings, leaf, image, numbers.lobe.y, path, state)) return false;
     state.albedo *= maxComponent(albedoBsdf(vertex.bsdf, vertex.wo));
     float sharp;
     const float share = shareWithGuide(leaf.share, vertex, sharp);
     shadow = connect(scene, settings, numbers, path, vertex);
-    recorded = 1u;
-    record.position = vertex.surface.position;
-    record.place = guideRoot(normal) | (uint(sharp * 255.0f + 0.5f) << 3u);
-    record.beta = luminance(path.beta);
-    record.before = luminance(L);
-    record.after = record.before;
-    record.direction = 0u;
-    record.bsdfPdf = 0.0f;
+    const vec3 beta = path.beta;
     BsdfSample next;
-    bool goesOn = sampleMixture(guide, leaf, share, vertex, numbers, next, record.pdf);
+    float pdf;
+    bool goesOn = sampleMixture(guide, leaf, share, vertex, numbers, next, pdf);
     goesOn = goesOn && leave(vertex, next, path);
-    if (goesOn) {
-        record.direction = packOct(path.direction);
-        record.bsdfPdf = next.pdf;
-    } else {
-        record.pdf = 0.0f;
+    if (wanted) {
+        recorded = 1u;
+        record.position = vertex.surface.position;
+        record.place = guideRoot(normal) | (uint(sharp * 255.0f + 0.5f) << 3u);
+        record.beta = luminance(beta);
+        record.before = luminance(L);
+        record.after = record.before;
+        record.direction = goesOn ? packOct(path.direction) : 0u;
+        record.pdf = goesOn ? pdf : 0.0f;
+        record.bsdfPdf = goesOn ? next.pdf : 0.0f;
     }
     return goesOn;
 }
