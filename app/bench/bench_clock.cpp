@@ -4,8 +4,6 @@
 #include <ctime>
 #include <thread>
 
-#include <sys/resource.h>
-
 #include "app/gpu/base/device.h"
 
 namespace app {
@@ -23,12 +21,9 @@ bool worksOnHost(const Target& target)
     return gpu::Device({.index = target.deviceIndex, .validation = false}).isSoftware();
 }
 
-double userSeconds()
+double processSeconds()
 {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_utime.tv_sec) +
-           1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
+    return secondsOf(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 double threadSeconds()
@@ -43,9 +38,9 @@ unsigned cores()
 
 double onHost(const std::function<void()>& work)
 {
-    const double start = secondsOf(CLOCK_PROCESS_CPUTIME_ID);
+    const double start = processSeconds();
     work();
-    return (secondsOf(CLOCK_PROCESS_CPUTIME_ID) - start) / cores();
+    return (processSeconds() - start) / cores();
 }
 
 double median(std::vector<double> values)

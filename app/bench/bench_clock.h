@@ -18,9 +18,8 @@ double onHost(const std::function<void()>& work);
 /// Whether the host's cores do the work of such a device. Throws core::Error (noDevice).
 bool worksOnHost(const Target& target);
 
-/// Processor time that this process has spent in its own code so far, without the system's: what
-/// other work on the machine disturbs least.
-double userSeconds();
+/// Processor time of all threads of this process so far.
+double processSeconds();
 
 /// Processor time of the calling thread so far.
 double threadSeconds();

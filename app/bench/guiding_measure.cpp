@@ -201,14 +201,14 @@ std::optional<Measurement::Picture> Measurement::render(const Cell& cell, uint32
     core::Renderer& renderer = stations_[cell.station].rendererOf(*cell.variant);
     core::View view = view_;
     view.params = paramsOf(*cell.variant, o_.params, seed);
-    const double start = userSeconds();
+    const double start = processSeconds();
     renderer.setView(view, core::Start::anew);
     const core::RenderStats before = renderer.stats();
     renderer.advance({.samples = cell.row.spp}, tools_.stop);
     if (tools_.stop.stop_requested()) return {};
     const core::RenderStats after = renderer.stats();
     Picture picture;
-    picture.sample = {.cpuSeconds = userSeconds() - start,
+    picture.sample = {.cpuSeconds = processSeconds() - start,
                       .renderSeconds = after.renderSeconds - before.renderSeconds,
                       .rays = double(after.rays - before.rays),
                       .guidedShare = detailOf(after, "guided_share"),

@@ -25,14 +25,6 @@ std::span<const GuidedVariant> guidedVariants()
 
 namespace {
 
-/// The least able of some variants that knows everything which is `needed`.
-template <class Variant> const Variant& leastOf(std::span<const Variant> variants, uint32_t needed)
-{
-    for (const Variant& v : variants)
-        if ((needed & ~v.features) == 0) return v;
-    return variants.back();
-}
-
 class GuidedPathTracer : public TiledRenderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
@@ -92,16 +84,10 @@ private:
         return job;
     }
 
-    uint32_t neededFeatures() const
-    {
-        const uint32_t needed = accel_->world().features & ~shared::kFeatureThinLens;
-        return camera_.apertureRadius > 0 ? needed | shared::kFeatureThinLens : needed;
-    }
-
     /// Without a guide: the path tracer to the bit.
     void advancePlain(const Budget& budget, const std::stop_token& stop)
     {
-        const PathKernel kernel = leastOf(pathVariants(), neededFeatures()).kernel;
+        const PathKernel kernel = leastAble(pathVariants(), frameFeatures()).kernel;
         film_.advance(budget, stop,
                       [job = pathJob(), kernel](const Tile& tile, uint32_t first, uint32_t count,
                                                 Film& film) {
@@ -120,7 +106,7 @@ private:
         job.guide = tables->view();
         job.image = training_.estimates();
         job.path.settings.guidedRules = training_.rulesAfter(film_.progress().samples);
-        const GuidedKernel kernel = leastOf(guidedVariants(), neededFeatures()).kernel;
+        const GuidedKernel kernel = leastAble(guidedVariants(), frameFeatures()).kernel;
         return [this, tables, job, kernel](const Tile& tile, uint32_t first, uint32_t count,
                                            Film& film) {
             GuidedJob part = job;

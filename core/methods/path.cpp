@@ -48,16 +48,7 @@ public:
     }
 
 private:
-    /// The least able kernel that knows everything the scene and the camera hold.
-    const PathVariant& variant() const
-    {
-        uint32_t needed = accel_->world().features & ~shared::kFeatureThinLens;
-        if (camera_.apertureRadius > 0) needed |= shared::kFeatureThinLens;
-        for (const PathVariant& v : pathVariants()) {
-            if ((needed & ~v.features) == 0) return v;
-        }
-        return pathVariants().back();
-    }
+    const PathVariant& variant() const { return leastAble(pathVariants(), frameFeatures()); }
 
     void setParams(const AnyParams& params) override { params_ = params.as<PathParams>(); }
 

@@ -30,6 +30,15 @@ struct PathVariant {
 /// From the least able to the one that knows everything.
 std::span<const PathVariant> pathVariants();
 
+/// The least able of some variants that knows all `features`.
+template <class Variant>
+const Variant& leastAble(std::span<const Variant> variants, uint32_t features)
+{
+    for (const Variant& v : variants)
+        if ((features & ~v.features) == 0) return v;
+    return variants.back();
+}
+
 TileTally renderFlatTile(const PathJob& job, const Tile& tile, Film& film);
 TileTally renderAnyTile(const PathJob& job, const Tile& tile, Film& film);
 

@@ -33,6 +33,12 @@ shared::CameraData TiledRenderer::frameCamera() const
     return cameraData(camera_, film_.size().x, film_.size().y);
 }
 
+uint32_t TiledRenderer::frameFeatures() const
+{
+    const uint32_t features = accel_->world().features & ~shared::kFeatureThinLens;
+    return camera_.apertureRadius > 0 ? features | shared::kFeatureThinLens : features;
+}
+
 Aovs TiledRenderer::aovs()
 {
     CHECK(accel_ != nullptr);

@@ -26,6 +26,8 @@ protected:
     /// The world's settings for the film's size; what a method adds to them is left as it is there.
     shared::PathSettings frameSettings() const;
     shared::CameraData frameCamera() const;
+    /// What the scene and the camera hold (kFeature bits).
+    uint32_t frameFeatures() const;
 
     std::unique_ptr<Accel> accel_;
     Camera camera_;
