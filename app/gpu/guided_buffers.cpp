@@ -61,7 +61,9 @@ void GuidedBuffers::setGuide(const core::guiding::GuideTables& tables, PathBatch
              batches);
         buffer.writeAll(items);
     };
-    put(nodes_, shared::kBindGuideNodes, "the guide's nodes", kWords, kNodeBytes, tables.nodes);
+    const bool isTree = tables.kind == shared::kGuideTree;  // directions are among the nodes
+    put(nodes_, shared::kBindGuideNodes, "the guide's nodes", kWords,
+        isTree ? kDirectionBytes : kNodeBytes, tables.nodes);
     put(leaves_, shared::kBindGuideLeaves, "the guide's leaves", kWords, kLeafBytes, tables.leaves);
     put(directions_, shared::kBindGuideDirections, "the guide's directions",
         VK_FORMAT_R32G32B32A32_SFLOAT, kDirectionBytes, tables.directions);

@@ -34,51 +34,70 @@ double statistic(CombineBy by, const PixelSums& pixel)
     return 0;
 }
 
-/// Sums of the statistic over the pixels where all iterations have one. False if there are none.
-bool sumStatistics(CombineBy by, std::span<const std::span<const PixelSums>> iterations,
-                   std::span<double> sums)
+}  // namespace
+
+GroupStatistic::GroupStatistic(CombineBy by, size_t iterations) : by_(by), count_(iterations)
 {
-    std::fill(sums.begin(), sums.end(), 0.0);
-    bool any = false;
-    for (size_t i = 0; i < iterations[0].size(); ++i) {
-        const bool tells =
-            std::all_of(iterations.begin(), iterations.end(),
-                        [&](const auto& pixels) { return statistic(by, pixels[i]) > 0; });
-        if (!tells) continue;
-        any = true;
-        for (size_t k = 0; k < sums.size(); ++k) sums[k] += statistic(by, iterations[k][i]);
-    }
-    return any;
+    CHECK(iterations > 0 && iterations <= kMost);
 }
 
-}  // namespace
+void GroupStatistic::add(std::span<const PixelSums> pixel)
+{
+    std::array<double, kMost> own;
+    bool tells = true;
+    for (size_t k = 0; k < count_; ++k) {
+        samples_[k] += pixel[k].count;
+        own[k] = statistic(by_, pixel[k]);
+        tells = tells && own[k] > 0;
+    }
+    if (!tells) return;
+    any_ = true;
+    for (size_t k = 0; k < count_; ++k) sums_[k] += own[k];
+}
+
+GroupStatistic& GroupStatistic::operator+=(const GroupStatistic& other)
+{
+    for (size_t k = 0; k < count_; ++k) {
+        sums_[k] += other.sums_[k];
+        samples_[k] += other.samples_[k];
+    }
+    any_ = any_ || other.any_;
+    return *this;
+}
+
+void GroupStatistic::weights(std::span<double> weights) const
+{
+    CHECK(weights.size() == count_);
+    double sum = 0;
+    for (size_t k = 0; k < count_; ++k) {
+        weights[k] = !any_                                   ? samples_[k]
+                     : by_ == CombineBy::inverseMeanVariance ? 1 / sums_[k]
+                                                             : sums_[k];
+        sum += weights[k];
+    }
+    for (double& w : weights) w = sum > 0 ? w / sum : 1.0 / double(count_);
+}
 
 void combinationWeights(CombineBy by, std::span<const std::span<const PixelSums>> iterations,
                         std::span<double> weights)
 {
-    CHECK(!iterations.empty() && weights.size() == iterations.size());
+    GroupStatistic group(by, iterations.size());
     for (const auto& pixels : iterations)
         CHECK(!pixels.empty() && pixels.size() == iterations[0].size());
-    if (!sumStatistics(by, iterations, weights)) {
-        const bool sampled = sumStatistics(CombineBy::samples, iterations, weights);
-        if (!sampled) std::fill(weights.begin(), weights.end(), 1.0);
-    } else if (by == CombineBy::inverseMeanVariance) {
-        for (double& w : weights) w = 1 / w;
+    std::array<PixelSums, GroupStatistic::kMost> pixel;
+    for (size_t i = 0; i < iterations[0].size(); ++i) {
+        for (size_t k = 0; k < iterations.size(); ++k) pixel[k] = iterations[k][i];
+        group.add(std::span(pixel).first(iterations.size()));
     }
-    double sum = 0;
-    for (const double w : weights) sum += w;
-    for (double& w : weights) w /= sum;
+    group.weights(weights);
 }
 
 void combinationWeights(CombineBy by, std::span<const PixelSums> iterations,
                         std::span<double> weights)
 {
-    constexpr size_t kMost = 64;  // more iterations than doubling sample counts can make
-    std::array<std::span<const PixelSums>, kMost> single;
-    CHECK(iterations.size() <= kMost);
-    for (size_t k = 0; k < iterations.size(); ++k) single[k] = iterations.subspan(k, 1);
-    combinationWeights(
-        by, std::span<const std::span<const PixelSums>>(single.data(), iterations.size()), weights);
+    GroupStatistic group(by, iterations.size());
+    group.add(iterations);
+    group.weights(weights);
 }
 
 }  // namespace core::guiding

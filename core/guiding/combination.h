@@ -53,6 +53,28 @@ enum class CombineBy : uint8_t {
     effectiveSamples,     // mean of ESS-hat
 };
 
+/// What the pixels of a group say of their iterations, pixel after pixel: for weights of pixels
+/// that are not all at hand.
+class GroupStatistic {
+public:
+    static constexpr size_t kMost = 64;  // iterations
+
+    GroupStatistic(CombineBy by, size_t iterations);
+
+    /// One pixel, of all iterations in their order.
+    void add(std::span<const PixelSums> pixel);
+    GroupStatistic& operator+=(const GroupStatistic& other);
+
+    /// As combinationWeights.
+    void weights(std::span<double> weights) const;
+
+private:
+    CombineBy by_;
+    size_t count_;
+    std::array<double, kMost> sums_{}, samples_{};
+    bool any_ = false;
+};
+
 /// Weights of iterations, which sum to one, for the pixels of a group. `iterations[k][i]` is pixel
 /// i in iteration k; all iterations have the same pixels. A pixel where the noise of some iteration
 /// is unknown (black, or without variance) does not count; where no pixel counts, the numbers of

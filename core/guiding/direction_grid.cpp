@@ -1,5 +1,7 @@
 #include "core/guiding/direction_grid.h"
 
+#include <cmath>
+
 namespace core::guiding {
 
 /// The cell meant by one that lies next to the square: each side of the square meets itself, turned
@@ -46,16 +48,17 @@ void DirectionGrid::deposit(glm::vec2 square, float value)
     total_ += double(value);
 }
 
-void DirectionGrid::write(std::span<glm::vec4> words) const
+void DirectionGrid::write(std::span<glm::vec4> words, bool moments) const
 {
+    const auto massOf = [moments](float c) { return moments ? std::sqrt(double(c)) : double(c); };
     double sum = 0;
-    for (const float c : cells_) sum += double(c);
+    for (const float c : cells_) sum += massOf(c);
     const double scale = sum > 0 ? 1 / sum : 0;
     std::array<double, kCells> masses;  // in Morton order; of ever coarser levels
     for (uint32_t y = 0; y < shared::kGuideSide; ++y)
         for (uint32_t x = 0; x < shared::kGuideSide; ++x) {
             masses[shared::guideCell({x, y})] =
-                scale * double(cells_[size_t(y) * shared::kGuideSide + x]);
+                scale * massOf(cells_[size_t(y) * shared::kGuideSide + x]);
         }
     size_t first = shared::kGuideFinest;
     for (size_t count = kCells / 4;; count /= 4) {

@@ -20,8 +20,9 @@ public:
 
     void learn(std::span<const Lesson> lessons);
 
-    /// shared::kHistogramWords in the order of shared::sampleHistogram.
-    void write(std::span<glm::vec4> words) const;
+    /// shared::kHistogramWords in the order of shared::sampleHistogram; `moments`: the sums are of
+    /// second moments, and the density is to be their root.
+    void write(std::span<glm::vec4> words, bool moments) const;
 
 private:
     void deposit(glm::vec2 square, float value);

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/guiding/guide_leaf.h"
+#include "shared/rng.h"
 
 namespace core::guiding {
 
@@ -46,7 +48,7 @@ struct Guide::Node {
 /// What one leaf becomes in an iteration: itself, or a tree of which it is the root.
 struct Guide::Growth {
     const GuideOptions& options;
-    double limit = 0, decay = 0;
+    double limit = 0, decay = 0, times = 0;
     size_t mostCuts = 0;
     std::vector<Node> nodes{};
     std::vector<LearningLeaf> leaves{};
@@ -55,37 +57,57 @@ struct Guide::Growth {
     /// way.
     uint32_t take(LearningLeaf leaf, std::span<Lesson> lessons, uint32_t depth = 0)
     {
-        const double visits = leaf.visits + double(lessons.size());
-        if (visits > limit && lessons.size() >= kLeastRecordsToCut && nodes.size() < mostCuts &&
-            depth < kDeepestCut) {
+        if (isFull(leaf, lessons.size()) && nodes.size() < mostCuts && depth < kDeepestCut) {
+            const bool plain = options.space == GuideSpace::plain;
             Node node;
-            setPlane(lessons, node.plane, node.axis);
+            if (plain) {
+                node.axis = leaf.cell.depth % 3;
+                node.plane = 0.5f * (leaf.cell.low + leaf.cell.high)[int(node.axis)];
+            } else {
+                setPlane(lessons, node.plane, node.axis);
+            }
             const auto middle = std::stable_partition(
                 lessons.begin(), lessons.end(), [&node](const Lesson& lesson) {
                     return lesson.position[int(node.axis)] < node.plane;
                 });
             const auto count = static_cast<size_t>(middle - lessons.begin());
-            if (count > 0 && count < lessons.size()) {
+            if (plain || (count > 0 && count < lessons.size())) {
                 leaf.halve();
                 const size_t index = nodes.size();
                 nodes.push_back(node);
-                const uint32_t below = take(leaf, lessons.first(count), depth + 1);
-                const uint32_t above = take(leaf, lessons.subspan(count), depth + 1);
+                const uint32_t below =
+                    take(leaf.child(node.plane, node.axis, false), lessons.first(count), depth + 1);
+                const uint32_t above = take(leaf.child(node.plane, node.axis, true),
+                                            lessons.subspan(count), depth + 1);
                 nodes[index].below = below;
                 nodes[index].above = above;
                 return static_cast<uint32_t>(index);
             }
         }
+        const bool wasGuided = leaf.share < 1;
         leaf.learn(lessons, decay, options);
-        leaves.push_back(leaf);
+        const auto count = double(lessons.size());
+        leaf.aim(options, wasGuided ? count : 0, times * count);
+        leaves.push_back(std::move(leaf));
         return static_cast<uint32_t>(leaves.size() - 1) | shared::kGuideLeafBit;
+    }
+
+    bool isFull(const LearningLeaf& leaf, size_t records) const
+    {
+        const double before = options.memory == GuideMemory::keep ? leaf.visits : 0;
+        const size_t least = limit > 0 ? kLeastRecordsToCut : 1;
+        return before + double(records) > limit && records >= least &&
+               leaf.cell.depth < options.depth;
     }
 };
 
 Guide::Guide(const GuideOptions& options)
-    : options_(options), leaves_(shared::kGuideRoots, LearningLeaf(options.kind))
+    : options_(options), leaves_(options.space == GuideSpace::plain ? 1 : shared::kGuideRoots,
+                                 LearningLeaf(options.kind))
 {
-    for (uint32_t k = 0; k < shared::kGuideRoots; ++k) roots_[k] = k | shared::kGuideLeafBit;
+    for (uint32_t k = 0; k < shared::kGuideRoots; ++k)
+        roots_[k] = std::min<uint32_t>(k, uint32_t(leaves_.size()) - 1) | shared::kGuideLeafBit;
+    for (LearningLeaf& leaf : leaves_) leaf.cell = GuideCell(options.box);
     makeTables();
 }
 
@@ -93,10 +115,27 @@ Guide::~Guide() = default;
 Guide::Guide(Guide&&) noexcept = default;
 Guide& Guide::operator=(Guide&&) noexcept = default;
 
+/// Moves a lesson by half the size of its leaf at most, within the box; it may then teach another
+/// leaf of the same tree.
+static void spread(Lesson& lesson, uint32_t root, const GuideTables& tables, const GuideCell& cell,
+                   const GuideBox& box)
+{
+    const auto word = [&](int i) { return shared::floatAsUint(lesson.position[i]); };
+    const glm::uvec4 random = shared::pcg4d(
+        {word(0), word(1), word(2), shared::floatAsUint(lesson.direction.x + lesson.reflected)});
+    const glm::vec3 u(shared::unitFloat(random.x), shared::unitFloat(random.y),
+                      shared::unitFloat(random.z));
+    lesson.position = glm::clamp(lesson.position + (u - 0.5f) * (cell.high - cell.low), box.low,
+                                 box.low + box.side);
+    lesson.leaf = shared::findGuideLeaf(tables.view(), lesson.position, root);
+}
+
 /// All records of all parts as lessons, those of a leaf together and in the order of the parts;
 /// `begins` gets where each leaf's begin.
 static std::vector<Lesson> sortedLessons(std::span<const PathRecords> parts,
-                                         const GuideTables& tables, std::vector<size_t>& begins)
+                                         const GuideTables& tables,
+                                         const std::function<void(Lesson&, uint32_t)>& move,
+                                         std::vector<size_t>& begins)
 {
     std::vector<size_t> firsts(parts.size() + 1);
     for (size_t i = 0; i < parts.size(); ++i) firsts[i + 1] = firsts[i] + parts[i].records.size();
@@ -105,8 +144,11 @@ static std::vector<Lesson> sortedLessons(std::span<const PathRecords> parts,
         for (size_t i = begin; i < end; ++i) {
             size_t r = 0;
             for (const shared::GuidePathEnd& path : parts[i].ends)
-                for (uint32_t k = 0; k < path.count; ++k, ++r)
-                    lessons[firsts[i] + r] = lessonOf(parts[i].records[r], path.final, tables);
+                for (uint32_t k = 0; k < path.count; ++k, ++r) {
+                    Lesson& lesson = lessons[firsts[i] + r];
+                    lesson = lessonOf(parts[i].records[r], path.final, tables);
+                    if (move) move(lesson, parts[i].records[r].place & 7u);
+                }
             CHECK(r == parts[i].records.size());
         }
     });
@@ -119,27 +161,36 @@ static std::vector<Lesson> sortedLessons(std::span<const PathRecords> parts,
     return sorted;
 }
 
-void Guide::learn(std::span<const PathRecords> parts, double samples)
+void Guide::learn(std::span<const PathRecords> parts, double samples, double times)
 {
-    CHECK(samples > 0);
+    CHECK(samples > 0 && samples >= samplesBefore_);
+    std::function<void(Lesson&, uint32_t)> move;
+    if (options_.filter == GuideFilter::spread)
+        move = [this](Lesson& lesson, uint32_t root) {
+            spread(lesson, root, *tables_, leaves_[lesson.leaf].cell, options_.box);
+        };
     std::vector<size_t> begins;
-    std::vector<Lesson> lessons = sortedLessons(parts, *tables_, begins);
+    std::vector<Lesson> lessons = sortedLessons(parts, *tables_, move, begins);
     noteShare(lessons);
 
-    const double limit = double(options_.recordsPerLeaf) * std::sqrt(2 * samples);
+    const double counted =
+        options_.memory == GuideMemory::keep ? samples : samples - samplesBefore_;
+    const double limit = double(options_.recordsPerLeaf) * std::sqrt(2 * counted);
     const double decay = samplesBefore_ * samplesBefore_ / (samples * samples);
     const size_t mostCuts = leaves_.size() < kMostLeaves ? kMostCuts : 0;
     std::vector<Growth> growths(leaves_.size(),
-                                Growth{options_, limit, std::min(decay, 1.0), mostCuts});
+                                Growth{options_, limit, std::min(decay, 1.0), times, mostCuts});
     std::vector<uint32_t> becomes(leaves_.size());
     parallelFor(leaves_.size(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             const std::span<Lesson> own(lessons.data() + begins[i], begins[i + 1] - begins[i]);
+            noteDensities(uint32_t(i), own);
             becomes[i] = growths[i].take(leaves_[i], own);
         }
     });
     graft(growths, becomes);
     samplesBefore_ = samples;
+    tablesBefore_ = tables_;
     figures_.records += double(lessons.size());
     makeTables();
 }
@@ -173,6 +224,19 @@ void Guide::graft(std::span<const Growth> growths, std::span<const uint32_t> bec
     leaves_ = std::move(leaves);
 }
 
+/// Where records are used twice: the density of each of a leaf's lessons, new or kept, in the
+/// mixture of the iteration that it is not from.
+void Guide::noteDensities(uint32_t leaf, std::span<Lesson> lessons)
+{
+    if (options_.memory == GuideMemory::keep || options_.memory == GuideMemory::reset) return;
+    for (Lesson& old : leaves_[leaf].store.lessons())
+        old.otherPdf = mixturePdf(old, *tables_, leaf);
+    if (tablesBefore_ != nullptr)
+        for (Lesson& lesson : lessons)
+            lesson.otherPdf = mixturePdf(lesson, *tablesBefore_, leaves_[leaf].before);
+    leaves_[leaf].before = leaf;
+}
+
 /// The share of the iteration's vertices that lay in guided leaves.
 void Guide::noteShare(std::span<const Lesson> lessons)
 {
@@ -198,17 +262,16 @@ void Guide::makeTables()
                                    moved(n.above));
     }
     tables->leaves.resize(leaves_.size());
-    const size_t words = shared::guideWords(options_.kind);
     tables->kind = options_.kind;
-    tables->directions.resize(leaves_.size() * words);
+    tables->directions.reserve(leaves_.size() * shared::guideWords(options_.kind));
     for (size_t i = 0; i < leaves_.size(); ++i) {
         const LearningLeaf& leaf = leaves_[i];
-        const size_t first = i * words;
         const double reflected = leaf.visits > 0 ? leaf.reflected / leaf.visits : 0;
-        tables->leaves[i] = {uint32_t(first), shared::floatAsUint(leaf.share),
+        tables->leaves[i] = {leaf.write(*tables, options_), shared::floatAsUint(leaf.share),
                              shared::floatAsUint(float(reflected)), 0u};
-        leaf.writeWords(std::span(tables->directions).subspan(first, words));
     }
+    // Devices have no empty buffers.
+    if (tables->directions.empty()) tables->directions.emplace_back(0.0f);
     figures_.leaves = leaves_.size();
     figures_.bytes = tables->bytes();
     tables_ = tables;

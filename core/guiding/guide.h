@@ -1,9 +1,10 @@
 // A path guide that learns: spatial trees by dominant normal, directions in each leaf (a
-// histogram or lobes), and the share of the BSDF that has had the least variance. After T. Mueller,
-// M. Gross, J. Novak, "Practical Path Guiding for Efficient Light-Transport Simulation" (2017);
-// what devices read of it, and what differs there: shaders/shared/guide.h. What differs in
+// histogram, lobes or a quadtree), and the share of the BSDF that has had the least variance. After
+// T. Mueller, M. Gross, J. Novak, "Practical Path Guiding for Efficient Light-Transport Simulation"
+// (2017); what devices read of it, and what differs there: shaders/shared/guide.h. What differs in
 // learning: sums are kept from iteration to iteration, leaves are cut at the mean of their records,
 // and a leaf is not used before records that its guide has not seen say that this pays.
+// guide_options.h has switches back to the paper.
 #pragma once
 
 #include <array>
@@ -12,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "core/guiding/guide_options.h"
 #include "shared/guide.h"
 #include "shared/guided_path.h"
 
@@ -19,27 +21,6 @@ namespace core::guiding {
 
 struct Lesson;
 struct LearningLeaf;
-
-/// The least share of the BSDF that a kind of guide may be left with: lobes know less of what they
-/// have not seen.
-constexpr float leastShareOf(uint32_t kind)
-{
-    return kind == shared::kGuideLobes ? 0.25f : 0.12f;
-}
-
-/// How a guide learns.
-struct GuideOptions {
-    /// shared::kGuideHistogram or kGuideLobes.
-    uint32_t kind = shared::kGuideHistogram;
-    /// A leaf is cut when it has had more than this many times sqrt(2 samples per pixel) records.
-    float recordsPerLeaf = 500;
-    /// The second moment without the guide over that with it, above which a leaf is guided.
-    float gate = 1.1f;
-    /// The least share of the BSDF among directions.
-    float leastShare = leastShareOf(shared::kGuideHistogram);
-    /// Share of the BSDF in every leaf that has learnt something; 0: chosen for each.
-    float fixedShare = 0;
-};
 
 /// What devices read. Never changes once it is made, so that a view may render with one while the
 /// next is made.
@@ -82,9 +63,9 @@ public:
     Guide& operator=(Guide&&) noexcept;
 
     /// Learns from paths that were sampled with tables(). `samples` per pixel have been taken since
-    /// the guide was made, these included. The result depends on the order of `parts`, not on
-    /// threads.
-    void learn(std::span<const PathRecords> parts, double samples);
+    /// the guide was made, these included; until the next lesson there will be so many `times` the
+    /// records, 0: no lesson follows. The result depends on the order of `parts`, not on threads.
+    void learn(std::span<const PathRecords> parts, double samples, double times = 0);
 
     /// Never null; of a guide that has learnt nothing they choose the BSDF everywhere.
     std::shared_ptr<const GuideTables> tables() const { return tables_; }
@@ -99,6 +80,7 @@ private:
 
     void graft(std::span<const Growth> growths, std::span<const uint32_t> becomes);
     void noteShare(std::span<const Lesson> lessons);
+    void noteDensities(uint32_t leaf, std::span<Lesson> lessons);
     void makeTables();
 
     GuideOptions options_;
@@ -106,7 +88,7 @@ private:
     std::vector<LearningLeaf> leaves_;
     std::array<uint32_t, shared::kGuideRoots> roots_{};
     double samplesBefore_ = 0;
-    std::shared_ptr<const GuideTables> tables_;
+    std::shared_ptr<const GuideTables> tables_, tablesBefore_;
     GuideFigures figures_;
 };
 

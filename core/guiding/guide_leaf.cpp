@@ -1,6 +1,8 @@
 #include "core/guiding/guide_leaf.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace core::guiding {
 
@@ -9,11 +11,30 @@ namespace {
 /// A leaf whose guide has been tested by fewer records is not guided.
 constexpr double kLeastTested = 64;
 
+/// A smaller part of the new density is not worth drawing from alone.
+constexpr double kLeastResidual = 1e-3;
+
+/// Lessons with the values that directions are to learn.
+std::vector<Lesson> aimedAt(GuideTarget target, std::span<const Lesson> given)
+{
+    std::vector<Lesson> lessons(given.begin(), given.end());
+    if (target == GuideTarget::product) return lessons;
+    for (Lesson& lesson : lessons) {
+        // A lesson's square over its density is that of its value times the density.
+        const float square = lesson.value * (lesson.value * lesson.pdf);
+        lesson.value = target == GuideTarget::radiance
+                           ? lesson.arriving
+                           : std::min(square, std::numeric_limits<float>::max());
+    }
+    return lessons;
+}
+
 }  // namespace
 
 LearningLeaf::LearningLeaf(uint32_t kind)
 {
     if (kind == shared::kGuideLobes) directions.emplace<DirectionLobes>();
+    if (kind == shared::kGuideTree) directions.emplace<DirectionTree>();
 }
 
 void LearningLeaf::halve()
@@ -25,6 +46,14 @@ void LearningLeaf::halve()
     std::visit([](auto& d) { d.halve(); }, directions);
 }
 
+LearningLeaf LearningLeaf::child(float plane, uint32_t axis, bool above) const
+{
+    LearningLeaf child = *this;
+    child.cell = cell.part(plane, axis, above);
+    child.store.clip(plane, axis, above);
+    return child;
+}
+
 void LearningLeaf::learn(std::span<const Lesson> lessons, double decay, const GuideOptions& options)
 {
     for (double& m : moments) m *= decay;
@@ -33,14 +62,49 @@ void LearningLeaf::learn(std::span<const Lesson> lessons, double decay, const Gu
     for (const Lesson& lesson : lessons) {
         visits += 1;
         reflected += double(lesson.reflected);
-        if (hasGuide) test(lesson);
+        if (hasGuide) test(lesson, options);
     }
     if (auto* lobes = std::get_if<DirectionLobes>(&directions)) lobes->fade(std::sqrt(decay));
-    std::visit([lessons](auto& d) { d.learn(lessons); }, directions);
+    if (options.memory == GuideMemory::keep && options.target == GuideTarget::product)
+        addToDirections(lessons, options);
+    else
+        teach(lessons, options);
     choose(options);
 }
 
-void LearningLeaf::test(const Lesson& lesson)
+/// What directions learn in other ways than from values as they are, in addition to all before.
+void LearningLeaf::teach(std::span<const Lesson> lessons, const GuideOptions& options)
+{
+    const bool reuses =
+        options.memory == GuideMemory::balance || options.memory == GuideMemory::residual;
+    const bool isLobes = std::holds_alternative<DirectionLobes>(directions);
+    const bool noMoments = isLobes && options.target == GuideTarget::secondMoment;
+    std::vector<Lesson> taught =
+        aimedAt(noMoments ? GuideTarget::product : options.target, lessons);
+    if (reuses) {
+        std::vector<Lesson> all = store.together(taught);
+        store.keep(std::move(taught));
+        taught = std::move(all);
+    }
+    if (options.memory != GuideMemory::keep) {
+        if (auto* tree = std::get_if<DirectionTree>(&directions))
+            tree->forget();
+        else if (isLobes)
+            directions.emplace<DirectionLobes>();
+        else
+            directions.emplace<DirectionGrid>();
+    }
+    addToDirections(taught, options);
+}
+
+void LearningLeaf::addToDirections(std::span<const Lesson> lessons, const GuideOptions& options)
+{
+    if (auto* tree = std::get_if<DirectionTree>(&directions)) tree->learn(lessons, options);
+    if (auto* lobes = std::get_if<DirectionLobes>(&directions)) lobes->learn(lessons);
+    if (auto* grid = std::get_if<DirectionGrid>(&directions)) grid->learn(lessons);
+}
+
+void LearningLeaf::test(const Lesson& lesson, const GuideOptions& options)
 {
     tested += 1;
     if (!(lesson.pdf > 0 && lesson.value > 0)) return;
@@ -51,6 +115,9 @@ void LearningLeaf::test(const Lesson& lesson)
         const double pdf = (1.0 - guide) * bsdf + guide * double(lesson.guidePdf);
         if (pdf > 0) moments[k] += squares / pdf;
     }
+    if (options.shareBy == ShareBy::adam)
+        learntShare.learn(double(lesson.value) * double(lesson.pdf), bsdf, double(lesson.guidePdf),
+                          double(lesson.pdf));
 }
 
 /// The share with the least second moment, if that is enough of a gain.
@@ -60,6 +127,10 @@ void LearningLeaf::choose(const GuideOptions& options)
     if (!knowsLight()) return;
     if (options.fixedShare > 0) {
         share = options.fixedShare;
+        return;
+    }
+    if (options.shareBy == ShareBy::adam) {
+        share = float(learntShare.share());
         return;
     }
     if (tested < kLeastTested) return;
@@ -72,9 +143,34 @@ void LearningLeaf::choose(const GuideOptions& options)
     if (moments[0] > double(options.gate) * moments[best]) share = float(kGuideShares[best]);
 }
 
-void LearningLeaf::writeWords(std::span<glm::vec4> words) const
+void LearningLeaf::aim(const GuideOptions& options, double before, double come)
 {
-    std::visit([words](const auto& d) { d.write(words); }, directions);
+    auto* tree = std::get_if<DirectionTree>(&directions);
+    if (tree == nullptr) return;
+    const Quadtree wanted = tree->density();
+    const bool asks = options.memory == GuideMemory::residual && before > 0 && come > 0;
+    if (asks && tree->aimed().total() > 0 && wanted.total() > 0) {
+        const double c = bestC(tree->aimed(), wanted, before, come);
+        Residual lacking = residual(tree->aimed(), wanted, c);
+        if (lacking.mass > kLeastResidual) return tree->aim(std::move(lacking.tree));
+    }
+    tree->aim(wanted);
+}
+
+uint32_t LearningLeaf::write(GuideTables& tables, const GuideOptions& options) const
+{
+    if (const auto* tree = std::get_if<DirectionTree>(&directions)) {
+        const auto first = static_cast<uint32_t>(tables.nodes.size());
+        tree->write(tables.nodes);
+        return first;
+    }
+    const auto first = static_cast<uint32_t>(tables.directions.size());
+    tables.directions.resize(first + shared::guideWords(tables.kind));
+    const std::span<glm::vec4> words = std::span(tables.directions).subspan(first);
+    if (const auto* lobes = std::get_if<DirectionLobes>(&directions)) lobes->write(words);
+    if (const auto* grid = std::get_if<DirectionGrid>(&directions))
+        grid->write(words, options.target == GuideTarget::secondMoment);
+    return first;
 }
 
 bool LearningLeaf::knowsLight() const

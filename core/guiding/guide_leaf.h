@@ -1,5 +1,5 @@
 // A leaf of a guide while it learns: what came from where, how much its surfaces reflect, and how
-// each share of the BSDF would have done. See guide.h.
+// each share of the BSDF would have done. See guide.h; how it learns: guide_options.h.
 #pragma once
 
 #include <array>
@@ -8,7 +8,11 @@
 
 #include "core/guiding/direction_grid.h"
 #include "core/guiding/direction_lobes.h"
+#include "core/guiding/direction_tree.h"
+#include "core/guiding/guide_cell.h"
+#include "core/guiding/learnt_share.h"
 #include "core/guiding/lesson.h"
+#include "core/guiding/record_store.h"
 
 namespace core::guiding {
 
@@ -22,8 +26,12 @@ struct LearningLeaf {
     // Per share: the sum of value^2 pdf / (density with that share); records that it is made of.
     std::array<double, kGuideShares.size()> moments{};
     double tested = 0;
-    std::variant<DirectionGrid, DirectionLobes> directions;
+    std::variant<DirectionGrid, DirectionLobes, DirectionTree> directions;
     float share = 1;
+    LearntShare learntShare;
+    GuideCell cell;
+    RecordStore store;
+    uint32_t before = 0;  // the leaf it comes from, in the tables of the last iteration
 
     /// One that knows nothing yet; `kind` as in shared/guide_tables.h.
     explicit LearningLeaf(uint32_t kind);
@@ -31,15 +39,24 @@ struct LearningLeaf {
     /// Half of everything: what a child inherits.
     void halve();
 
+    /// What one of two children inherits that a plane across an axis parts.
+    LearningLeaf child(float plane, uint32_t axis, bool above) const;
+
     /// The records of an iteration: first they test the guide that chose their directions, then
     /// they become part of the next one. `decay` is what earlier tests still count.
     void learn(std::span<const Lesson> lessons, double decay, const GuideOptions& options);
 
-    /// shared::guideWords of its kind, in the order that samplers read them.
-    void writeWords(std::span<glm::vec4> words) const;
+    /// Directions are drawn from what has been learnt; with GuideMemory::residual and a tree from
+    /// what the lessons `before`, of the density so far, lack if so many more `come`.
+    void aim(const GuideOptions& options, double before, double come);
+
+    /// Appends its words in the order that samplers read them; returns where they are.
+    uint32_t write(GuideTables& tables, const GuideOptions& options) const;
 
 private:
-    void test(const Lesson& lesson);
+    void test(const Lesson& lesson, const GuideOptions& options);
+    void teach(std::span<const Lesson> lessons, const GuideOptions& options);
+    void addToDirections(std::span<const Lesson> lessons, const GuideOptions& options);
     void choose(const GuideOptions& options);
     bool knowsLight() const;
 };

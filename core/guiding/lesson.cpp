@@ -19,6 +19,8 @@ Lesson lessonOf(const shared::GuideRecord& record, float final, const GuideTable
         lesson.reflected = finiteOrZero((final - record.before) / record.beta);
     }
     if (!(record.pdf > 0)) return lesson;
+    if (record.scattered > 0)
+        lesson.arriving = finiteOrZero((final - record.after) / (record.scattered * record.pdf));
     lesson.pdf = record.pdf;
     lesson.bsdfPdf = record.bsdfPdf;
     const glm::vec3 wi = shared::unpackOct(record.direction);
@@ -26,6 +28,16 @@ Lesson lessonOf(const shared::GuideRecord& record, float final, const GuideTable
     lesson.guidePdf =
         shared::pdfGuide(guide, shared::GuideLeaf{0, tables.leaves[lesson.leaf].x, 1, 0}, wi);
     return lesson;
+}
+
+float mixturePdf(const Lesson& lesson, const GuideTables& tables, uint32_t leaf)
+{
+    const glm::uvec4 word = tables.leaves[leaf];
+    const float guide = (1 - shared::uintAsFloat(word.y)) * (1 - lesson.sharp);
+    if (!(guide > 0)) return lesson.bsdfPdf;
+    return (1 - guide) * lesson.bsdfPdf +
+           guide * shared::pdfGuide(tables.view(), shared::GuideLeaf{0, word.x, 1, 0},
+                                    lesson.direction);
 }
 
 }  // namespace core::guiding

@@ -11,14 +11,15 @@
 #include "core/guiding/guide.h"
 #include "core/image/image.h"
 #include "core/methods/guided_params.h"
+#include "core/methods/iteration_pictures.h"
 #include "core/methods/renderer.h"
 
 namespace core {
 
 class GuideTraining {
 public:
-    /// Forgets everything: another scene.
-    void forget();
+    /// Forgets everything: another scene, within this box.
+    void forget(const guiding::GuideBox& box);
 
     /// A view begins. One that follows on the last one (`start`), with the same parameters, goes on
     /// with the guide; what is known of pixels is gone.
@@ -32,15 +33,18 @@ public:
 
     /// As Renderer::advance, in pieces that end where the guide learns: `render` is what the method
     /// would do without a guide, `learn` is called with the samples that there are, when it is
-    /// time.
+    /// time; `film` is what has been rendered in all.
     void advance(const Budget& budget, const std::stop_token& stop,
                  const std::function<uint64_t()>& samples,
                  const std::function<void(const Budget&)>& render,
-                 const std::function<void(uint64_t)>& learn) const;
+                 const std::function<void(uint64_t)>& learn, const std::function<Estimate()>& film);
 
     /// The view has had `samples`, of which `parts` have recorded those since the last lesson, and
     /// are empty afterwards; `mean` is the picture.
     void learn(std::span<guiding::PathRecords> parts, uint64_t samples, const Image& mean);
+
+    /// The picture, where it is more than the mean of all samples.
+    const IterationPictures& pictures() const { return pictures_; }
 
     /// What paths are sampled with. Never null.
     std::shared_ptr<const guiding::GuideTables> tables() const { return guide_.tables(); }
@@ -54,10 +58,15 @@ public:
     std::vector<StatsDetail> details() const;
 
 private:
+    void makeGuide();
+    uint64_t trainingEnd() const;
+    double recordsAfter(uint64_t samples) const;
     uint32_t strideAfter(uint64_t samples) const;
     uint64_t nextLesson(uint64_t samples) const;
 
     guiding::Guide guide_;
+    guiding::GuideBox box_;
+    IterationPictures pictures_;
     GuidedParams params_;
     uint64_t pixels_ = 0;
     uint32_t firstStride_ = 1;
@@ -66,5 +75,8 @@ private:
     std::vector<float> estimates_;
     double seconds_ = 0;
 };
+
+/// A cube around the world.
+guiding::GuideBox guideBox(const World& world);
 
 }  // namespace core

@@ -29,7 +29,7 @@ class GuidedPathTracer : public TiledRenderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
-        training_.forget();
+        training_.forget(guideBox(*world));
         TiledRenderer::setWorld(std::move(world), progress);
     }
 
@@ -50,7 +50,14 @@ public:
             [&](const Budget& part) { film_.advance(part, stop, guidedTiles()); },
             [this](uint64_t samples) {
                 training_.learn(records_, samples, film_.estimate(Reading::mean).mean);
-            });
+            },
+            [this] { return film_.estimate(Reading::everything); });
+    }
+
+    Estimate read(Reading what) override
+    {
+        if (!training_.pictures().isOn()) return film_.estimate(what);
+        return training_.pictures().picture(film_.estimate(Reading::everything));
     }
 
     RenderStats stats() const override
@@ -75,7 +82,8 @@ private:
         job.settings = frameSettings();
         job.settings.seed = params_.seed;
         job.settings.samplerKind = static_cast<uint32_t>(params_.sampler);
-        job.settings.strategy = shared::kStrategyMis;
+        job.settings.strategy =
+            params_.nee == GuidedNee::none ? shared::kStrategyBsdf : shared::kStrategyMis;
         job.settings.maxDepth = params_.maxDepth;
         job.settings.rouletteDepth = params_.rouletteDepth;
         job.accel = accel_.get();
@@ -130,12 +138,49 @@ std::unique_ptr<Renderer> makeGuidedPathTracer()
     return std::make_unique<GuidedPathTracer>();
 }
 
+/// T. Mueller, M. Gross, J. Novak, "Practical Path Guiding for Efficient Light-Transport
+/// Simulation" (2017). What differs: leaves cut in an iteration learn from their own records, and
+/// `training`, half of the samples that are to be taken, is told and not found.
+static GuidedParams ppg()
+{
+    return {.guide = GuideKind::tree,
+            .space = GuideSpace::plain,
+            .target = GuideTarget::radiance,
+            .memory = GuideMemory::reset,
+            .schedule = GuideSchedule::doubling,
+            .training = 32,
+            .recordOneIn = 1,
+            .recordsPerLeaf = 6000,
+            .share = 0.5f,
+            .nee = GuidedNee::none,
+            .roulette = GuidedRoulette::none,
+            .combineLast = 1};
+}
+
+/// T. Mueller, "Path Guiding in Production" (SIGGRAPH course, 2019).
+static GuidedParams ppgProduction()
+{
+    GuidedParams params = ppg();
+    params.filter = GuideFilter::spread;
+    params.recordsPerLeaf = 2000;
+    params.share = 0;
+    params.shareBy = ShareBy::adam;
+    params.nee = GuidedNee::mixture;
+    params.combine = Combine::inverseVariance;
+    params.combineLast = 4;
+    return params;
+}
+
 std::span<const MethodPreset> guidedPresets()
 {
     static const std::array kPresets{
         MethodPreset{"guided", GuidedParams{}, "the defaults: learns, and guides where it pays"},
         MethodPreset{"finer", GuidedParams{.training = 128, .recordsPerLeaf = 250},
                      "smaller leaves, longer training: for pictures of many samples"},
+        MethodPreset{"ppg", ppg(),
+                     "practical path guiding as published in 2017, of half the budget"},
+        MethodPreset{"ppg-production", ppgProduction(),
+                     "the same as its authors improved it in 2019"},
         MethodPreset{"no guide", GuidedParams{.training = 0}, "the path tracer, to compare"},
     };
     return kPresets;

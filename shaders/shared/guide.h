@@ -2,15 +2,17 @@
 // going there (sampling and density), and how much light the place reflects. T. Mueller, M. Gross,
 // J. Novak, "Practical Path Guiding for Efficient Light-Transport Simulation" (2017). What differs:
 // a spatial tree for each dominant axis of the normal, planes wherever the records' mean lay,
-// two other representations of directions (guide_histogram.h, guide_lobes.h), and the target
-// f |cos| L rather than L: surfaces of one leaf look the same way, so that their cosine, and most
-// of their f, is a function of the direction, too. How it is learnt: core/guiding/guide.h.
+// two other representations of directions beside the paper's quadtree (guide_histogram.h,
+// guide_lobes.h, guide_tree.h), and the target f |cos| L rather than L: surfaces of one leaf look
+// the same way, so that their cosine, and most of their f, is a function of the direction, too. How
+// it is learnt, and switches back to what the paper has: core/guiding/guide.h.
 #ifndef REKINDLE_SHARED_GUIDE_H
 #define REKINDLE_SHARED_GUIDE_H
 
 #include "guide_histogram.h"
 #include "guide_lobes.h"
 #include "guide_tables.h"
+#include "guide_tree.h"
 #include "lang.h"
 
 SHARED_BEGIN
@@ -68,16 +70,18 @@ SHARED_FN GuideLeaf guideAt(IN(GuideView) guide, vec3 p, vec3 n)
     return leaf;
 }
 
-/// Words of directions in a leaf of that kind of guide.
+/// Words of directions in a leaf of that kind of guide; those of trees differ in number, and lie
+/// among the nodes.
 SHARED_FN uint guideWords(uint kind)
 {
-    return kind == kGuideLobes ? kLobeWords : kHistogramWords;
+    return kind == kGuideLobes ? kLobeWords : (kind == kGuideTree ? 0u : kHistogramWords);
 }
 
 /// Density with which sampleGuide draws the direction wi (unit, world), in solid angle.
 SHARED_FN float pdfGuide(IN(GuideView) guide, GuideLeaf leaf, vec3 wi)
 {
     if (guide.kind == kGuideLobes) return pdfGuideLobes(guide, leaf.firstWord, wi);
+    if (guide.kind == kGuideTree) return pdfGuideTree(guide, leaf.firstWord, wi);
     return pdfHistogram(guide, leaf.firstWord, wi);
 }
 
@@ -87,6 +91,7 @@ SHARED_FN bool sampleGuide(IN(GuideView) guide, GuideLeaf leaf, vec2 u, OUT(vec3
                            OUT(float) pdf)
 {
     if (guide.kind == kGuideLobes) return sampleGuideLobes(guide, leaf.firstWord, u, wi, pdf);
+    if (guide.kind == kGuideTree) return sampleGuideTree(guide, leaf.firstWord, u, wi, pdf);
     return sampleHistogram(guide, leaf.firstWord, u, wi, pdf);
 }
 

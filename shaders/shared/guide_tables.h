@@ -1,6 +1,6 @@
 // What a path guide is made of, as both languages reach it: nodes of the trees, leaves, and words
 // that say which directions are worth going in a leaf. guide.h reads the first two, the last
-// belongs to one of two representations: guide_histogram.h, guide_lobes.h.
+// belongs to one of three representations: guide_histogram.h, guide_lobes.h, guide_tree.h.
 #ifndef REKINDLE_SHARED_GUIDE_TABLES_H
 #define REKINDLE_SHARED_GUIDE_TABLES_H
 
@@ -11,6 +11,7 @@ SHARED_BEGIN
 // How a guide knows directions; 0 where there is none.
 SHARED_CONST uint kGuideHistogram = 1u;
 SHARED_CONST uint kGuideLobes = 2u;
+SHARED_CONST uint kGuideTree = 3u;
 
 #ifdef __cplusplus
 

@@ -4,6 +4,7 @@
 // (2017):
 // - Next-event estimation is weighted against the density of the BSDF alone, on both sides: any
 //   partition is unbiased, and no look-up is spent on it. The path's weight divides by the mixture.
+//   (kNeeMixture weights against the mixture, as the paper's authors do.)
 // - Sharp lobes keep their probability: the guide takes its share of the smooth ones.
 // - Roulette at arrival: a path survives by its throughput (the product of albedos, for weights of
 //   guided samples tell nothing of what is to come) or by what the guide expects it to bring,
@@ -33,7 +34,8 @@ struct GuideRecord {
     float before;
     float after;
     float beta;
-    uint place;  // the tree (guideRoot); above it in 8 bits the share of sharp lobes
+    uint place;       // the tree (guideRoot); above it in 8 bits the share of sharp lobes
+    float scattered;  // luminance of the throughput after it scattered
 };
 
 /// How many records a path has left, and the luminance of what it brought home.
@@ -55,10 +57,11 @@ SHARED_FN GuidedState beginGuided()
 }
 
 /// What is asked of guided paths (PathSettings::guidedRules): one in `stride` leaves records (a
-/// power of two up to 64; 0: none), and what roulette goes by.
-SHARED_FN uint packGuidedRules(uint stride, uint roulette)
+/// power of two up to 64; 0: none), what roulette goes by, and how connections to emitters are
+/// weighted.
+SHARED_FN uint packGuidedRules(uint stride, uint roulette, uint nee)
 {
-    return stride | (roulette << 8u);
+    return stride | (roulette << 8u) | (nee << 16u);
 }
 
 SHARED_FN uint recordStride(PathSettings settings)
@@ -68,7 +71,16 @@ SHARED_FN uint recordStride(PathSettings settings)
 
 SHARED_FN uint rouletteKind(PathSettings settings)
 {
-    return settings.guidedRules >> 8u;
+    return (settings.guidedRules >> 8u) & 0xffu;
+}
+
+// Density against which next-event estimation is weighted (GuidedNee).
+SHARED_CONST uint kNeeBsdf = 0u;
+SHARED_CONST uint kNeeMixture = 1u;
+
+SHARED_FN uint neeKind(PathSettings settings)
+{
+    return settings.guidedRules >> 16u;
 }
 
 /// Whether the path of a lane of a tile of 8x8 pixels (`lane` its Morton index) is recorded: one in
@@ -150,6 +162,7 @@ SHARED_FN bool sampleMixture(IN(GuideView) guide, GuideLeaf leaf, float share, I
 SHARED_CONST uint kRouletteBoth = 0u;
 SHARED_CONST uint kRouletteAlbedo = 1u;
 SHARED_CONST uint kRouletteLight = 2u;
+SHARED_CONST uint kRouletteNone = 3u;
 // By light alone: what is expected is an average over a leaf, and may be zero by chance.
 SHARED_CONST float kLeastSurvival = 0.05f;
 
@@ -170,12 +183,29 @@ SHARED_FN bool survives(PathSettings settings, GuideLeaf leaf, float image, floa
                         INOUT(PathState) path, INOUT(GuidedState) state)
 {
     if (path.depth < settings.rouletteDepth) return true;
+    if (rouletteKind(settings) == kRouletteNone) return true;
     const float survival = guidedSurvival(rouletteKind(settings), state.albedo,
                                           luminance(path.beta) * leaf.reflected, image);
     if (!(number < survival)) return false;
     path.beta *= 1.0f / survival;
     state.albedo *= 1.0f / survival;
     return true;
+}
+
+/// What a connection's contribution takes to be weighted against the density of the mixture, and
+/// not of the BSDF alone.
+SHARED_FN float mixtureWeight(IN(GuideView) guide, GuideLeaf leaf, float share, IN(Vertex) vertex,
+                              IN(ShadowRay) shadow)
+{
+    if (!(shadow.pdf > 0.0f)) return 1.0f;
+    vec3 f;
+    float pdf;
+    evalPdfLobes(vertex.bsdf, vertex.lobes, vertex.wo, toLocal(vertex.surface.frame, shadow.wi), f,
+                 pdf);
+    const float mixture = (1.0f - share) * pdf + share * pdfGuide(guide, leaf, shadow.wi);
+    const float before = pdf / shadow.pdf;
+    const float now = mixture / shadow.pdf;
+    return (1.0f + before * before) / (1.0f + now * now);
 }
 
 /// One vertex of a guided path: shadeSurface with the guide. `recorded` asks for a record (1) or
@@ -199,11 +229,15 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     float sharp;
     const float share = shareWithGuide(leaf.share, vertex, sharp);
     shadow = connect(scene, settings, numbers, path, vertex);
+    const bool againstMixture = neeKind(settings) == kNeeMixture;
+    if (againstMixture && maxComponent(shadow.contribution) > 0.0f)
+        shadow.contribution *= mixtureWeight(guide, leaf, share, vertex, shadow);
     const vec3 beta = path.beta;
     BsdfSample next;
     float pdf;
     bool goesOn = sampleMixture(guide, leaf, share, vertex, numbers, next, pdf);
     goesOn = goesOn && leave(vertex, next, path);
+    if (againstMixture) path.pdf = pdf;
     if (wanted) {
         recorded = 1u;
         record.position = vertex.surface.position;
@@ -214,6 +248,7 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
         record.direction = goesOn ? packOct(path.direction) : 0u;
         record.pdf = goesOn ? pdf : 0.0f;
         record.bsdfPdf = goesOn ? next.pdf : 0.0f;
+        record.scattered = luminance(path.beta);
     }
     return goesOn;
 }

@@ -35,7 +35,9 @@ struct PathState {
 /// The connection to an emitter. `contribution` is what it adds if nothing is between; zero: no
 /// need to trace. `direction` is not of unit length: `tMax` counts in its lengths. Before the
 /// surface has had its say: `incident` is the radiance from `wi` (unit, world) over its density,
-/// MIS weight included; contribution = beta f |cos| incident.
+/// MIS weight included; contribution = beta f |cos| incident. `pdf` is the density with which
+/// emitters are sampled in that direction, the choice among them included; 0 for emitters that
+/// directions cannot meet.
 struct ShadowRay {
     vec3 origin;
     vec3 direction;
@@ -43,6 +45,7 @@ struct ShadowRay {
     vec3 contribution;
     vec3 wi;
     vec3 incident;
+    float pdf;
 };
 
 /// Seed of the alpha test for the rays that leave a vertex; `shadow` 1 for the connection to an
@@ -140,6 +143,7 @@ SHARED_FN ShadowRay noShadowRay(vec3 origin)
     shadow.contribution = vec3(0.0f, 0.0f, 0.0f);
     shadow.wi = shadow.direction;
     shadow.incident = vec3(0.0f, 0.0f, 0.0f);
+    shadow.pdf = 0.0f;
     return shadow;
 }
 
@@ -209,6 +213,7 @@ SHARED_FN ShadowRay connectTo(IN(SceneView) scene, PathSettings settings, uint e
         clampIndirect(settings, path.depth + 1u, path.beta * f * e.radiance * (abs(wi.z) * weight));
     shadow.wi = e.wi;
     shadow.incident = e.radiance * weight;
+    shadow.pdf = pmf * e.pdf;
     shadow.origin = originOnSide(vertex.surface, side);
     shadow.direction = e.wi;
     shadow.tMax = kDistant;

@@ -24,7 +24,7 @@ public:
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
         film_.drop();
-        training_.forget();
+        training_.forget(core::guideBox(*world));
         if (!takeWorld(scene_, world_, std::move(world), context_, progress))
             batches_.forgetScene();
     }
@@ -60,11 +60,16 @@ public:
                 setRules(training_.rulesAfter(film_.progress().samples));
                 render(part, stop);
             },
-            [this](uint64_t samples) { learn(samples); });
+            [this](uint64_t samples) { learn(samples); },
+            [this] { return film_.read(core::Reading::everything); });
     }
 
     core::RenderProgress progress() const override { return film_.progress(); }
-    core::Estimate read(core::Reading what) override { return film_.read(what); }
+    core::Estimate read(core::Reading what) override
+    {
+        if (!training_.pictures().isOn()) return film_.read(what);
+        return training_.pictures().picture(film_.read(core::Reading::everything));
+    }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
 
     std::vector<core::Image> maps() override
@@ -90,7 +95,8 @@ private:
         shared::FrameData frame = frameOf(*world_, *scene_, view);
         frame.settings.seed = params_.seed;
         frame.settings.samplerKind = static_cast<uint32_t>(params_.sampler);
-        frame.settings.strategy = shared::kStrategyMis;
+        frame.settings.strategy =
+            params_.nee == core::GuidedNee::none ? shared::kStrategyBsdf : shared::kStrategyMis;
         frame.settings.maxDepth = params_.maxDepth;
         frame.settings.rouletteDepth = params_.rouletteDepth;
         return frame;

@@ -1,9 +1,11 @@
-// The text of shared/guide.h on the device against the same text in C++ (T-29), for both
-// representations of directions: leaves, densities and samples. Validation is on.
+// The text of shared/guide.h on the device against the same text in C++ (T-29), for every
+// representation of directions: leaves, densities and samples. Validation is on.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "app/gpu/base/kernel.h"
@@ -139,10 +141,14 @@ TEST_P(GuideOnDevice, SaysWhatTheHostSays)
     EXPECT_LT(others, kCases / 1000);
 }
 
+std::string nameOfKind(const testing::TestParamInfo<uint32_t>& kind)
+{
+    return std::array{"", "histogram", "lobes", "tree"}[kind.param];
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, GuideOnDevice,
-                         testing::Values(shared::kGuideHistogram, shared::kGuideLobes),
-                         [](const auto& kind) {
-                             return kind.param == shared::kGuideLobes ? "lobes" : "histogram";
-                         });
+                         testing::Values(shared::kGuideHistogram, shared::kGuideLobes,
+                                         shared::kGuideTree),
+                         nameOfKind);
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "app/methods/methods.h"
 #include "core/gltf/gltf.h"
+#include "core/methods/method.h"
 #include "tests/support/stats.h"
 
 namespace {
@@ -71,6 +72,14 @@ double meanOf(const core::Image& image)
     return sum / double(image.pixels.size());
 }
 
+/// Of the mean over all pixels, as if they were independent.
+double varianceOfMean(const core::Estimate& e)
+{
+    double sum = 0;
+    for (const float v : e.variance.pixels) sum += double(v);
+    return sum / std::pow(double(e.variance.pixels.size()), 2);
+}
+
 double squaredDistance(const core::Image& a, const core::Image& b)
 {
     double sum = 0;
@@ -110,9 +119,7 @@ TEST_P(GuidedMethod, TheMeanIsThePathTracers)
         begin(scene, {24, 24});
         const core::PathParams path{.seed = 991, .sampler = core::SamplerKind::independent};
         const core::Estimate truth = plain(path, 4096);
-        double noise = 0;  // of the truth's own mean
-        for (const float v : truth.variance.pixels) noise += double(v);
-        noise /= std::pow(double(truth.variance.pixels.size()), 2);
+        const double noise = varianceOfMean(truth);
         tests::Moments means;
         for (uint32_t seed = 1; seed <= kPictures; ++seed) {
             const core::Estimate e = render(
@@ -126,6 +133,82 @@ TEST_P(GuidedMethod, TheMeanIsThePathTracers)
         const double error = std::sqrt(means.varianceOfMean() + 3 * noise);
         EXPECT_LT(std::abs(means.mean() - expected), tests::kScore * error) << scene;
         EXPECT_LT(error, 0.008 * expected) << scene << " is underpowered";
+    }
+}
+
+/// Presets as their papers have them and every switch, alone or with what it goes with: other
+/// variances, the same mean.
+TEST_P(GuidedMethod, SwitchesKeepTheMean)
+{
+    using namespace core;
+    constexpr uint32_t kPictures = 40, kSamples = 31;
+    struct Case {
+        const char* name;
+        GuidedParams params;
+        double power;  // relative standard error that is wanted
+    };
+    const auto preset = [](std::string_view name) {
+        for (const MethodPreset& p : methodNamed("guided").presets)
+            if (p.name == name) {
+                GuidedParams params = p.params.as<GuidedParams>();
+                params.training = 15;
+                params.recordsPerLeaf /= 8;  // of so few pixels
+                return params;
+            }
+        ADD_FAILURE() << name;
+        return GuidedParams{};
+    };
+    const GuidedParams doubling{.guide = GuideKind::tree,
+                                .schedule = GuideSchedule::doubling,
+                                .training = 15,
+                                .recordOneIn = 1,
+                                .recordsPerLeaf = 250,
+                                .share = 0.5f};
+    const auto with = [&doubling](auto change) {
+        GuidedParams params = doubling;
+        change(params);
+        return params;
+    };
+    const Case cases[] = {
+        {"ppg", preset("ppg"), 0.04},
+        {"ppg-production", preset("ppg-production"), 0.01},
+        {"balance", with([](auto& p) { p.memory = GuideMemory::balance; }), 0.008},
+        {"residual", with([](auto& p) { p.memory = GuideMemory::residual; }), 0.008},
+        {"second-moment", with([](auto& p) { p.target = GuideTarget::secondMoment; }), 0.008},
+        {"mixture", with([](auto& p) { p.nee = GuidedNee::mixture; }), 0.008},
+        {"last", with([](auto& p) { p.combineLast = 1; }), 0.008},
+        {"inverse-variance", with([](auto& p) { p.combine = Combine::inverseVariance; }), 0.008},
+        {"crossed", with([](auto& p) {
+             p.combine = Combine::inverseVariance;
+             p.combineOver = CombineOver::pixel;
+             p.combineFrom = CombineFrom::crossed;
+         }),
+         0.012},
+    };
+    begin("cbox-up", {24, 24});
+    const Estimate truth = plain({.seed = 991, .sampler = SamplerKind::independent}, 8192);
+    const double expected = meanOf(truth.mean), noise = varianceOfMean(truth);
+    for (const auto& [name, params, power] : cases) {
+        tests::Moments means;
+        double told = 0;  // by the estimate itself, of the mean over the picture
+        for (uint32_t seed = 1; seed <= kPictures; ++seed) {
+            GuidedParams own = params;
+            own.seed = seed;
+            own.sampler = SamplerKind::independent;
+            const Estimate e = render(own, kSamples);
+            EXPECT_TRUE(e.counters.clean());
+            means.add(meanOf(e.mean));
+            told += varianceOfMean(e) / kPictures;
+        }
+        EXPECT_GT(detail("guided_share"), 0.2) << name << ": nothing was guided";
+        const double error = std::sqrt(means.varianceOfMean() + 3 * noise);
+        EXPECT_LT(std::abs(means.mean() - expected), tests::kScore * error) << name;
+        EXPECT_LT(error, power * expected) << name << " is underpowered";
+        // Of one picture: channels of a pixel go together, hence up to three times as much. The
+        // factor of two is for forty pictures, whose brightest decide.
+        const double found = means.varianceOfMean() * kPictures;
+        EXPECT_GT(found, told / 2) << name;
+        EXPECT_LT(found, 2 * 3 * told) << name;
     }
 }
 

@@ -1,10 +1,12 @@
-// Directions of a guide's leaf, in both representations: samples against densities, what is learnt
+// Directions of a guide's leaf, in every representation: samples against densities, what is learnt
 // against a known density, and lessons of every kind of fault.
 #include "core/guiding/guide_leaf.h"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "core/base/pcg32.h"
@@ -83,25 +85,33 @@ std::vector<Lesson> lessonsOf(const Target& target, size_t count, uint64_t seed)
     return lessons;
 }
 
-/// Words of one leaf, as samplers read them.
+/// Words of one leaf, as samplers read them, behind some that are not its own.
 struct Words {
-    uint32_t kind;
-    std::vector<vec4> words;
+    core::guiding::GuideTables tables;
+    shared::GuideLeaf leaf{0, 0, 0.5f, 0};
 
-    Words(uint32_t k, const LearningLeaf& leaf) : kind(k), words(shared::guideWords(k))
+    Words(LearningLeaf learning, const GuideOptions& options)
     {
-        leaf.writeWords(words);
+        tables.kind = options.kind;
+        tables.nodes.resize(5);
+        tables.directions.resize(3);
+        learning.aim(options, 0, 0);
+        leaf.firstWord = learning.write(tables, options);
     }
-    shared::GuideView view() const { return {nullptr, nullptr, words.data(), kind}; }
-    double pdf(dvec3 w) const
-    {
-        return double(shared::pdfGuide(view(), shared::GuideLeaf{0, 0, 0.5f, 0}, vec3(w)));
-    }
+    vec4& word(uint32_t i) { return tables.directions.at(leaf.firstWord + i); }
+    double pdf(dvec3 w) const { return double(shared::pdfGuide(tables.view(), leaf, vec3(w))); }
     bool draw(vec2 u, vec3& w, float& pdf) const
     {
-        return shared::sampleGuide(view(), shared::GuideLeaf{0, 0, 0.5f, 0}, u, w, pdf);
+        return shared::sampleGuide(tables.view(), leaf, u, w, pdf);
     }
 };
+
+GuideOptions optionsOf(uint32_t kind)
+{
+    GuideOptions options;
+    options.kind = kind;
+    return options;
+}
 
 class GuideDirections : public testing::TestWithParam<uint32_t> {
 protected:
@@ -111,7 +121,7 @@ protected:
         leaf.learn(lessons, 1, GuideOptions{.kind = GetParam()});
         return leaf;
     }
-    Words words(const LearningLeaf& leaf) const { return Words(GetParam(), leaf); }
+    Words words(const LearningLeaf& leaf) const { return {leaf, optionsOf(GetParam())}; }
     Words trained() const { return words(learnt(lessonsOf(Target{}, 4000, 1))); }
 };
 
@@ -250,7 +260,7 @@ TEST_P(GuideDirections, SurvivesAnything)
             if (random() < 0.5) leaf.halve();
         }
         const Words guide = words(leaf);
-        for (const vec4& word : guide.words)
+        for (const vec4& word : guide.tables.directions)
             for (int k = 0; k < 4; ++k) ASSERT_TRUE(std::isfinite(word[k]));
         for (int i = 0; i < 200; ++i) {
             vec3 w;
@@ -283,16 +293,90 @@ TEST_P(GuideDirections, ChildrenInheritHalf)
             [&](dvec3 w) { return glm::dot(w, there.means[0]) > 0 ? guide.pdf(w) : 0.0; }));
     };
     // A lobe that takes some of both becomes wide, and loses a little across the equator.
-    EXPECT_NEAR(upper(whole), 1.0 / 2, 0.1);
-    EXPECT_NEAR(upper(child), 1.0 / 3, 0.1);
+    // A tree is cut where light was before: new light falls into large cells, across it, too.
+    const double tolerance = GetParam() == shared::kGuideTree ? 0.2 : 0.1;
+    EXPECT_NEAR(upper(whole), 1.0 / 2, tolerance);
+    EXPECT_NEAR(upper(child), 1.0 / 3, tolerance);
     EXPECT_GT(upper(whole) - upper(child), 0.12);
 }
 
+/// Second moments are learnt as their root: where values are as often k times as large, their
+/// density is k times as high, whatever values are elsewhere.
+TEST_P(GuideDirections, LearnTheRootOfSecondMoments)
+{
+    if (GetParam() == shared::kGuideLobes) return;  // they take the product, as is documented
+    GuideOptions options = optionsOf(GetParam());
+    options.target = core::guiding::GuideTarget::secondMoment;
+    // Above, every second value is zero and the others are twice as large: the mean is the same,
+    // the second moment twice, the density the root of two times as high.
+    std::vector<Lesson> lessons;
+    Pcg32 random(4);
+    for (int i = 0; i < 200000; ++i) {
+        const double u = random();
+        const dvec3 w = onSphere(u, random());
+        const bool counts = w.z < 0 || random() < 0.5;
+        lessons.push_back(lessonAt(w, counts ? (w.z < 0 ? 1 : 2) : 0));
+    }
+    LearningLeaf leaf(GetParam());
+    leaf.learn(lessons, 1, options);
+    const Words guide(leaf, options);
+    const auto ratio = [](const Words& words) {  // of the caps, away from cells on the equator
+        const auto masses = massesOf([&](dvec3 w) { return words.pdf(w); });
+        const size_t cap = masses.size() / 4;
+        return sumOf(std::span(masses).first(cap)) / sumOf(std::span(masses).last(cap));
+    };
+    EXPECT_NEAR(ratio(guide), std::sqrt(2.0), 0.02);
+    options.target = core::guiding::GuideTarget::product;
+    LearningLeaf plain(GetParam());
+    plain.learn(lessons, 1, options);
+    EXPECT_NEAR(ratio(Words(plain, options)), 1, 0.02);
+}
+
+/// What arrives is learnt instead of what is scattered on.
+TEST_P(GuideDirections, LearnRadiance)
+{
+    GuideOptions options = optionsOf(GetParam());
+    options.target = core::guiding::GuideTarget::radiance;
+    std::vector<Lesson> lessons = lessonsOf(Target{}, 4000, 1);
+    for (Lesson& lesson : lessons) {
+        lesson.arriving = lesson.value;
+        lesson.value = 1;
+    }
+    LearningLeaf leaf(GetParam());
+    leaf.learn(lessons, 1, options);
+    const Words radiance(leaf, options), wanted = words(learnt(lessonsOf(Target{}, 4000, 1)));
+    for (const dvec3 w : {dvec3(0.3, 0.5, 0.8), dvec3(-0.9, 0.1, 0.4), dvec3(0, 0, -1)})
+        EXPECT_EQ(radiance.pdf(glm::normalize(w)), wanted.pdf(glm::normalize(w)));
+}
+
+/// Without memory a leaf knows the last lessons alone.
+TEST_P(GuideDirections, ForgetWhenTheyAreTold)
+{
+    GuideOptions options = optionsOf(GetParam());
+    options.memory = core::guiding::GuideMemory::reset;
+    Target there;
+    there.masses[0] = 1;
+    there.masses[1] = 0;
+    std::vector<Lesson> lessons = lessonsOf(there, 4000, 1);
+    LearningLeaf leaf(GetParam());
+    leaf.learn(lessons, 1, options);
+    for (Lesson& lesson : lessons) lesson.direction = -lesson.direction;
+    leaf.learn(lessons, 1, options);
+    leaf.learn(lessons, 1, options);  // a tree is cut by what it learnt before
+    const Words guide(leaf, options);
+    EXPECT_LT(guide.pdf(there.means[0]), 0.05);
+    EXPECT_GT(guide.pdf(-there.means[0]), 0.5);
+}
+
+std::string nameOfKind(const testing::TestParamInfo<uint32_t>& kind)
+{
+    return std::array{"", "histogram", "lobes", "tree"}[kind.param];
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, GuideDirections,
-                         testing::Values(shared::kGuideHistogram, shared::kGuideLobes),
-                         [](const auto& kind) {
-                             return kind.param == shared::kGuideLobes ? "lobes" : "histogram";
-                         });
+                         testing::Values(shared::kGuideHistogram, shared::kGuideLobes,
+                                         shared::kGuideTree),
+                         nameOfKind);
 
 /// One bright path among a thousand does not take the lobes away from the rest.
 TEST(GuideLobes, AFireflyOwnsNoMixture)
@@ -302,7 +386,7 @@ TEST(GuideLobes, AFireflyOwnsNoMixture)
     lessons.push_back(lessonAt({0, 0, -1}, 1e6));
     LearningLeaf leaf(shared::kGuideLobes);
     leaf.learn(lessons, 1, GuideOptions{.kind = shared::kGuideLobes});
-    const Words guide(shared::kGuideLobes, leaf);
+    const Words guide(leaf, optionsOf(shared::kGuideLobes));
     EXPECT_GT(guide.pdf(target.means[0]), 0.2 * target(target.means[0]));
 }
 
@@ -332,11 +416,11 @@ TEST(GuideLobes, SamplesFollowTheDensityAtAllWidths)
 {
     for (const float kappa : {0.0f, 1e-3f, 0.1f, 1.0f, 30.0f, 1e3f, 1e4f}) {
         const vec3 mean = glm::normalize(vec3(-0.4f, 0.7f, -0.2f));
-        Words guide(shared::kGuideLobes, LearningLeaf(shared::kGuideLobes));
-        for (int k = 0; k < 3; ++k) guide.words[shared::kLobeX + 2 * uint32_t(k) + 1][2] = mean[k];
-        guide.words[shared::kLobeWidth + 1][2] = kappa / 2;
-        guide.words[shared::kLobePeak + 1][2] = shared::peakOfLobe(kappa);
-        guide.words[shared::kLobeMass + 1][2] = 1;
+        Words guide(LearningLeaf(shared::kGuideLobes), optionsOf(shared::kGuideLobes));
+        for (int k = 0; k < 3; ++k) guide.word(shared::kLobeX + 2 * uint32_t(k) + 1)[2] = mean[k];
+        guide.word(shared::kLobeWidth + 1)[2] = kappa / 2;
+        guide.word(shared::kLobePeak + 1)[2] = shared::peakOfLobe(kappa);
+        guide.word(shared::kLobeMass + 1)[2] = 1;
         expectSamples(guide);
     }
 }
