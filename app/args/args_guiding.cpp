@@ -40,12 +40,14 @@ void addAmountOptions(CLI::App& app, GuidingBenchOptions& o, Given& given)
                  "minutes for a small scene")
         ->group(group);
     addRead(app, group, "--variants", "LIST", o.variants, splitList,
-            "variants to measure beside path, by their names on the page, as guided,no-gate "
-            "(default: all; quick: guided)");
+            "variants to measure beside path, by their names on the page, as guided,no-gate, or "
+            "families: switches (default; quick: guided alone), papers, training, combinations, "
+            "depths");
     addRead(app, group, "--samples", "LIST", given.samples, readSamples,
             "samples per pixel of each variant (default 16,64)");
     app.add_flag("--sweep", given.sweep,
-                 "path and guided also with 31, 63, 127, 255, 511 and 1023 samples per pixel")
+                 "path, guided and the family training also with 31, 63, 127, 255, 511 and 1023 "
+                 "samples per pixel")
         ->group(group);
     addValue(app, group, "--seeds", given.seeds,
              "pictures of each kind, default " + std::to_string(kSeeds) +

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bench/guiding_claims.h"
 #include "app/bench/guiding_goals.h"
 #include "app/files/params_json.h"
 #include "app/files/stats.h"
@@ -63,7 +64,28 @@ Json rowsJson(const Results& r)
     return rows;
 }
 
-Json sceneJson(const SceneResult& s)
+Json claimsJson(const Results& r, const SceneResult& scene)
+{
+    Json claims = Json::array();
+    for (const Claim& claim : claimsOf(r, scene)) {
+        Json rows = Json::array();
+        for (const Row* row : claim.rows) {
+            const Row* plain = plainOf(scene, *row);
+            rows.push_back({{"variant", row->variant},
+                            {"relmse", row->relMse.value},
+                            {"variance_ratio", varianceRatio(*plain, *row).value},
+                            {"eff", efficiency(deviceOf(r, *row), *plain, *row).value}});
+        }
+        claims.push_back({{"family", std::string(familyName(claim.family))},
+                          {"device", claim.device},
+                          {"spp", claim.spp},
+                          {"rows", rows},
+                          {"says", claim.sentence}});
+    }
+    return claims;
+}
+
+Json sceneJson(const Results& r, const SceneResult& s)
 {
     Json pictures = Json::array();
     for (const Shot& shot : s.shots)
@@ -79,7 +101,8 @@ Json sceneJson(const SceneResult& s)
             {"reference_relmse", s.referenceRelMse},
             {"reference_seconds", s.referenceSeconds},
             {"reference_kept", s.referenceKept},
-            {"pictures", pictures}};
+            {"pictures", pictures},
+            {"claims", claimsJson(r, s)}};
 }
 
 std::string sceneTable(const Results& r, const SceneResult& scene)
@@ -99,6 +122,10 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                 padded(printed("%.2f", efficiency(device, *plain, row).value), 12) +
                 padded(printed("%.0f", 100 * share), 10) + printed("%.1f", biasScore(row)) + '\n';
     }
+    for (const Claim& claim : claimsOf(r, scene))
+        if (!claim.sentence.empty())
+            text +=
+                claim.device + ", " + std::to_string(claim.spp) + " spp: " + claim.sentence + '\n';
     return text;
 }
 
@@ -107,7 +134,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
 std::string resultsJson(const Results& r)
 {
     Json scenes = Json::array(), goals = Json::array(), devices = Json::array();
-    for (const SceneResult& scene : r.scenes) scenes.push_back(sceneJson(scene));
+    for (const SceneResult& scene : r.scenes) scenes.push_back(sceneJson(r, scene));
     for (const Device& d : r.devices)
         devices.push_back({{"device", d.name},
                            {"words", d.words},

@@ -125,7 +125,7 @@ bool Measurement::warmUp()
     for (size_t i = 0; i < stations_.size(); ++i)
         for (const Variant& variant : variantTable().first(2)) {
             core::View view = view_;
-            view.params = paramsOf(variant, o_.params, o_.params.seed);
+            view.params = paramsOf(variant, o_.params, o_.params.seed, 2);
             core::Renderer& renderer = stations_[i].rendererOf(variant);
             renderer.setView(view, core::Start::anew);
             renderer.advance({.samples = 2}, tools_.stop);
@@ -143,7 +143,7 @@ void Measurement::makeCells()
         for (size_t i = 0; i < stations_.size(); ++i)
             for (const Variant* variant : variantsOf(o_)) {
                 const bool usual = std::ranges::find(o_.samples, spp) != o_.samples.end();
-                if (!usual && !variant->isMain) continue;
+                if (!usual && !variant->isSwept()) continue;
                 Row row;
                 row.variant = variant->name;
                 row.device = results_.devices[i].name;
@@ -200,7 +200,7 @@ std::optional<Measurement::Picture> Measurement::render(const Cell& cell, uint32
 {
     core::Renderer& renderer = stations_[cell.station].rendererOf(*cell.variant);
     core::View view = view_;
-    view.params = paramsOf(*cell.variant, o_.params, seed);
+    view.params = paramsOf(*cell.variant, o_.params, seed, cell.row.spp);
     const double start = processSeconds();
     renderer.setView(view, core::Start::anew);
     const core::RenderStats before = renderer.stats();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/bench/guiding_cases.h"
+#include "app/bench/guiding_claims.h"
 #include "app/bench/guiding_page.h"
 #include "app/report/curves.h"
 #include "app/report/page.h"
@@ -100,6 +101,46 @@ std::string rowsTable(const Results& r, const SceneResult& scene)
         rows);
 }
 
+std::string headOf(Family family)
+{
+    switch (family) {
+    case Family::papers:
+        return "Practical path guiding and its parts";
+    case Family::training:
+        return "Training with old records";
+    case Family::combinations:
+        return "Combinations of the iterations";
+    case Family::depths:
+        return "Trees of fixed depth";
+    case Family::switches:
+        break;
+    }
+    return {};
+}
+
+/// One table for each family of variants, and what follows from it.
+std::string claimsMarkup(const Results& r, const SceneResult& scene)
+{
+    std::string html;
+    for (const Claim& claim : claimsOf(r, scene)) {
+        std::string rows;
+        for (const Row* row : claim.rows) {
+            const Row* plain = plainOf(scene, *row);
+            rows += "<tr><td class=\"name\">" + escapeMarkup(row->variant) + "</td><td>" +
+                    escapeMarkup(variantNamed(row->variant).help) + "</td>" +
+                    numberCell(ratioText(varianceRatio(*plain, *row))) +
+                    numberCell(ratioText(efficiency(deviceOf(r, *row), *plain, *row))) + "</tr>\n";
+        }
+        html += "<h3>" + headOf(claim.family) + ", " + claim.device + ", " +
+                std::to_string(claim.spp) + " spp</h3>\n" +
+                tableMarkup("<th>variant</th><th>what it is</th>" +
+                                numberHead("variance<br>ratio") + numberHead("efficiency"),
+                            rows);
+        if (!claim.sentence.empty()) html += paragraph(escapeMarkup(claim.sentence));
+    }
+    return html;
+}
+
 std::string shotsMarkup(const SceneResult& scene, const std::filesystem::path& folder)
 {
     if (scene.shots.empty()) return {};
@@ -130,7 +171,7 @@ std::string sceneMarkup(const Results& r, const SceneResult& scene,
                         false) +
            curvesFigure("Efficiency against samples", "samples per pixel", "efficiency",
                         curvesOf(r, scene, true), true) +
-           "</div>\n" + rowsTable(r, scene) + shotsMarkup(scene, folder);
+           "</div>\n" + rowsTable(r, scene) + claimsMarkup(r, scene) + shotsMarkup(scene, folder);
 }
 
 }  // namespace app::guiding

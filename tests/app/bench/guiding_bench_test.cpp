@@ -1,12 +1,14 @@
 // `rekindle bench guiding`: the table of variants, ratios, goals, bias and references on values
 // that are known; then as a person or a script meets it: what it refuses, what it writes, what it
 // keeps.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <random>
 #include <set>
 
 #include "app/bench/guiding_cases.h"
+#include "app/bench/guiding_claims.h"
 #include "app/bench/guiding_files.h"
 #include "app/bench/guiding_goals.h"
 #include "app/bench/guiding_measure.h"
@@ -28,7 +30,7 @@ TEST(GuidingVariants, ChangeOneThingEach)
     for (const Variant& variant : variantTable()) {
         EXPECT_TRUE(names.insert(variant.name).second) << variant.name;
         EXPECT_FALSE(std::string(variant.help).empty());
-        const core::AnyParams params = paramsOf(variant, common, 7);
+        const core::AnyParams params = paramsOf(variant, common, 7, 64);
         if (variant.change == nullptr) {
             const auto& path = params.as<core::PathParams>();
             EXPECT_EQ(path.maxDepth, 5u);
@@ -37,22 +39,27 @@ TEST(GuidingVariants, ChangeOneThingEach)
             continue;
         }
         const auto& guided = params.as<core::GuidedParams>();
-        EXPECT_EQ(guided.training, 24u);
+        const bool halves = guided.schedule == core::GuideSchedule::doubling;
+        EXPECT_EQ(guided.training, halves ? 32u : 24u) << variant.name;
         EXPECT_EQ(guided.seed, 7u);
+        EXPECT_EQ(guided.maxDepth, 5u);
         core::GuidedParams same = guided;
         same.seed = common.seed;
         EXPECT_EQ(same == common, std::string(variant.name) == "guided") << variant.name;
     }
     app::GuidingBenchOptions options;
-    EXPECT_EQ(variantsOf(options).size(), variantTable().size());
+    const auto isSwitch = [](const Variant& v) { return v.family == Family::switches; };
+    EXPECT_EQ(variantsOf(options).size(), size_t(std::ranges::count_if(variantTable(), isSwitch)));
     options.quick = true;
     EXPECT_EQ(variantsOf(options).size(), 2u);
     options.variants = {"no-gate"};
     ASSERT_EQ(variantsOf(options).size(), 2u);
     EXPECT_EQ(variantsOf(options)[0]->name, std::string("path"));
     EXPECT_EQ(variantsOf(options)[1]->name, std::string("no-gate"));
+    options.variants = {"combinations"};
+    EXPECT_EQ(variantsOf(options).size(), 11u);
     EXPECT_THROW(requireVariants({"no-gat"}), core::Error);
-    requireVariants({"path", "guided"});
+    requireVariants({"path", "guided", "papers"});
 }
 
 TEST(GuidingSize, FollowsTheCamera)
@@ -155,6 +162,41 @@ TEST(GuidingPage, ShowsAnyNumbers)
     }
 }
 
+/// Rows of two families with errors that are known: what is said of them follows.
+TEST(GuidingClaims, FollowFromTheRows)
+{
+    const auto saying = [](std::vector<std::pair<std::string, double>> errors) {
+        Results r = resultsOf("x", 4);
+        r.samples = r.sweep = {64};
+        std::vector<Row>& rows = r.scenes[0].rows;
+        for (const auto& [name, error] : errors) rows.push_back(rowOf(name, 64, 2, {error}));
+        std::string all;
+        for (const Claim& claim : claimsOf(r, r.scenes[0])) all += claim.sentence;
+        EXPECT_TRUE(contains(resultsJson(r), all.substr(0, 20)));
+        return all;
+    };
+    const auto training = [&](double balance, double residual) {
+        return saying({{"memory-reset", 2},
+                       {"memory-keep", 1.9},
+                       {"memory-balance", balance},
+                       {"memory-residual", residual}});
+    };
+    EXPECT_TRUE(contains(training(1.5, 3), "It pays."));
+    EXPECT_TRUE(contains(training(2.5, 2.2), "It does not pay."));
+    EXPECT_TRUE(contains(training(1.88, 3), "It makes no difference."));
+    EXPECT_TRUE(contains(training(1.5, 3), "−25 % (balance heuristic) and +50 % (residual)"));
+    const std::string best = saying({{"combine-samples", 2},
+                                     {"combine-last", 4},
+                                     {"combine-variance", 1},
+                                     {"combine-ess", 1.5}});
+    EXPECT_TRUE(contains(best, "The least variance: combine-variance"));
+    EXPECT_TRUE(contains(best, "−50 % against weights by samples and −75 %"));
+    EXPECT_TRUE(contains(best, "(combine-ess) has +50 %"));
+    EXPECT_EQ(saying({{"combine-ess", 2}}), "");
+    EXPECT_TRUE(contains(saying({{"depth-3", 2}, {"depth-3-balance", 1}, {"depth-6", 1}}),
+                         "depth-6 has the least variance. Old records pay at 1 of 1 depths."));
+}
+
 /// Pictures that share most of their noise: the mean of their differences is known far better than
 /// either mean, and a bias of a thousandth is seen.
 TEST(GuidingBias, IsSeenBetweenPairsOfPictures)
@@ -238,7 +280,7 @@ TEST_F(GuidingCommand, WritesAPageAndItsNumbers)
     EXPECT_EQ(json.at("command"), "bench guiding");
     EXPECT_EQ(json.at("interrupted"), false);
     EXPECT_EQ(json.at("devices").size(), 1u);
-    EXPECT_EQ(json.at("rows").size(), 2 * variantTable().size());
+    EXPECT_EQ(json.at("rows").size(), 2 * variantsOf({}).size());
     for (const Json& row : json.at("rows")) {
         for (const char* key : {"spp", "cpu_seconds", "render_seconds", "rays", "relmse",
                                 "variance_ratio", "variance_ratio_low", "eff", "eff_high"}) {
