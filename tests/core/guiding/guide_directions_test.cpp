@@ -378,6 +378,67 @@ INSTANTIATE_TEST_SUITE_P(Kinds, GuideDirections,
                                          shared::kGuideTree),
                          nameOfKind);
 
+/// Light from one direction: cells become small there until the tree is as deep as it may be, and
+/// samples still follow the density.
+TEST(DirectionTrees, AreCutWhereLightIs)
+{
+    GuideOptions options = optionsOf(shared::kGuideTree);
+    options.memory = core::guiding::GuideMemory::reset;  // else the first cells keep their light
+    const dvec3 lamp = glm::normalize(dvec3(0.3, -0.2, 0.7));
+    const std::vector<Lesson> lessons(10, lessonAt(lamp, 1));
+    LearningLeaf leaf(options.kind);
+    double before = 0;
+    for (int k = 0; k < 24; ++k) {
+        leaf.learn(lessons, 1, options);
+        const double pdf = Words(leaf, options).pdf(lamp);
+        EXPECT_GE(pdf, 0.99 * before);
+        before = pdf;
+    }
+    const auto& tree = std::get<core::guiding::DirectionTree>(leaf.directions);
+    EXPECT_EQ(tree.aimed().depth(), 1u);  // until it is aimed
+    EXPECT_EQ(tree.density().depth(), core::guiding::Quadtree::kMaxDepth);
+    const Words guide(leaf, options);
+    Pcg32 random(2);
+    for (int i = 0; i < 1000; ++i) {
+        vec3 w;
+        float pdf = 0;
+        ASSERT_TRUE(guide.draw(numbers(random), w, pdf));
+        ASSERT_LT(glm::distance(dvec3(w), lamp), 1e-5);
+        ASSERT_TRUE(std::isfinite(pdf) && pdf > 1e9f);
+    }
+}
+
+/// Lessons at a corner of four cells, or at the rim of the square, which meets itself: with the
+/// filter each cell around has a quarter of the light, without it one has all (T-28).
+TEST(DirectionTrees, FilterSpreadsOverCellsAround)
+{
+    for (const bool spread : {false, true})
+        for (const vec2 corner : {vec2(5, 7) / 16.0f, vec2(11, 0) / 16.0f}) {
+            GuideOptions options = optionsOf(shared::kGuideTree);
+            if (spread) options.filter = core::guiding::GuideFilter::spread;
+            std::vector<Lesson> lessons;
+            Pcg32 random(8);
+            const vec3 wi = shared::octDecode((corner + 1e-4f) * 2.0f - 1.0f);
+            for (int i = 0; i < 20000; ++i) {
+                lessons.push_back(lessonAt(dvec3(wi), 1));
+                lessons.back().position = vec3(float(random()), float(random()), 0);
+            }
+            LearningLeaf leaf(options.kind);
+            leaf.learn(lessons, 1, options);
+            const Words guide(leaf, options);
+            const float half = 0.5f / 16;
+            for (const vec2 side :
+                 {vec2(half, half), vec2(-half, half), vec2(half, -half), vec2(-half, -half)}) {
+                vec2 p = corner + side;
+                if (p.y < 0) p = vec2(1 - p.x, -p.y);
+                const vec3 w = shared::octDecode(p * 2.0f - 1.0f);
+                const double mass = guide.pdf(dvec3(w)) / (256 * double(shared::guideJacobian(w)));
+                const bool own = side.x > 0 && side.y > 0;
+                EXPECT_NEAR(mass, spread ? 0.25 : (own ? 1 : 0), spread ? 0.02 : 1e-4);
+            }
+        }
+}
+
 /// One bright path among a thousand does not take the lobes away from the rest.
 TEST(GuideLobes, AFireflyOwnsNoMixture)
 {
