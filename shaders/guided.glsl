@@ -66,8 +66,8 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
         GuideRecord record;
         uint recorded = records && depth < kGuideVertices ? 1u : 0u;
         const VertexNumbers numbers = drawVertexNumbers(stream, depth);
-        goesOn = shadeGuided(scene, guide, frame.settings, pixelEstimate(stream.pixel), numbers, hit, path, extra,
-                             shadow, record, recorded, L);
+        goesOn = shadeGuided(scene, guide, frame.settings, followsGuide(frame.settings, records),
+                             pixelEstimate(stream.pixel), numbers, hit, path, extra, shadow, record, recorded, L);
         if (any(notEqual(shadow.contribution, vec3(0.0)))) {
             ++shadowRays;
             const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
@@ -82,7 +82,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
         L += shadeMiss(scene, frame.settings, path);
     }
     if (records && !goesOn) {
-        pathEnds[recordedSlot(lane, stride)] = GuidePathEnd(min(count, kGuideVertices), luminance(L));
+        pathEnds[recordedSlot(lane, stride)] = GuidePathEnd(min(count, kGuideVertices), luminance(L), pixelEstimate(stream.pixel));
     }
     return goesOn;
 }

@@ -43,6 +43,8 @@ void doubling(GuidedParams& p, uint32_t spp)
 template <GuideMemory memory> void trainedWith(GuidedParams& p, uint32_t spp)
 {
     doubling(p, spp);
+    p.use = core::GuideUse::always;
+    p.combine = Combine::samples;
     p.guide = core::GuideKind::tree;
     p.memory = memory;
 }
@@ -51,6 +53,7 @@ template <Combine by, CombineOver over, CombineFrom from = CombineFrom::own, uin
 void combined(GuidedParams& p, uint32_t spp)
 {
     doubling(p, spp);
+    p.use = core::GuideUse::always;
     p.combine = by;
     p.combineOver = over;
     p.combineFrom = from;
@@ -71,6 +74,10 @@ constexpr auto kPicture = CombineOver::picture;
 constexpr std::array kVariants{
     Variant{"path", "path tracing without a guide", nullptr, true},
     Variant{"guided", "the guide as the command line has it", [](GuidedParams&, uint32_t) {}, true},
+    Variant{"always", "the guide is followed from the first sample on, whatever it costs",
+            [](GuidedParams& p, uint32_t) { p.use = core::GuideUse::always; }},
+    Variant{"all-samples", "those from before the guide was followed count as much as others",
+            [](GuidedParams& p, uint32_t) { p.combine = Combine::samples; }},
     Variant{"half-share", "half of all directions from the BSDF, wherever there is a guide",
             [](GuidedParams& p, uint32_t) { p.share = 0.5f; }},
     Variant{"no-gate", "every leaf is guided that thinks it gains anything",

@@ -97,6 +97,7 @@ struct Picture {
     std::shared_ptr<const core::Image> variance;           // of the mean, RGB; when wanted
     std::shared_ptr<const core::Aovs> aovs;                // when wanted
     std::shared_ptr<const std::vector<core::Image>> maps;  // the method's own, when wanted
+    std::shared_ptr<const core::PlaceProbe> probe;         // with them; null where there is none
     core::Camera camera;
     glm::uvec2 fullSize{0};
     RenderParams params;

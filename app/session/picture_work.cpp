@@ -194,8 +194,10 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     if (coarse_ != Coarse::no) backdrop_ = std::make_shared<core::Image>(picture->mean);
     if (request.wantAovs && !aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
     if (request.wantAovs) picture->aovs = aovs_;
-    if (request.wantMaps)
+    if (request.wantMaps) {
         picture->maps = std::make_shared<const std::vector<core::Image>>(renderer.maps());
+        picture->probe = renderer.probe();
+    }
     picture->camera = request.camera;
     picture->fullSize = request.size;
     picture->params = request.params;

@@ -18,20 +18,6 @@ constexpr double kMassPrior = 0.01, kWidthPrior = 0.1;
 constexpr double kMostKappa = 1e4, kLeastKappa = 0.1;
 constexpr float kFirstKappa = 5;
 
-/// exp(x) for x <= 0 within 3e-7, in a form that loops over lobes can be vectors with.
-float expOf(float x)
-{
-    const float y = std::max(x, -80.0f) * 1.442695041f;
-    const int n = static_cast<int>(y - 0.5f);  // the nearest, as y <= 0
-    const float f = (y - static_cast<float>(n)) * 0.6931471806f;
-    const float p =
-        1.0f +
-        f * (1.0f +
-             f * (0.5f + f * (0.166666667f +
-                              f * (0.0416666667f + f * (0.00833333333f + f * 0.00138888889f)))));
-    return p * shared::uintAsFloat(static_cast<uint32_t>(n + 127) << 23u);
-}
-
 /// Directions all over the sphere, for lobes that nothing is known of.
 glm::vec3 spread(size_t k)
 {
@@ -136,7 +122,7 @@ void DirectionLobes::expect(std::span<const Light> lights, Sums& sums) const
         for (size_t k = 1; k < kCount; ++k) largest = std::max(largest, density[k]);
         float sum = 0;
         for (size_t k = 0; k < kCount; ++k)
-            density[k] = lobes_.peak[k] * expOf(density[k] - largest);
+            density[k] = lobes_.peak[k] * shared::expMinus(largest - density[k]);
         for (size_t k = 0; k < kCount; ++k) sum += density[k];
         const float scale = light.value / sum;
         for (size_t k = 0; k < kCount; ++k) {

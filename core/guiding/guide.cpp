@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
@@ -117,7 +116,7 @@ Guide& Guide::operator=(Guide&&) noexcept = default;
 
 /// Moves a lesson by half the size of its leaf at most, within the box; it may then teach another
 /// leaf of the same tree.
-static void spread(Lesson& lesson, uint32_t root, const GuideTables& tables, const GuideCell& cell,
+static void spread(Lesson& lesson, const GuideTables& tables, const GuideCell& cell,
                    const GuideBox& box)
 {
     const auto word = [&](int i) { return shared::floatAsUint(lesson.position[i]); };
@@ -127,15 +126,10 @@ static void spread(Lesson& lesson, uint32_t root, const GuideTables& tables, con
                       shared::unitFloat(random.z));
     lesson.position = glm::clamp(lesson.position + (u - 0.5f) * (cell.high - cell.low), box.low,
                                  box.low + box.side);
-    lesson.leaf = shared::findGuideLeaf(tables.view(), lesson.position, root);
+    lesson.leaf = shared::findGuideLeaf(tables.view(), lesson.position, lesson.tree);
 }
 
-/// All records of all parts as lessons, those of a leaf together and in the order of the parts;
-/// `begins` gets where each leaf's begin.
-static std::vector<Lesson> sortedLessons(std::span<const PathRecords> parts,
-                                         const GuideTables& tables,
-                                         const std::function<void(Lesson&, uint32_t)>& move,
-                                         std::vector<size_t>& begins)
+std::vector<Lesson> Guide::lessonsOf(std::span<const PathRecords> parts) const
 {
     std::vector<size_t> firsts(parts.size() + 1);
     for (size_t i = 0; i < parts.size(); ++i) firsts[i + 1] = firsts[i] + parts[i].records.size();
@@ -144,33 +138,39 @@ static std::vector<Lesson> sortedLessons(std::span<const PathRecords> parts,
         for (size_t i = begin; i < end; ++i) {
             size_t r = 0;
             for (const shared::GuidePathEnd& path : parts[i].ends)
-                for (uint32_t k = 0; k < path.count; ++k, ++r) {
-                    Lesson& lesson = lessons[firsts[i] + r];
-                    lesson = lessonOf(parts[i].records[r], path.final, tables);
-                    if (move) move(lesson, parts[i].records[r].place & 7u);
-                }
+                for (uint32_t k = 0; k < path.count; ++k, ++r)
+                    lessons[firsts[i] + r] = lessonOf(parts[i].records[r], path.final, *tables_);
             CHECK(r == parts[i].records.size());
         }
     });
-    begins.assign(tables.leaves.size() + 1, 0);
+    return lessons;
+}
+
+/// Those of a leaf together, otherwise in their order; `begins` gets where each leaf's begin.
+static std::vector<Lesson> sorted(std::span<const Lesson> lessons, size_t leaves,
+                                  std::vector<size_t>& begins)
+{
+    begins.assign(leaves + 1, 0);
     for (const Lesson& lesson : lessons) ++begins[lesson.leaf + 1];
     for (size_t i = 1; i < begins.size(); ++i) begins[i] += begins[i - 1];
     std::vector<size_t> next(begins.begin(), begins.end() - 1);
-    std::vector<Lesson> sorted(lessons.size());
-    for (const Lesson& lesson : lessons) sorted[next[lesson.leaf]++] = lesson;
-    return sorted;
+    std::vector<Lesson> result(lessons.size());
+    for (const Lesson& lesson : lessons) result[next[lesson.leaf]++] = lesson;
+    return result;
 }
 
-void Guide::learn(std::span<const PathRecords> parts, double samples, double times)
+void Guide::learn(std::span<const Lesson> given, double samples, double times)
 {
     CHECK(samples > 0 && samples >= samplesBefore_);
-    std::function<void(Lesson&, uint32_t)> move;
-    if (options_.filter == GuideFilter::spread)
-        move = [this](Lesson& lesson, uint32_t root) {
-            spread(lesson, root, *tables_, leaves_[lesson.leaf].cell, options_.box);
-        };
+    std::vector<Lesson> moved;
+    if (options_.filter == GuideFilter::spread) {
+        moved.assign(given.begin(), given.end());
+        for (Lesson& lesson : moved)
+            spread(lesson, *tables_, leaves_[lesson.leaf].cell, options_.box);
+        given = moved;
+    }
     std::vector<size_t> begins;
-    std::vector<Lesson> lessons = sortedLessons(parts, *tables_, move, begins);
+    std::vector<Lesson> lessons = sorted(given, leaves_.size(), begins);
     noteShare(lessons);
 
     const double counted =
@@ -193,6 +193,11 @@ void Guide::learn(std::span<const PathRecords> parts, double samples, double tim
     tablesBefore_ = tables_;
     figures_.records += double(lessons.size());
     makeTables();
+}
+
+void Guide::learn(std::span<const PathRecords> parts, double samples, double times)
+{
+    learn(lessonsOf(parts), samples, times);
 }
 
 /// Puts what leaves have become where they were.

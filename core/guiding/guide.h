@@ -62,9 +62,16 @@ public:
     Guide(Guide&&) noexcept;
     Guide& operator=(Guide&&) noexcept;
 
-    /// Learns from paths that were sampled with tables(). `samples` per pixel have been taken since
-    /// the guide was made, these included; until the next lesson there will be so many `times` the
-    /// records, 0: no lesson follows. The result depends on the order of `parts`, not on threads.
+    /// What the records of paths teach that were sampled with tables(), record after record, part
+    /// after part.
+    std::vector<Lesson> lessonsOf(std::span<const PathRecords> parts) const;
+
+    /// Learns from them. `samples` per pixel have been taken since the guide was made, these
+    /// included; until the next lesson there will be so many `times` the records, 0: no lesson
+    /// follows. The result depends on the order of `lessons`, not on threads.
+    void learn(std::span<const Lesson> lessons, double samples, double times = 0);
+
+    /// The same from records.
     void learn(std::span<const PathRecords> parts, double samples, double times = 0);
 
     /// Never null; of a guide that has learnt nothing they choose the BSDF everywhere.

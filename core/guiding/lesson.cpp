@@ -12,8 +12,9 @@ Lesson lessonOf(const shared::GuideRecord& record, float final, const GuideTable
     const shared::GuideView guide = tables.view();
     Lesson lesson;
     lesson.position = record.position;
-    lesson.leaf = shared::findGuideLeaf(guide, record.position, record.place & 7u);
-    lesson.sharp = float(record.place >> 3u) / 255.0f;
+    lesson.tree = shared::treeOfPlace(record.place);
+    lesson.leaf = shared::findGuideLeaf(guide, record.position, lesson.tree);
+    lesson.sharp = shared::sharpOfPlace(record.place);
     if (record.beta > 0) {
         lesson.value = finiteOrZero((final - record.after) / record.beta);
         lesson.reflected = finiteOrZero((final - record.before) / record.beta);

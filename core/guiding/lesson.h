@@ -18,7 +18,7 @@ struct Lesson {
     float guidePdf = 0;          // of the tables that chose the direction
     float sharp = 0;             // share of sharp lobes
     float otherPdf = 0;          // of the mixture of another iteration's guide
-    uint32_t leaf = 0;
+    uint32_t tree = 0, leaf = 0;
 };
 
 /// The density of the mixture that another guide would have drawn the lesson's direction from, in

@@ -4,9 +4,11 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <utility>
 
 #include "core/base/check.h"
 #include "core/base/time.h"
+#include "core/guiding/lesson.h"
 #include "core/guiding/pixel_estimates.h"
 
 namespace core {
@@ -17,7 +19,21 @@ namespace {
 // with fewer than the first, guides are starved (a door left ajar, 192x108, 64 samples: twice the
 // error with one path in four).
 constexpr uint64_t kFewPaths = 1u << 14, kMostPaths = 1u << 17;
-constexpr uint32_t kMostStride = 64;  // a tile of the device has as many paths
+// Recorded paths of a pass while nobody else follows the guide: enough to tell whether it pays.
+constexpr uint64_t kTriedPaths = 1u << 11;
+// Lessons after which directions are known and tested, and the guide can be tried.
+constexpr uint32_t kLessonsBeforeTrial = 2;
+// In a view that begins where the guide did not pay before, it is tried again after so many
+// samples.
+constexpr uint64_t kTriedAgain = 8;
+// How many times less error^2 times cost the paths must promise for the guide to pay. A guide that
+// is not there yet gets better with every lesson: it is followed at once where it promises much,
+// given up at once where it makes matters worse, soon where it promises nothing, and at last where
+// it does not promise enough.
+constexpr double kMuchGain = 1.6, kLeastGain = 1.1, kLittleGain = 0.9, kNoGain = 0.85;
+constexpr uint32_t kLessonsOfTrial = 8;
+constexpr double kLeastWeight = 0.02;  // of the samples before
+constexpr uint32_t kMostStride = 64;   // a tile of the device has as many paths
 
 uint32_t kindOf(GuideKind kind)
 {
@@ -60,8 +76,9 @@ guiding::GuideBox guideBox(const World& world)
     return {world.boundsLow, std::max({size.x, size.y, size.z})};
 }
 
-void GuideTraining::forget(const guiding::GuideBox& box)
+void GuideTraining::beginScene(const guiding::PathCosts& costs, const guiding::GuideBox& box)
 {
+    costs_ = costs;
     box_ = box;
     makeGuide();
 }
@@ -69,6 +86,10 @@ void GuideTraining::forget(const guiding::GuideBox& box)
 void GuideTraining::makeGuide()
 {
     guide_ = guiding::Guide(optionsOf(params_, box_));
+    trial_ = {};
+    convergence_ = {};
+    state_ = params_.use == GuideUse::always ? State::pays : State::looksOn;
+    lessons_ = 0;
     estimates_.clear();
     allSamples_ = 0;
     viewSamples_ = 0;
@@ -83,6 +104,9 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     pixels_ = uint64_t(size.x) * size.y;
     firstStride_ = firstStride(params_, pixels_);
     viewSamples_ = 0;
+    isTried_ = false;
+    discount_ = 0;
+    convergence_.begin();
     estimates_.clear();
     pictures_.begin(params_);
 }
@@ -99,7 +123,10 @@ uint64_t GuideTraining::trainingEnd() const
 /// they have doubled: each time costs some milliseconds.
 uint64_t GuideTraining::nextLesson(uint64_t samples) const
 {
-    if (samples >= trainingEnd()) return std::numeric_limits<uint64_t>::max();
+    constexpr uint64_t kNever = std::numeric_limits<uint64_t>::max();
+    if (samples >= trainingEnd()) return kNever;
+    if (state_ == State::doesNotPay)
+        return isTried_ ? kNever : std::max<uint64_t>(samples + 1, kTriedAgain);
     if (params_.schedule == GuideSchedule::doubling) return 2 * std::bit_floor(samples + 1) - 1;
     const uint64_t step = std::max<uint64_t>(std::bit_floor(std::max<uint64_t>(samples, 1)) / 4, 1);
     return std::min<uint64_t>((samples / step + 1) * step, params_.training);
@@ -114,24 +141,38 @@ double GuideTraining::recordsAfter(uint64_t samples) const
     return double(next - samples) / stride;
 }
 
+/// Who follows the guide now, as kernels are told.
+uint32_t GuideTraining::followers() const
+{
+    if (state_ == State::pays) return shared::kGuideForAll;
+    return state_ == State::tries ? shared::kGuideForRecorded : shared::kGuideForNone;
+}
+
 uint32_t GuideTraining::rulesAfter(uint64_t samples) const
 {
     // Without roulette the first paths, which know nothing, would be the longest.
     const bool knows = params_.roulette != GuidedRoulette::none || allSamples_ > 0;
     return shared::packGuidedRules(
         strideAfter(samples), knows ? uint32_t(params_.roulette) : shared::kRouletteAlbedo,
-        params_.nee == GuidedNee::mixture ? shared::kNeeMixture : shared::kNeeBsdf);
+        params_.nee == GuidedNee::mixture ? shared::kNeeMixture : shared::kNeeBsdf, followers());
 }
 
 /// One path in so many is recorded; 0: none any more. At first every path is wanted, later fewer
 /// do, for recording and learning cost a fifth of a path.
 uint32_t GuideTraining::strideAfter(uint64_t samples) const
 {
-    if (samples >= trainingEnd()) return 0;
+    if (samples >= trainingEnd() || state_ == State::doesNotPay) return 0;
     if (params_.recordOneIn > 0) return firstStride_;
     uint32_t stride = firstStride_;
-    for (const uint64_t from : {4u, 8u})
-        if (samples >= from && pixels_ / stride >= 2 * kFewPaths) stride *= 2;
+    const auto thin = [&](uint64_t least) {
+        if (pixels_ / stride >= 2 * least) stride *= 2;
+    };
+    if (state_ == State::pays) {
+        for (const uint64_t from : {4u, 8u})
+            if (samples >= from) thin(kFewPaths);
+    } else {
+        for (int k = 0; k < 2; ++k) thin(kTriedPaths);
+    }
     return std::min(stride, kMostStride);
 }
 
@@ -151,6 +192,7 @@ void GuideTraining::advance(const Budget& budget, const std::stop_token& stop,
         const uint64_t has = samples();
         if (has == pause && pictures_.isOn()) pictures_.note(film(), has == lesson);
         if (has == lesson) learn(has);
+        if (discount_ > 0) pictures_.discount(film(), std::exchange(discount_, 0));
         if (has == had || has >= end || stop.stop_requested() ||
             secondsSince(start) >= budget.seconds)
             return;
@@ -162,13 +204,86 @@ void GuideTraining::learn(std::span<guiding::PathRecords> parts, uint64_t sample
 {
     CHECK(samples > viewSamples_);
     const auto start = Clock::now();
-    allSamples_ += double(samples - viewSamples_);
-    const double comes = recordsAfter(samples) / recordsAfter(viewSamples_);
-    viewSamples_ = samples;
-    guide_.learn(parts, allSamples_, comes);
+    const double taken = double(samples - viewSamples_);
+    if (state_ == (samples <= 2 ? State::looksOn : State::tries))
+        convergence_.note(samples, mean.pixels, mean.width, estimates_, strideAfter(viewSamples_));
+    if (state_ == State::doesNotPay) {
+        state_ = State::tries;  // from the next sample on; nothing has been recorded
+        trial_ = {};
+        viewSamples_ = samples;
+    } else {
+        const std::vector<guiding::Lesson> lessons = guide_.lessonsOf(parts);
+        tryOut(parts, lessons, allSamples_ / (allSamples_ + taken));
+        allSamples_ += taken;
+        guide_.learn(lessons, allSamples_, recordsAfter(samples) / recordsAfter(viewSamples_));
+        viewSamples_ = samples;
+        ++lessons_;
+        decide();
+    }
     estimates_ = guiding::pixelEstimates(mean.pixels, mean.width, mean.height);
     for (guiding::PathRecords& part : parts) part.clear();
     seconds_ += secondsSince(start);
+}
+
+/// What the guide would save, as far as is known.
+double GuideTraining::gain() const
+{
+    return trial_.gain(costs_) * convergence_.factor();
+}
+
+/// From now on all paths follow the guide. Those before were noisier: the recorded paths say by how
+/// much, which have little part in what is told to count less.
+void GuideTraining::beginToPay()
+{
+    if (state_ == State::pays) return;
+    state_ = State::pays;
+    const double noise = trial_.guided().variance / trial_.plain().variance;
+    discount_ = std::clamp(noise, kLeastWeight, 1.0);
+}
+
+/// Who follows the guide from the next sample on.
+void GuideTraining::decide()
+{
+    if (params_.use == GuideUse::always) return;
+    const bool isOver = viewSamples_ >= trainingEnd();
+    if (state_ == State::looksOn) {
+        if (isOver) state_ = State::pays;  // what little there is has a gate at every leaf
+        if (lessons_ < kLessonsBeforeTrial || isOver) return;
+        state_ = State::tries;
+        trial_ = {};
+    } else if (trial_.paths() > 0) {
+        const bool isFirst = lessons_ == kLessonsBeforeTrial + 1;
+        const bool isLast = lessons_ >= kLessonsOfTrial || isOver;
+        const double least = isLast ? kLeastGain : (isFirst ? kNoGain : kLittleGain);
+        if (gain() < least)
+            state_ = State::doesNotPay;
+        else if (gain() > (isFirst && !isLast ? kMuchGain : kLeastGain))
+            beginToPay();
+        isTried_ = state_ != State::tries;
+    }
+}
+
+void GuideTraining::tryOut(std::span<const guiding::PathRecords> parts,
+                           std::span<const guiding::Lesson> lessons, double decay)
+{
+    const guiding::TrialRules rules{params_.rouletteDepth, uint32_t(params_.roulette),
+                                    state_ == State::looksOn};
+    trial_.add(parts, lessons, *guide_.tables(), rules, decay * decay);
+}
+
+std::string_view GuideTraining::stateName() const
+{
+    switch (state_) {
+    case State::looksOn:
+        return "looks on";
+    case State::tries:
+        return "is tried";
+    case State::pays:
+        return params_.use == GuideUse::always ? "always" : "pays";
+    case State::doesNotPay:
+        break;
+    }
+    return "does not pay here";
 }
 
 std::vector<StatsDetail> GuideTraining::details() const
@@ -179,6 +294,8 @@ std::vector<StatsDetail> GuideTraining::details() const
             {"guide_bytes", double(figures.bytes)},
             {"guide_records", figures.records},
             {"guided_share", figures.guidedShare},
+            {"guide_gain", gain()},
+            {"guiding", std::string(stateName())},
             {"guide_seconds", seconds_}};
 }
 

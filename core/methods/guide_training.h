@@ -6,9 +6,12 @@
 #include <memory>
 #include <span>
 #include <stop_token>
+#include <string_view>
 #include <vector>
 
+#include "core/guiding/convergence.h"
 #include "core/guiding/guide.h"
+#include "core/guiding/trial.h"
 #include "core/image/image.h"
 #include "core/methods/guided_params.h"
 #include "core/methods/iteration_pictures.h"
@@ -18,8 +21,9 @@ namespace core {
 
 class GuideTraining {
 public:
-    /// Forgets everything: another scene, within this box.
-    void forget(const guiding::GuideBox& box);
+    /// Forgets everything: another scene, within this box. Whether its guide pays depends on what
+    /// paths cost.
+    void beginScene(const guiding::PathCosts& costs, const guiding::GuideBox& box);
 
     /// A view begins. One that follows on the last one (`start`), with the same parameters, goes on
     /// with the guide; what is known of pixels is gone.
@@ -58,20 +62,38 @@ public:
     std::vector<StatsDetail> details() const;
 
 private:
+    /// Who follows the guide: nobody while it knows too little, then the recorded paths alone,
+    /// which tell whether it pays, and then all paths or none.
+    enum class State { looksOn, tries, pays, doesNotPay };
+
     void makeGuide();
+    void tryOut(std::span<const guiding::PathRecords> parts,
+                std::span<const guiding::Lesson> lessons, double decay);
+    double gain() const;
+    void beginToPay();
+    void decide();
+    std::string_view stateName() const;
+    uint32_t followers() const;
     uint64_t trainingEnd() const;
     double recordsAfter(uint64_t samples) const;
     uint32_t strideAfter(uint64_t samples) const;
     uint64_t nextLesson(uint64_t samples) const;
 
+    guiding::PathCosts costs_;
     guiding::Guide guide_;
     guiding::GuideBox box_;
+    guiding::Trial trial_;
+    guiding::Convergence convergence_;
+    State state_ = State::looksOn;
     IterationPictures pictures_;
     GuidedParams params_;
     uint64_t pixels_ = 0;
     uint32_t firstStride_ = 1;
-    uint64_t viewSamples_ = 0;  // of the view, that have been learnt from
-    double allSamples_ = 0;     // of all views
+    uint64_t viewSamples_ = 0;  // of the view, up to the last lesson
+    double allSamples_ = 0;     // of all views, that have been learnt from
+    uint32_t lessons_ = 0;
+    bool isTried_ = false;  // in this view
+    double discount_ = 0;   // of what there is of the view, to be told to the pictures; 0: none
     std::vector<float> estimates_;
     double seconds_ = 0;
 };

@@ -25,11 +25,14 @@ std::span<const GuidedVariant> guidedVariants()
 
 namespace {
 
+/// Measured in cbox-diffuse.
+constexpr guiding::PathCosts kCosts{.connection = 1, .look = 0.35, .choice = 0.85};
+
 class GuidedPathTracer : public TiledRenderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
-        training_.forget(guideBox(*world));
+        training_.beginScene(kCosts.among(world->triangles.size()), guideBox(*world));
         TiledRenderer::setWorld(std::move(world), progress);
     }
 
@@ -71,6 +74,12 @@ public:
     {
         if (film_.progress().samples == 0) return {};
         return makeGuideMaps(aovs(), frameCamera(), training_.guide());
+    }
+
+    std::shared_ptr<const PlaceProbe> probe() override
+    {
+        if (!training_.isOn()) return nullptr;
+        return makeGuideProbe(aovs(), frameCamera(), training_.tables());
     }
 
 private:
@@ -144,6 +153,7 @@ std::unique_ptr<Renderer> makeGuidedPathTracer()
 static GuidedParams ppg()
 {
     return {.guide = GuideKind::tree,
+            .use = GuideUse::always,
             .space = GuideSpace::plain,
             .target = GuideTarget::radiance,
             .memory = GuideMemory::reset,
@@ -154,6 +164,7 @@ static GuidedParams ppg()
             .share = 0.5f,
             .nee = GuidedNee::none,
             .roulette = GuidedRoulette::none,
+            .combine = Combine::samples,
             .combineLast = 1};
 }
 

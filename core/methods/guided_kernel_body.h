@@ -53,9 +53,10 @@ public:
         // The place of the record that would be made; of the last one where none is wanted.
         const size_t slot = std::min<size_t>(wave_.count[i], shared::kGuideVertices - 1);
         uint32_t recorded = wave_.isRecorded[i] != 0 && wave_.count[i] < shared::kGuideVertices;
-        const bool goes =
-            shared::shadeGuided(job.scene, job_.guide, job.settings, wave_.images[i], numbers, hit,
-                                path, wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
+        const bool goes = shared::shadeGuided(
+            job.scene, job_.guide, job.settings,
+            shared::followsGuide(job.settings, wave_.isRecorded[i] != 0), wave_.images[i], numbers,
+            hit, path, wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
         if (recorded != 0) {
             ++wave_.count[i];
             wave_.made[wave_.madeCount++] = static_cast<uint32_t>(i);
@@ -76,7 +77,7 @@ public:
     {
         for (size_t i = 0; i < wave_.pathCount; ++i) {
             if (wave_.count[i] == 0) continue;
-            out_.ends.push_back({wave_.count[i], shared::luminance(radiance[i])});
+            out_.ends.push_back({wave_.count[i], shared::luminance(radiance[i]), wave_.images[i]});
             const auto first = wave_.records[i].begin();
             out_.records.insert(out_.records.end(), first, first + wave_.count[i]);
         }

@@ -53,11 +53,12 @@ template <> struct EnumNames<GuidedNee> {
     static constexpr std::array<std::string_view, 3> names{"bsdf", "mixture", "none"};
 };
 
-/// Weights of the iterations in the picture (core/guiding/combination.h).
-enum class Combine : uint32_t { samples, inverseVariance, meanInverseVariance, ess };
+/// Weights of the iterations in the picture (core/guiding/combination.h). `trial`: samples from
+/// before the guide was followed count as much less as it was found to be better.
+enum class Combine : uint32_t { samples, inverseVariance, meanInverseVariance, ess, trial };
 template <> struct EnumNames<Combine> {
-    static constexpr std::array<std::string_view, 4> names{"samples", "inverse-variance",
-                                                           "mean-inverse-variance", "ess"};
+    static constexpr std::array<std::string_view, 5> names{"samples", "inverse-variance",
+                                                           "mean-inverse-variance", "ess", "trial"};
 };
 
 /// Pixels that have weights in common: all, those of a tile of 8x8, each alone.
@@ -72,10 +73,17 @@ template <> struct EnumNames<CombineFrom> {
     static constexpr std::array<std::string_view, 2> names{"own", "crossed"};
 };
 
+/// When the guide has a say: where it is thought to pay for what it costs, or always.
+enum class GuideUse : uint32_t { pays, always };
+template <> struct EnumNames<GuideUse> {
+    static constexpr std::array<std::string_view, 2> names{"pays", "always"};
+};
+
 struct GuidedParams {
     static constexpr std::string_view kMethod = "guided";
 
     GuideKind guide = GuideKind::lobes;
+    GuideUse use = GuideUse::pays;
     GuideSpace space = GuideSpace::normals;
     GuideTarget target = GuideTarget::product;
     GuideMemory memory = GuideMemory::keep;
@@ -90,7 +98,7 @@ struct GuidedParams {
     float gate = 1.1f;
     GuidedNee nee = GuidedNee::bsdf;
     GuidedRoulette roulette = GuidedRoulette::both;
-    Combine combine = Combine::samples;
+    Combine combine = Combine::trial;
     CombineOver combineOver = CombineOver::picture;
     CombineFrom combineFrom = CombineFrom::own;
     uint32_t combineLast = 0;
@@ -106,6 +114,10 @@ struct GuidedParams {
                 "how directions are learnt: a histogram of 256 cells, 8 lobes of any width, which "
                 "need fewer paths, or a quadtree"},
           p.guide);
+        v(Field{"guide-use",
+                "pays: the guide looks on until the paths that it sees say that it would save "
+                "time, and gives up where they do not; always: it is followed from the start"},
+          p.use);
         v(Field{"guide-space",
                 "what has a leaf of its own: places by the surface's normal, or plain places"},
           p.space);

@@ -33,6 +33,7 @@ PixelSums operator-(const PixelSums& a, const PixelSums& b)
 
 CombineBy combineBy(Combine combine)
 {
+    CHECK(combine != Combine::trial);
     return static_cast<CombineBy>(combine);  // the same in the same order
 }
 
@@ -46,14 +47,16 @@ void IterationPictures::begin(const GuidedParams& params)
 
 bool IterationPictures::isOn() const
 {
-    return params_.training > 0 && (params_.combine != Combine::samples || params_.combineLast > 0);
+    if (params_.training == 0) return false;
+    if (params_.combine == Combine::trial) return !ended_.empty();
+    return params_.combine != Combine::samples || params_.combineLast > 0;
 }
 
 /// Halves of an iteration take turns in blocks of 1, 1, 1, 1, 2, 2, 4, 4, ... samples, so that they
 /// are equal whenever its samples are a power of two, and never far from it.
 uint64_t IterationPictures::nextPart(uint64_t samples) const
 {
-    if (!isOn() || params_.combineFrom == CombineFrom::own)
+    if (!isOn() || params_.combine == Combine::trial || params_.combineFrom == CombineFrom::own)
         return std::numeric_limits<uint64_t>::max();
     const uint64_t in = samples - first_;
     if (in < 4) return samples + 1;
@@ -72,7 +75,7 @@ uint64_t IterationPictures::isSecond(uint64_t samplesBefore) const
 
 void IterationPictures::note(const Estimate& film, bool ends)
 {
-    if (!isOn()) return;
+    if (!isOn() || params_.combine == Combine::trial) return;
     const size_t channels = film.mean.pixels.size();
     CHECK(film.samples >= samples_ && film.variance.pixels.size() == channels);
     sum_.resize(channels);
@@ -95,6 +98,54 @@ void IterationPictures::note(const Estimate& film, bool ends)
     ended_.push_back(std::move(present_));
     present_ = {};
     first_ = samples_;
+}
+
+void IterationPictures::discount(const Estimate& film, double weight)
+{
+    if (params_.training == 0 || params_.combine != Combine::trial) return;
+    CHECK(ended_.empty() && film.samples > 0 && weight > 0);
+    Sums& past = ended_.emplace_back()[0];
+    past.samples = film.samples;
+    past.sum.resize(film.mean.pixels.size());
+    past.squares.resize(film.mean.pixels.size());
+    for (size_t i = 0; i < past.sum.size(); ++i) {
+        const PixelSums sums = sumsOf(film, i, double(film.samples));
+        past.sum[i] = float(sums.sum);
+        past.squares[i] = float(sums.squares);
+    }
+    weight_ = weight;
+}
+
+/// The past with its weight, and what came since.
+Estimate IterationPictures::discounted(Estimate film) const
+{
+    const Sums& past = ended_.front()[0];
+    const auto variance = [](const PixelSums& s) {
+        return s.count > 1 ? s.varianceOfMean() * s.count : 0.0;
+    };
+    const size_t pixels = film.weight.pixels.size();
+    parallelFor(pixels, 4096, [&](size_t begin, size_t end) {
+        for (size_t i = 3 * begin; i < 3 * end; ++i) {
+            const PixelSums first{double(past.samples), double(past.sum[i]),
+                                  double(past.squares[i])};
+            const PixelSums all = sumsOf(film, i, double(film.weight.pixels[i / 3]));
+            const PixelSums rest = all - first;
+            const double weights = weight_ * first.count + rest.count;
+            const double squares = weight_ * weight_ * first.count;
+            film.mean.pixels[i] = float((weight_ * first.sum + rest.sum) / weights);
+            // Of a single sample the noise is not known: as that of all.
+            const double ofFirst = variance(first.count > 1 ? first : all);
+            const double ofRest = variance(rest.count > 1 ? rest : all);
+            film.variance.pixels[i] =
+                float((squares * ofFirst + rest.count * ofRest) / (weights * weights));
+        }
+    });
+    for (float& weight : film.weight.pixels) {
+        const double first = double(past.samples), rest = double(weight) - first;
+        const double weights = weight_ * first + rest;
+        weight = float(weights * weights / (weight_ * weight_ * first + rest));
+    }
+    return film;
 }
 
 /// The first of the ended iterations that is in the picture, when the present one has so many
@@ -233,6 +284,7 @@ private:
 Estimate IterationPictures::picture(Estimate film) const
 {
     if (!isOn()) return film;
+    if (params_.combine == Combine::trial) return discounted(std::move(film));
     const Mixer mixer(*this, film);
     const uint32_t width = film.mean.width, height = film.mean.height;
     using Groups = std::array<GroupStatistic, 2>;

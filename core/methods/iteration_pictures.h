@@ -30,6 +30,10 @@ public:
     /// The film with everything, between two parts of an iteration or at its end.
     void note(const Estimate& film, bool ends);
 
+    /// With Combine::trial, once in a view: the film as it is counts so much less, sample by
+    /// sample, than what is to come.
+    void discount(const Estimate& film, double weight);
+
     /// The picture: the film with everything goes in. Its variance is that of the weighted mean as
     /// if weights were given; its weight is the number of samples that would have this variance if
     /// all iterations were equally noisy.
@@ -45,10 +49,12 @@ private:
     using Iteration = std::array<Sums, 2>;
     class Mixer;
 
+    Estimate discounted(Estimate film) const;
     uint64_t isSecond(uint64_t samplesBefore) const;
     size_t firstInPicture(uint64_t present) const;
 
     GuidedParams params_;
+    double weight_ = 1;  // of a sample of what has ended; Combine::trial
     std::vector<Iteration> ended_;
     Iteration present_;
     std::vector<double> sum_, squares_;  // of the film at the last note

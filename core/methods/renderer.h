@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -75,6 +76,22 @@ struct Aovs {
     Image depth, normal, albedo, ids;  // 1, 3, 3, 3 (triangle, material, emitter) channels
 };
 
+/// What a method knows of a place: a small picture of one channel (negative: nothing there), and a
+/// line that says what it shows.
+struct PlacePicture {
+    Image image;
+    std::string caption;
+};
+
+/// Tells of the places that a picture shows, from any thread; a snapshot.
+class PlaceProbe {
+public:
+    virtual ~PlaceProbe() = default;
+
+    /// The place where the pixel looks; nothing where nothing is known.
+    virtual std::optional<PlacePicture> at(glm::uvec2 pixel) const = 0;
+};
+
 class Renderer {
 public:
     virtual ~Renderer() = default;
@@ -101,6 +118,8 @@ public:
     /// Pictures of numbers that only the method understands, as MethodInfo::maps lists them: one
     /// channel, the size of the view. Empty while there is nothing to show.
     virtual std::vector<Image> maps() { return {}; }
+    /// What there is to say of single places beside the maps; null for methods that have nothing.
+    virtual std::shared_ptr<const PlaceProbe> probe() { return nullptr; }
     virtual RenderStats stats() const = 0;
 };
 

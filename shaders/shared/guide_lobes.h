@@ -63,21 +63,36 @@ SHARED_FN vec3 sampleGuideLobe(float kappa, vec2 u)
     return vec3(p.x * stretch, p.y * stretch, 1.0f - height);
 }
 
-/// Density of four lobes, each with its probability.
-SHARED_FN float pdfFourLobes(IN(GuideView) guide, uint first, vec3 wi)
+/// exp(-x) within 3e-7 of itself, 0 from 2^7 log 2 on, for x from 0 to 10^9: in a form of which
+/// compilers make vectors.
+SHARED_FN float expMinus(float x)
 {
-    const vec4 x = fetchGuideDirections(guide, first + kLobeX) - vec4(wi.x);
-    const vec4 y = fetchGuideDirections(guide, first + kLobeY) - vec4(wi.y);
-    const vec4 z = fetchGuideDirections(guide, first + kLobeZ) - vec4(wi.z);
-    const vec4 squares = x * x + y * y + z * z;  // of the chords: twice 1 - cos
-    const vec4 width = fetchGuideDirections(guide, first + kLobeWidth);
-    return dot(fetchGuideDirections(guide, first + kLobePeak), exp(-width * squares));
+    const float y = x * 1.442695041f;
+    const int n = int(y + 0.5f);
+    const float f = (float(n) - y) * 0.6931471806f;
+    const float tail = 0.041666667f + f * (0.0083333333f + f * 0.0013888889f);
+    const float p = 1.0f + f * (1.0f + f * (0.5f + f * (0.16666667f + f * tail)));
+    return p * uintAsFloat(uint(max(127 - n, 0)) << 23u);
 }
 
 /// Density with which sampleGuideLobes draws wi, in solid angle; `first` is the leaf's first word.
 SHARED_FN float pdfGuideLobes(IN(GuideView) guide, uint first, vec3 wi)
 {
-    return pdfFourLobes(guide, first, wi) + pdfFourLobes(guide, first + 1u, wi);
+    const LobeRow x = fetchLobeRow(guide, first + kLobeX);
+    const LobeRow y = fetchLobeRow(guide, first + kLobeY);
+    const LobeRow z = fetchLobeRow(guide, first + kLobeZ);
+    const LobeRow width = fetchLobeRow(guide, first + kLobeWidth);
+    const LobeRow peak = fetchLobeRow(guide, first + kLobePeak);
+    float density[8];
+    for (uint k = 0u; k < kLobeCount; ++k) {
+        const float dx = x.v[k] - wi.x;
+        const float dy = y.v[k] - wi.y;
+        const float dz = z.v[k] - wi.z;
+        // The square of a chord is twice 1 - cos.
+        density[k] = peak.v[k] * expMinus(width.v[k] * (dx * dx + dy * dy + dz * dz));
+    }
+    return ((density[0] + density[1]) + (density[2] + density[3])) +
+           ((density[4] + density[5]) + (density[6] + density[7]));
 }
 
 SHARED_FN float fourthOf(vec4 v, uint k)

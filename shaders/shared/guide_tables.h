@@ -6,12 +6,21 @@
 
 #include "lang.h"
 
+#ifdef __cplusplus
+#include <cstring>
+#endif
+
 SHARED_BEGIN
 
 // How a guide knows directions; 0 where there is none.
 SHARED_CONST uint kGuideHistogram = 1u;
 SHARED_CONST uint kGuideLobes = 2u;
 SHARED_CONST uint kGuideTree = 3u;
+
+/// One number of each of eight lobes.
+struct LobeRow {
+    float v[8];
+};
 
 #ifdef __cplusplus
 
@@ -38,6 +47,14 @@ inline vec4 fetchGuideDirections(const GuideView& guide, uint i)
     return guide.directions[i];
 }
 
+/// Two words from the i-th on; one load where registers are as wide.
+inline LobeRow fetchLobeRow(const GuideView& guide, uint i)
+{
+    LobeRow row;
+    std::memcpy(row.v, guide.directions + i, sizeof(row.v));
+    return row;
+}
+
 #else
 
 struct GuideView {
@@ -47,6 +64,13 @@ struct GuideView {
 uvec4 fetchGuideNode(GuideView guide, uint i);
 uvec4 fetchGuideLeaf(GuideView guide, uint leaf);
 vec4 fetchGuideDirections(GuideView guide, uint i);
+
+LobeRow fetchLobeRow(GuideView guide, uint i)
+{
+    const vec4 a = fetchGuideDirections(guide, i);
+    const vec4 b = fetchGuideDirections(guide, i + 1u);
+    return LobeRow(float[8](a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w));
+}
 
 #endif
 

@@ -34,34 +34,80 @@ struct GuideRecord {
     float before;
     float after;
     float beta;
-    uint place;       // the tree (guideRoot); above it in 8 bits the share of sharp lobes
+    uint place;       // packGuidePlace
     float scattered;  // luminance of the throughput after it scattered
 };
 
-/// How many records a path has left, and the luminance of what it brought home.
+/// How many records a path has left, and the luminance of what it brought home and of what its
+/// pixel is thought to have.
 struct GuidePathEnd {
     uint count;
     float final;
+    float image;
 };
+
+/// What else a record holds, in one word: the tree of the vertex (guideRoot), the share of its
+/// sharp lobes, its albedo, and the probability with which roulette let the path come there.
+SHARED_FN uint packGuidePlace(uint tree, float sharp, float albedo, float survival)
+{
+    return tree | (uint(sharp * 255.0f + 0.5f) << 3u) |
+           (uint(min(albedo, 1.0f) * 1023.0f + 0.5f) << 11u) |
+           (uint(survival * 2047.0f + 0.5f) << 21u);
+}
+
+SHARED_FN uint treeOfPlace(uint place)
+{
+    return place & 7u;
+}
+
+SHARED_FN float sharpOfPlace(uint place)
+{
+    return float((place >> 3u) & 0xffu) * (1.0f / 255.0f);
+}
+
+SHARED_FN float albedoOfPlace(uint place)
+{
+    return float((place >> 11u) & 0x3ffu) * (1.0f / 1023.0f);
+}
+
+SHARED_FN float survivalOfPlace(uint place)
+{
+    return float(max(place >> 21u, 1u)) * (1.0f / 2047.0f);
+}
 
 /// The state of a guided path beside PathState.
 struct GuidedState {
-    float albedo;  // product over vertices, divided by survival
+    float albedo;    // product over vertices, divided by survival
+    float survival;  // probability with which roulette let the path come to its next vertex
 };
 
 SHARED_FN GuidedState beginGuided()
 {
     GuidedState state;
     state.albedo = 1.0f;
+    state.survival = 1.0f;
     return state;
 }
 
+// Which paths follow the guide: all, those that leave records, or none. Those that do not are paths
+// of path.h, and cost what those do.
+SHARED_CONST uint kGuideForAll = 0u;
+SHARED_CONST uint kGuideForRecorded = 1u;
+SHARED_CONST uint kGuideForNone = 2u;
+
 /// What is asked of guided paths (PathSettings::guidedRules): one in `stride` leaves records (a
-/// power of two up to 64; 0: none), what roulette goes by, and how connections to emitters are
-/// weighted.
-SHARED_FN uint packGuidedRules(uint stride, uint roulette, uint nee)
+/// power of two up to 64; 0: none), what roulette goes by, how connections to emitters are
+/// weighted, and who follows the guide.
+SHARED_FN uint packGuidedRules(uint stride, uint roulette, uint nee, uint followers)
 {
-    return stride | (roulette << 8u) | (nee << 16u);
+    return stride | (roulette << 8u) | (nee << 16u) | (followers << 24u);
+}
+
+/// Whether a path follows the guide that leaves records or not.
+SHARED_FN bool followsGuide(PathSettings settings, bool records)
+{
+    const uint followers = settings.guidedRules >> 24u;
+    return followers == kGuideForAll || (followers == kGuideForRecorded && records);
 }
 
 SHARED_FN uint recordStride(PathSettings settings)
@@ -80,7 +126,7 @@ SHARED_CONST uint kNeeMixture = 1u;
 
 SHARED_FN uint neeKind(PathSettings settings)
 {
-    return settings.guidedRules >> 16u;
+    return (settings.guidedRules >> 16u) & 0xffu;
 }
 
 /// Whether the path of a lane of a tile of 8x8 pixels (`lane` its Morton index) is recorded: one in
@@ -182,14 +228,26 @@ SHARED_FN float guidedSurvival(uint kind, float albedo, float expected, float im
 SHARED_FN bool survives(PathSettings settings, GuideLeaf leaf, float image, float number,
                         INOUT(PathState) path, INOUT(GuidedState) state)
 {
+    state.survival = 1.0f;
     if (path.depth < settings.rouletteDepth) return true;
     if (rouletteKind(settings) == kRouletteNone) return true;
-    const float survival = guidedSurvival(rouletteKind(settings), state.albedo,
-                                          luminance(path.beta) * leaf.reflected, image);
-    if (!(number < survival)) return false;
-    path.beta *= 1.0f / survival;
-    state.albedo *= 1.0f / survival;
+    state.survival = guidedSurvival(rouletteKind(settings), state.albedo,
+                                    luminance(path.beta) * leaf.reflected, image);
+    if (!(number < state.survival)) return false;
+    path.beta *= 1.0f / state.survival;
+    state.albedo *= 1.0f / state.survival;
     return true;
+}
+
+/// The leaf of a place where the guide has no say.
+SHARED_FN GuideLeaf noGuideLeaf()
+{
+    GuideLeaf leaf;
+    leaf.index = 0u;
+    leaf.firstWord = 0u;
+    leaf.share = 1.0f;
+    leaf.reflected = 0.0f;
+    return leaf;
 }
 
 /// What a connection's contribution takes to be weighted against the density of the mixture, and
@@ -208,12 +266,12 @@ SHARED_FN float mixtureWeight(IN(GuideView) guide, GuideLeaf leaf, float share, 
     return (1.0f + before * before) / (1.0f + now * now);
 }
 
-/// One vertex of a guided path: shadeSurface with the guide. `recorded` asks for a record (1) or
-/// not, and says whether there is one; it is complete but for `after`, which is known once the
-/// shadow ray has been traced.
+/// One vertex of a path: shadeSurface, with the guide if it follows it (`follows`). `recorded` asks
+/// for a record (1) or not, and says whether there is one; it is complete but for `after`, which is
+/// known once the shadow ray has been traced.
 SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSettings settings,
-                           float image, VertexNumbers numbers, Hit hit, INOUT(PathState) path,
-                           INOUT(GuidedState) state, OUT(ShadowRay) shadow,
+                           bool follows, float image, VertexNumbers numbers, Hit hit,
+                           INOUT(PathState) path, INOUT(GuidedState) state, OUT(ShadowRay) shadow,
                            INOUT(GuideRecord) record, INOUT(uint) recorded, INOUT(vec3) L)
 {
     const bool wanted = recorded != 0u;
@@ -223,32 +281,42 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     shadow = noShadowRay(vertex.surface.position);
     if (!scatters) return false;
     const vec3 normal = vertex.surface.frame[2];
-    const GuideLeaf leaf = guideAt(guide, vertex.surface.position, normal);
-    if (!survives(settings, leaf, image, numbers.lobe.y, path, state)) return false;
-    state.albedo *= maxComponent(albedoBsdf(vertex.bsdf, vertex.wo));
-    float sharp;
-    const float share = shareWithGuide(leaf.share, vertex, sharp);
+    GuideLeaf leaf = noGuideLeaf();
+    if (follows) {
+        leaf = guideAt(guide, vertex.surface.position, normal);
+        if (!survives(settings, leaf, image, numbers.lobe.y, path, state)) return false;
+    }
+    float albedo = 1.0f;
+    if (follows || wanted) albedo = maxComponent(albedoBsdf(vertex.bsdf, vertex.wo));
+    state.albedo *= albedo;
+    float sharp = 0.0f;
+    float share = 0.0f;
+    if (follows || wanted) share = shareWithGuide(leaf.share, vertex, sharp);
     shadow = connect(scene, settings, numbers, path, vertex);
-    const bool againstMixture = neeKind(settings) == kNeeMixture;
+    const bool againstMixture = share > 0.0f && neeKind(settings) == kNeeMixture;
     if (againstMixture && maxComponent(shadow.contribution) > 0.0f)
         shadow.contribution *= mixtureWeight(guide, leaf, share, vertex, shadow);
-    const vec3 beta = path.beta;
+    const float beta = luminance(path.beta);
+    const float cameBy = state.survival;
     BsdfSample next;
     float pdf;
     bool goesOn = sampleMixture(guide, leaf, share, vertex, numbers, next, pdf);
     goesOn = goesOn && leave(vertex, next, path);
     if (againstMixture) path.pdf = pdf;
+    const float scattered = luminance(path.beta);
+    if (goesOn && !follows)
+        goesOn = survivesByThroughput(settings, numbers.lobe.y, path, state.survival);
     if (wanted) {
         recorded = 1u;
         record.position = vertex.surface.position;
-        record.place = guideRoot(normal) | (uint(sharp * 255.0f + 0.5f) << 3u);
-        record.beta = luminance(beta);
+        record.place = packGuidePlace(guideRoot(normal), sharp, albedo, cameBy);
+        record.beta = beta;
         record.before = luminance(L);
         record.after = record.before;
         record.direction = goesOn ? packOct(path.direction) : 0u;
         record.pdf = goesOn ? pdf : 0.0f;
         record.bsdfPdf = goesOn ? next.pdf : 0.0f;
-        record.scattered = luminance(path.beta);
+        record.scattered = scattered;
     }
     return goesOn;
 }

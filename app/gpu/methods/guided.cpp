@@ -14,6 +14,9 @@ namespace gpu {
 
 namespace {
 
+/// Measured on Mesa's software device, where rays cost most.
+constexpr core::guiding::PathCosts kCosts{.connection = 1, .look = 0.05, .choice = 0.15};
+
 class GuidedPaths final : public core::Renderer {
 public:
     explicit GuidedPaths(const DeviceOptions& options)
@@ -24,7 +27,7 @@ public:
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
         film_.drop();
-        training_.forget(core::guideBox(*world));
+        training_.beginScene(kCosts.among(world->triangles.size()), core::guideBox(*world));
         if (!takeWorld(scene_, world_, std::move(world), context_, progress))
             batches_.forgetScene();
     }
@@ -76,6 +79,12 @@ public:
     {
         if (film_.progress().samples == 0) return {};
         return core::makeGuideMaps(aovs(), film_.frame().data().camera, training_.guide());
+    }
+
+    std::shared_ptr<const core::PlaceProbe> probe() override
+    {
+        if (!training_.isOn()) return nullptr;
+        return core::makeGuideProbe(aovs(), film_.frame().data().camera, training_.tables());
     }
 
     core::RenderStats stats() const override

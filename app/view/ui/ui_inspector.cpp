@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "app/view/ui/ui_parts.h"
+#include "shared/display.h"
 
 namespace app {
 namespace {
@@ -53,6 +54,32 @@ void mapRows(const Picture& picture, float u, float v)
             row(infos[i].name, format("%.4g", static_cast<double>(*value)));
 }
 
+/// What the method knows of the place, in the colours of maps: from nothing to the largest value.
+void drawProbe(const UiContext& c, const Picture& picture, float u, float v)
+{
+    const glm::vec2 size(float(picture.mean.width), float(picture.mean.height));
+    const auto place = picture.probe->at(glm::uvec2(glm::vec2(u, v) * size));
+    if (!place) return;
+    const core::Image& image = place->image;
+    const float largest = *std::max_element(image.pixels.begin(), image.pixels.end());
+    dimText(place->caption.c_str());
+    const float step = 12 * ImGui::GetFontSize() / float(image.width);
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    for (uint32_t y = 0; y < image.height; ++y) {
+        for (uint32_t x = 0; x < image.width; ++x) {
+            const float value = *image.at(x, y);
+            if (value < 0) continue;
+            const float t = largest > 0 ? value / largest : 0;
+            const glm::vec3 rgb = shared::displayMap(uint32_t(c.session.settings.view.map), t);
+            const ImVec2 at(corner.x + float(x) * step, corner.y + float(y) * step);
+            ImGui::GetWindowDrawList()->AddRectFilled(
+                at, {at.x + step, at.y + step}, ImGui::GetColorU32(ImVec4(rgb.x, rgb.y, rgb.z, 1)));
+        }
+    }
+    ImGui::Dummy({step * float(image.width), step * float(image.height)});
+    row("brightest", format("%.4g per steradian", double(largest)));
+}
+
 }  // namespace
 
 void drawInspector(const UiContext& c)
@@ -80,6 +107,7 @@ void drawInspector(const UiContext& c)
     }
     if (picture->aovs) aovRows(*picture->aovs, u, v);
     if (picture->maps) mapRows(*picture, u, v);
+    if (picture->probe) drawProbe(c, *picture, u, v);
     ImGui::EndTooltip();
 }
 

@@ -52,13 +52,15 @@ protected:
         return render(*renderer, {world_->cameras.at(0), size_, params}, samples);
     }
 
-    double detail(const std::string& name) const
+    template <class T = double> T detail(const std::string& name) const
     {
         for (const core::StatsDetail& d : guided_->stats().details)
-            if (d.name == name) return std::get<double>(d.value);
+            if (d.name == name) return std::get<T>(d.value);
         ADD_FAILURE() << name << " is not told";
-        return 0;
+        return {};
     }
+
+    std::string guiding() const { return detail<std::string>("guiding"); }
 
     std::unique_ptr<core::Renderer> guided_;
     std::shared_ptr<const core::World> world_;
@@ -110,10 +112,12 @@ TEST_P(GuidedMethod, TheMeanIsThePathTracers)
         const char* scene;
         GuidedRoulette roulette;
         core::SamplerKind sampler;
+        core::GuideUse use = core::GuideUse::always;
     };
-    for (const auto& [scene, roulette, sampler] :
+    for (const auto& [scene, roulette, sampler, use] :
          {Case{"cbox-up", GuidedRoulette::both, core::SamplerKind::independent},
           Case{"cbox-up", GuidedRoulette::light, core::SamplerKind::sobol},
+          Case{"cbox-up", GuidedRoulette::both, core::SamplerKind::sobol, core::GuideUse::pays},
           Case{"cornell-glossy", GuidedRoulette::both, core::SamplerKind::sobol},
           Case{"glass", GuidedRoulette::both, core::SamplerKind::independent}}) {
         begin(scene, {24, 24});
@@ -122,8 +126,12 @@ TEST_P(GuidedMethod, TheMeanIsThePathTracers)
         const double noise = varianceOfMean(truth);
         tests::Moments means;
         for (uint32_t seed = 1; seed <= kPictures; ++seed) {
-            const core::Estimate e = render(
-                {.gate = 1, .roulette = roulette, .seed = seed, .sampler = sampler}, kSamples);
+            const core::Estimate e = render({.use = core::GuideUse::always,
+                                             .gate = 1,
+                                             .roulette = roulette,
+                                             .seed = seed,
+                                             .sampler = sampler},
+                                            kSamples);
             EXPECT_TRUE(e.counters.clean());
             means.add(meanOf(e.mean));
         }
@@ -159,11 +167,13 @@ TEST_P(GuidedMethod, SwitchesKeepTheMean)
         return GuidedParams{};
     };
     const GuidedParams doubling{.guide = GuideKind::tree,
+                                .use = GuideUse::always,
                                 .schedule = GuideSchedule::doubling,
                                 .training = 15,
                                 .recordOneIn = 1,
                                 .recordsPerLeaf = 250,
-                                .share = 0.5f};
+                                .share = 0.5f,
+                                .combine = Combine::samples};
     const auto with = [&doubling](auto change) {
         GuidedParams params = doubling;
         change(params);
@@ -245,15 +255,85 @@ TEST_P(GuidedMethod, TheGuideOutlivesAMoveButNotTheScene)
     EXPECT_EQ(afterwards.pixels, again.pixels) << "the guide of before is still there";
 }
 
+/// Light that is easy to find: what the guide would save is less than what it costs.
+TEST_P(GuidedMethod, GivesUpWhereItDoesNotPay)
+{
+    begin("cornell-diffuse", {96, 96});
+    const auto raysOf = [&](core::GuideUse use) {
+        render({.use = use, .seed = 3}, 24);
+        return double(guided_->stats().rays);
+    };
+    const double followed = raysOf(core::GuideUse::always);
+    EXPECT_EQ(guiding(), "always");
+    EXPECT_LT(raysOf(core::GuideUse::pays), 0.9 * followed);
+    EXPECT_EQ(guiding(), "does not pay here");
+
+    // Another view may be another matter: it is tried again, when the view has lasted.
+    const double records = detail("guide_records");
+    render({.seed = 3}, 7, core::Start::moved);
+    EXPECT_EQ(detail("guide_records"), records);
+    render({.seed = 3}, 16, core::Start::moved);
+    EXPECT_GT(detail("guide_records"), records);
+}
+
+/// The guide of the first samples knows too little: nobody follows it, and nothing is lost.
+TEST_P(GuidedMethod, IsThePathTracerUntilItHasSomethingToSay)
+{
+    begin("door-ajar", {96, 54});
+    const core::Estimate first = render({.seed = 4}, 2);
+    EXPECT_EQ(guiding(), "is tried");
+    EXPECT_EQ(first.mean.pixels, plain({.seed = 4}, 2).mean.pixels);
+    guided_->advance({.samples = 14}, {});
+    EXPECT_EQ(guiding(), "pays");
+    EXPECT_GT(detail("guide_gain"), 2);
+    render({.training = 2, .seed = 4}, 4);
+    EXPECT_EQ(guiding(), "pays") << "training ended before a trial";
+}
+
+/// The lamp of cbox-up shines at the ceiling: seen from the floor, light comes from there, not from
+/// the sides.
+TEST_P(GuidedMethod, ShowsWhichDirectionsItKnowsAtAPlace)
+{
+    begin("cbox-up", {48, 48});
+    render({.seed = 5}, 16);
+    const auto probe = guided_->probe();
+    ASSERT_NE(probe, nullptr);
+    EXPECT_FALSE(probe->at({48, 0}));
+    const auto place = probe->at({24, 46});
+    ASSERT_TRUE(place);
+    EXPECT_NE(place->caption.find("% of the directions"), std::string::npos) << place->caption;
+    const core::Image& image = place->image;
+    // A pixel of the disk stands for its area over the cosine.
+    double all = 0, upwards = 0;
+    for (uint32_t y = 0; y < image.height; ++y) {
+        for (uint32_t x = 0; x < image.width; ++x) {
+            const double px = (x + 0.5) * 2 / image.width - 1,
+                         py = (y + 0.5) * 2 / image.height - 1;
+            const double cosine = std::sqrt(std::max(1 - px * px - py * py, 0.0));
+            const double value = double(*image.at(x, y));
+            EXPECT_EQ(value<0, px * px + py * py> 1);
+            if (!(cosine > 0)) continue;
+            const double mass = value * 4 / (image.width * image.height * cosine);
+            all += mass;
+            if (cosine > 0.5) upwards += mass;
+        }
+    }
+    EXPECT_LT(all, 1.15);
+    EXPECT_GT(all, 0.8);
+    EXPECT_GT(upwards, 0.6 * all);
+    render({.training = 0}, 1);
+    EXPECT_EQ(guided_->probe(), nullptr);
+}
+
 TEST_P(GuidedMethod, TrainingEndsWhereItIsToldTo)
 {
     begin("cbox-up", {32, 32});
-    render({.training = 4, .seed = 2}, 4);
+    render({.use = core::GuideUse::always, .training = 4, .seed = 2}, 4);
     const double records = detail("guide_records");
     EXPECT_GT(records, 0);
     guided_->advance({.samples = 8}, {});
     EXPECT_EQ(detail("guide_records"), records);
-    render({.training = 4, .recordOneIn = 4, .seed = 2}, 4);
+    render({.use = core::GuideUse::always, .training = 4, .recordOneIn = 4, .seed = 2}, 4);
     EXPECT_NEAR(detail("guide_records") / records, 0.25, 0.05);
 }
 

@@ -41,6 +41,7 @@ public:
             if (stop == pictures_.nextPart(stop - 1)) pictures_.note(film_.estimate(false), false);
         }
     }
+    void discount(double weight) { pictures_.discount(film_.estimate(false), weight); }
     void endIteration() { pictures_.note(film_.estimate(false), true); }
 
     const core::IterationPictures& pictures() const { return pictures_; }
@@ -127,6 +128,32 @@ TEST(IterationPictures, ShowTheLastOnes)
     EXPECT_GT(errorOf(renders.film().mean()), 0.1);
 }
 
+/// Four noisy samples with the weight of one quiet one each, and of the best weight.
+TEST(IterationPictures, CountWhatWasNoisierLess)
+{
+    constexpr double kNoisy = 1.2, kQuiet = 0.3;
+    const double noisy = std::exp(kNoisy * kNoisy) - 1, quiet = std::exp(kQuiet * kQuiet) - 1;
+    for (const double weight : {1.0, quiet / noisy}) {
+        Renders renders(with(Combine::trial), 4);
+        renders.render(4, kNoisy);
+        EXPECT_FALSE(renders.pictures().isOn());
+        const core::Image before = renders.film().mean();
+        renders.discount(weight);
+        EXPECT_TRUE(renders.pictures().isOn());
+        const core::Image same = renders.picture().mean;
+        for (size_t i = 0; i < same.pixels.size(); ++i)
+            EXPECT_NEAR(same.pixels[i], before.pixels[i], 1e-5f * before.pixels[i]);
+        renders.render(12, kQuiet);
+        const core::Estimate picture = renders.picture();
+        const double weights = 4 * weight + 12, squares = 4 * weight * weight;
+        const double variance = (squares * noisy + 12 * quiet) / (weights * weights);
+        EXPECT_EQ(picture.samples, 16u);
+        EXPECT_NEAR(picture.weight.pixels[5], weights * weights / (squares + 12), 1e-3);
+        EXPECT_NEAR(errorOf(picture.mean), variance, 0.2 * variance) << weight;
+        EXPECT_NEAR(meanOf(picture.variance), variance, 0.2 * variance) << weight;
+    }
+}
+
 struct Way {
     GuidedParams params;
     double least, most;  // of the error's square beside that of weights by samples
@@ -153,8 +180,7 @@ TEST(IterationPictures, FavourTheQuietOnes)
                         .mean) /
             8;
     for (const Way& way :
-         {Way{with(Combine::inverseVariance), 0.1, 0.7},
-          Way{with(Combine::ess), 0.1, 1},
+         {Way{with(Combine::inverseVariance), 0.1, 0.7}, Way{with(Combine::ess), 0.1, 1},
           Way{with(Combine::inverseVariance, CombineOver::pixel, CombineFrom::crossed), 0.1, 0.9},
           Way{with(Combine::ess, CombineOver::tile), 0.1, 1}}) {
         tests::Moments means;
