@@ -1,6 +1,7 @@
 // See guiding_page.h.
 #include "app/bench/guiding_page.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/base/read_value.h"
@@ -31,12 +32,21 @@ std::string tiles(const Results& r)
     return html.empty() ? html : "<div class=\"tiles\">\n" + html + "</div>\n";
 }
 
+bool isMeasured(const Results& r, const Variant& variant)
+{
+    for (const SceneResult& scene : r.scenes)
+        if (std::ranges::find(scene.rows, variant.name, &Row::variant) != scene.rows.end())
+            return true;
+    return false;
+}
+
 std::string summarySection(const Results& r)
 {
     std::string names;
     for (const Variant& variant : variantTable())
-        names += "<li><b>" + std::string(variant.name) + "</b>: " + escapeMarkup(variant.help) +
-                 "</li>\n";
+        if (isMeasured(r, variant))
+            names += "<li><b>" + std::string(variant.name) + "</b>: " + escapeMarkup(variant.help) +
+                     "</li>\n";
     return section(
         "summary", "Summary",
         paragraph("Path guiding learns from the paths of a picture where its light comes from, and "

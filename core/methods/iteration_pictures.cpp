@@ -31,6 +31,17 @@ PixelSums operator-(const PixelSums& a, const PixelSums& b)
     return {a.count - b.count, std::max(a.sum - b.sum, 0.0), std::max(a.squares - b.squares, 0.0)};
 }
 
+/// Samples of an iteration, or of its half, that tell what it is worth: its noise is not known from
+/// one, and the inverse of the variance of fewer than four has no mean, so that a pixel that is
+/// quiet by chance would take all the weight.
+uint64_t leastSamples(const GuidedParams& params)
+{
+    if (params.combine == Combine::samples) return 0;
+    const bool inverts =
+        params.combine == Combine::meanInverseVariance || params.combineOver == CombineOver::pixel;
+    return inverts ? 4 : 2;
+}
+
 CombineBy combineBy(Combine combine)
 {
     CHECK(combine != Combine::trial);
@@ -168,8 +179,7 @@ public:
         first_ = of.firstInPicture(inPresent);
         count_ = of.ended_.size() - first_ + 1;
         crossed_ = of.params_.combineFrom == CombineFrom::crossed;
-        // Noise of a single sample is not known, and says nothing of what it is worth.
-        const bool byNoise = of.params_.combine != Combine::samples;
+        const uint64_t least = leastSamples(of.params_);
         for (size_t k = 0; k < count_; ++k)
             for (size_t h = 0; h < 2; ++h) {
                 const bool isPresent = k + 1 == count_;
@@ -177,7 +187,7 @@ public:
                     isPresent ? of.present_[h].samples +
                                     (h == of.isSecond(of.samples_) ? film.samples - of.samples_ : 0)
                               : of.ended_[first_ + k][h].samples;
-                counts_[h][k] = byNoise && samples < 2 ? 0 : 1;
+                counts_[h][k] = samples < least ? 0 : 1;
             }
     }
 

@@ -2,7 +2,10 @@
 // iteration with a better guide than the one before. Above the film: an iteration's own sums are
 // the difference of what the film says at its ends. How weights are found:
 // core/guiding/combination.h; here the three channels of a pixel count as three pixels that share
-// their weight. After S. Wang, "Efficient Sample Usage in Photo-Realistic Rendering" (2022),
+// their weight. Crossed weights of single pixels are unbiased with independent samples; with the
+// Sobol sampler, whose halves make up for each other, pictures are 2 % too bright (cbox-up, 63
+// samples; weights of each pixel's own variance 20 % too dark, those of the picture .0 %). After S.
+// Wang, "Efficient Sample Usage in Photo-Realistic Rendering" (2022),
 // chapter 9.
 #pragma once
 
