@@ -68,6 +68,7 @@ template <> struct EnumNames<CombineOver> {
 };
 
 /// Samples that weights are taken from: those they multiply, or the other half of each iteration.
+/// Halves of a Sobol sequence are not independent: weights of single pixels then leave a bias, too.
 enum class CombineFrom : uint32_t { own, crossed };
 template <> struct EnumNames<CombineFrom> {
     static constexpr std::array<std::string_view, 2> names{"own", "crossed"};
@@ -180,14 +181,14 @@ struct GuidedParams {
           p.roulette);
         v(Field{"combine",
                 "weights of the iterations between lessons: their samples, or what their own noise "
-                "says, which makes pictures a little darker unless weights are crossed",
+                "says, which makes pictures a little darker",
                 {},
                 true},
           p.combine);
         v(Field{"combine-over", "pixels that have these weights in common"}, p.combineOver);
         v(Field{"combine-from",
                 "whose noise makes the weights: that of the samples they multiply, or of the other "
-                "half of each iteration (crossed)"},
+                "half of each iteration (crossed: without bias where samples are independent)"},
           p.combineFrom);
         v(Field{"combine-last",
                 "how many iterations are in the picture, counted from the last; 0: all",
