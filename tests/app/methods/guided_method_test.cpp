@@ -236,10 +236,11 @@ TEST_P(GuidedMethod, IndirectLightHasHalfOfTheVariance)
 
 TEST_P(GuidedMethod, TheGuideOutlivesAMoveButNotTheScene)
 {
-    begin("cbox-up", {48, 48});
+    begin("cbox-up", {96, 96});
+    const core::Image truth = render({.use = core::GuideUse::always, .seed = 77}, 512).mean;
     render({.seed = 5}, 16);
+    EXPECT_EQ(guiding(), "pays");
     const double leaves = detail("guide_leaves");
-    const core::Image truth = plain({.seed = 77}, 2048).mean;
     const auto errorOfFirst = [&](core::Start start) {
         return squaredDistance(render({.seed = 5}, 1, start).mean, truth);
     };
