@@ -35,6 +35,12 @@ public:
     /// PathSettings::guidedRules of the paths that follow on `samples` of the view.
     uint32_t rulesAfter(uint64_t samples) const;
 
+    /// Whether these paths neither follow the guide nor teach it.
+    bool isIdleAfter(uint64_t samples) const
+    {
+        return followers() == shared::kGuideForNone && strideAfter(samples) == 0;
+    }
+
     /// As Renderer::advance, in pieces that end where the guide learns: `render` is what the method
     /// would do without a guide, `learn` is called with the samples that there are, when it is
     /// time; `film` is what has been rendered in all.

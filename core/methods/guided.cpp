@@ -47,10 +47,13 @@ public:
 
     void advance(const Budget& budget, std::stop_token stop) override
     {
-        if (!training_.isOn()) return advancePlain(budget, stop);
+        if (!training_.isOn()) return film_.advance(budget, stop, plainTiles());
         training_.advance(
             budget, stop, [this] { return film_.progress().samples; },
-            [&](const Budget& part) { film_.advance(part, stop, guidedTiles()); },
+            [&](const Budget& part) {
+                const bool plain = training_.isIdleAfter(film_.progress().samples);
+                film_.advance(part, stop, plain ? plainTiles() : guidedTiles());
+            },
             [this](uint64_t samples) {
                 training_.learn(records_, samples, film_.estimate(Reading::mean).mean);
             },
@@ -101,18 +104,17 @@ private:
         return job;
     }
 
-    /// Without a guide: the path tracer to the bit.
-    void advancePlain(const Budget& budget, const std::stop_token& stop)
+    /// The path tracer's: where nobody follows the guide, to the bit what guided tiles are.
+    TiledFilm::RenderTile plainTiles() const
     {
         const PathKernel kernel = leastAble(pathVariants(), frameFeatures()).kernel;
-        film_.advance(budget, stop,
-                      [job = pathJob(), kernel](const Tile& tile, uint32_t first, uint32_t count,
-                                                Film& film) {
-                          PathJob part = job;
-                          part.firstSample = first;
-                          part.sampleCount = count;
-                          return kernel(part, tile, film);
-                      });
+        return [job = pathJob(), kernel](const Tile& tile, uint32_t first, uint32_t count,
+                                         Film& film) {
+            PathJob part = job;
+            part.firstSample = first;
+            part.sampleCount = count;
+            return kernel(part, tile, film);
+        };
     }
 
     TiledFilm::RenderTile guidedTiles()
