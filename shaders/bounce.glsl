@@ -1,6 +1,5 @@
 // One bounce of every path that is still alive: read its state, extend it, and append the survivors to the next queue,
-// closed up so that no lane idles. Bounce 0 begins the paths. States are three words: origin and lane; direction and
-// pdf; beta and depth.
+// closed up so that no lane idles. Bounce 0 begins the paths. States are three words: kStateWords in bindings.h.
 // Whoever includes this says before how a path is extended (plain.glsl, guided.glsl).
 layout(local_size_x = 64) in;
 
@@ -20,6 +19,12 @@ layout(set = kSetKernel, binding = kBindQueues, scalar) buffer QueueBlock
 {
     QueueHead queues[];
 };
+
+/// Words of a path's state.
+uint stateSize()
+{
+    return FEATURE(kFeaturePanes) ? kStateWords : 3u;
+}
 
 /// Appends the lanes that are `alive` to the queue of the next bounce: one atomic per subgroup, no barrier.
 uint queueSlot(bool alive, uint next)
@@ -52,13 +57,15 @@ void main()
             path = beginPath(frame.camera, frame.settings, pixel, stream);
             extra = beginExtra();
         } else {
-            const uvec4 a = texelFetch(stateWords, int(kStateWords * index));
-            const uvec4 b = texelFetch(stateWords, int(kStateWords * index + 1u));
-            const uvec4 c = texelFetch(stateWords, int(kStateWords * index + 2u));
-            lane = a.w;
+            const uvec4 a = texelFetch(stateWords, int(stateSize() * index));
+            const uvec4 b = texelFetch(stateWords, int(stateSize() * index + 1u));
+            const uvec4 c = texelFetch(stateWords, int(stateSize() * index + 2u));
+            lane = a.w & ((1u << kStateLaneBits) - 1u);
             stream = laneStream(push.batch, lane, lanePixel(push.batch, lane));
             path = PathState(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz),
-                             uintBitsToFloat(b.w), c.w);
+                             uintBitsToFloat(b.w), a.w >> kStateLaneBits, c.w, 0.0);
+            if (FEATURE(kFeaturePanes))
+                path.passed = uintBitsToFloat(texelFetch(stateWords, int(stateSize() * index + 3u)).x);
             extra = loadExtra(lane);
         }
     }
@@ -74,9 +81,12 @@ void main()
     }
     const uint slot = queueSlot(alive, push.queue + 1u);
     if (alive) {
-        nextStates[kStateWords * slot] = uvec4(floatBitsToUint(path.origin), lane);
-        nextStates[kStateWords * slot + 1u] = uvec4(floatBitsToUint(path.direction), floatBitsToUint(path.pdf));
-        nextStates[kStateWords * slot + 2u] = uvec4(floatBitsToUint(path.beta), path.depth);
+        nextStates[stateSize() * slot] =
+            uvec4(floatBitsToUint(path.origin), lane | (path.depth << kStateLaneBits));
+        nextStates[stateSize() * slot + 1u] = uvec4(floatBitsToUint(path.direction), floatBitsToUint(path.pdf));
+        nextStates[stateSize() * slot + 2u] = uvec4(floatBitsToUint(path.beta), path.departure);
+        if (FEATURE(kFeaturePanes))
+            nextStates[stateSize() * slot + 3u] = uvec4(floatBitsToUint(path.passed), 0u, 0u, 0u);
         storeExtra(lane, extra);
     }
     shadowRays = subgroupAdd(shadowRays);

@@ -68,11 +68,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
         const VertexNumbers numbers = drawVertexNumbers(stream, depth);
         goesOn = shadeGuided(scene, guide, frame.settings, followsGuide(frame.settings, records),
                              pixelEstimate(stream.pixel), numbers, hit, path, extra, shadow, record, recorded, L);
-        if (any(notEqual(shadow.contribution, vec3(0.0)))) {
-            ++shadowRays;
-            const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
-            if (!traceAny(connection, alphaSeed(stream, depth, 1u))) L += shadow.contribution;
-        }
+        addConnection(shadow, alphaSeed(stream, depth, 1u), L, shadowRays);
         if (recorded != 0u) {
             record.after = luminance(L);
             guideRecords[recordedSlot(lane, stride) * kGuideVertices + depth] = record;

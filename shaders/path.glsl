@@ -10,6 +10,27 @@ SampleStream laneStream(Batch batch, uint lane, uvec2 pixel)
     return makeStream(kSampler, frame.settings.seed, pixel, laneSample(batch, lane), kPurposePath);
 }
 
+/// Adds what a connection brings if it is open, through panes or not; counts its rays.
+void addConnection(ShadowRay shadow, uint seed, inout vec3 L, inout uint rays)
+{
+    bool meets = any(notEqual(shadow.contribution, vec3(0.0)));
+    if (!passesPanes(frame.settings)) {
+        if (!meets) return;
+        ++rays;
+        const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
+        if (!traceAny(connection, seed)) L += shadow.contribution;
+        return;
+    }
+    while (meets) {
+        ++rays;
+        Hit hit;
+        const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
+        meets = traceClosest(connection, seed, hit);
+        if (!meets) L += shadow.contribution;
+        if (meets && !passPane(scene, hit, shadow)) return;
+    }
+}
+
 /// Extends a path by one vertex: trace, shade, connect. Returns false when the path has ended.
 bool extendPath(SampleStream stream, inout PathState path, inout vec3 L, inout uint shadowRays)
 {
@@ -23,10 +44,6 @@ bool extendPath(SampleStream stream, inout PathState path, inout vec3 L, inout u
     const uint depth = path.depth;
     const VertexNumbers numbers = drawVertexNumbers(stream, depth);
     const bool goesOn = shadeSurface(scene, frame.settings, numbers, hit, path, shadow, L);
-    if (any(notEqual(shadow.contribution, vec3(0.0)))) {
-        ++shadowRays;
-        const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
-        if (!traceAny(connection, alphaSeed(stream, depth, 1u))) L += shadow.contribution;
-    }
+    addConnection(shadow, alphaSeed(stream, depth, 1u), L, shadowRays);
     return goesOn;
 }

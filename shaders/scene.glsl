@@ -17,6 +17,7 @@ layout(set = kSetScene, binding = kBindTexels) uniform samplerBuffer texels;
 layout(set = kSetScene, binding = kBindEmitterCdf) uniform samplerBuffer emitterCdf;
 layout(set = kSetScene, binding = kBindEnvironment) uniform samplerBuffer environmentTexels;
 layout(set = kSetScene, binding = kBindEnvironmentCdf) uniform samplerBuffer environmentCdf;
+layout(set = kSetScene, binding = kBindEmitterTree) uniform usamplerBuffer emitterTreeWords;
 
 const SceneView scene = SceneView(0u);  // for the functions that take one
 
@@ -87,6 +88,11 @@ Emitter fetchEmitter(SceneView view, uint emitter)
 float fetchEmitterCdf(SceneView view, uint i)
 {
     return texelFetch(emitterCdf, int(i)).x;
+}
+
+uvec4 fetchEmitterTree(SceneView view, uint word)
+{
+    return texelFetch(emitterTreeWords, int(word));
 }
 
 vec4 fetchEnvironmentTexel(SceneView view, uint i)

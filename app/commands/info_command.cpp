@@ -46,7 +46,7 @@ double worldBytes(const core::World& w)
     return bytesOf(w.positions) + bytesOf(w.attributes) + bytesOf(w.extra) + bytesOf(w.triangles) +
            bytesOf(w.triangleEmitter) + bytesOf(w.materials) + bytesOf(w.textureReferences) +
            bytesOf(w.texels) + bytesOf(w.emitters) + bytesOf(w.emitterCdf) +
-           bytesOf(w.environment) + bytesOf(w.environmentCdf);
+           bytesOf(w.emitterTree) + bytesOf(w.environment) + bytesOf(w.environmentCdf);
 }
 
 Json countsJson(const core::World& w)

@@ -80,15 +80,15 @@ std::vector<ParamProblem> readParams(const nlohmann::ordered_json& json, Params&
     return problems;
 }
 
-/// Names of the parameters that bias the image: marked so, and not at their default, which never
-/// biases.
+/// Names of the parameters that bias the image by what they are.
 template <class Params> std::vector<std::string> biasedParams(const Params& params)
 {
-    const nlohmann::ordered_json defaults = paramsJson(core::defaultsOf(params)),
-                                 now = paramsJson(params);
+    const Params defaults = core::defaultsOf(params);
     std::vector<std::string> names;
-    Params::visit(params, [&](const core::Field& field, const auto&) {
-        if (field.biased && now[field.name] != defaults[field.name]) names.emplace_back(field.name);
+    Params::visit(params, [&](const core::Field& field, const auto& value) {
+        const auto* standard =
+            core::findParam<std::remove_cvref_t<decltype(value)>>(defaults, field.name);
+        if (core::biases(field, value, *standard)) names.emplace_back(field.name);
     });
     return names;
 }

@@ -12,7 +12,7 @@ namespace gpu {
 
 namespace {
 
-constexpr uint32_t kMaxLanes = 1u << 18;
+constexpr uint32_t kMaxLanes = 1u << shared::kStateLaneBits;
 // Mesa's software device ends every loop of an invocation after 65,535 iterations in all, silently:
 // a whole path must stay below. Its bounces are invocations of their own in the other kernel.
 constexpr uint32_t kDeepestMegakernel = 32;

@@ -86,6 +86,7 @@ void GpuScene::setWorld(const core::World& world, const core::Progress& progress
     upload(shared::kBindEmitters, "the emitters", world_.emitters, world.emitters);
     upload(shared::kBindEmitterCdf, "the emitters' probabilities", world_.emitterCdf,
            world.emitterCdf);
+    upload(shared::kBindEmitterTree, "the tree of emitters", world_.emitterTree, world.emitterTree);
     upload(shared::kBindEnvironment, "the environment", world_.environment, world.environment);
     upload(shared::kBindEnvironmentCdf, "the environment's probabilities", world_.environmentCdf,
            world.environmentCdf);

@@ -18,13 +18,14 @@ struct Range {
     bool logarithmic = false;
 };
 
-/// Name as on the command line (kebab-case), one sentence of help, range. `biased`: using it biases
-/// the image.
+/// Name as on the command line (kebab-case), one sentence of help, range. `biased`: any value but
+/// the default biases the image; of an enumeration those in `harmless`, a bit each, do not either.
 struct Field {
     const char* name;
     const char* help;
     Range range{};
     bool biased = false;
+    uint32_t harmless = 0;
 };
 
 /// Enumerations specialise this with `static constexpr std::array<std::string_view, N> names`, in
@@ -53,6 +54,16 @@ template <class T, class Params> auto* findParam(Params& params, std::string_vie
             if (name == field.name) found = &member;
     });
     return found;
+}
+
+/// Whether `value` of a field keeps the image from converging to the right one; `standard` is its
+/// default.
+template <class T> bool biases(const Field& field, T value, T standard)
+{
+    if (!field.biased || value == standard) return false;
+    if constexpr (std::is_enum_v<T>)
+        return (field.harmless >> static_cast<uint32_t>(value) & 1u) == 0;
+    return true;
 }
 
 /// What a params struct holds when nothing has been set: a fresh one, or what it says itself.

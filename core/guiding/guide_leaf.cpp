@@ -143,14 +143,14 @@ void LearningLeaf::choose(const GuideOptions& options)
     if (moments[0] > double(options.gate) * moments[best]) share = float(kGuideShares[best]);
 }
 
-void LearningLeaf::aim(const GuideOptions& options, double before, double come)
+void LearningLeaf::aim(const GuideOptions& options, double had, double come)
 {
     auto* tree = std::get_if<DirectionTree>(&directions);
     if (tree == nullptr) return;
     const Quadtree wanted = tree->density();
-    const bool asks = options.memory == GuideMemory::residual && before > 0 && come > 0;
+    const bool asks = options.memory == GuideMemory::residual && had > 0 && come > 0;
     if (asks && tree->aimed().total() > 0 && wanted.total() > 0) {
-        const double c = bestC(tree->aimed(), wanted, before, come);
+        const double c = bestC(tree->aimed(), wanted, had, come);
         Residual lacking = residual(tree->aimed(), wanted, c);
         if (lacking.mass > kLeastResidual) return tree->aim(std::move(lacking.tree));
     }

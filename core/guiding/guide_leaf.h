@@ -47,8 +47,8 @@ struct LearningLeaf {
     void learn(std::span<const Lesson> lessons, double decay, const GuideOptions& options);
 
     /// Directions are drawn from what has been learnt; with GuideMemory::residual and a tree from
-    /// what the lessons `before`, of the density so far, lack if so many more `come`.
-    void aim(const GuideOptions& options, double before, double come);
+    /// what the lessons `had`, of the density so far, lack if so many more `come`.
+    void aim(const GuideOptions& options, double had, double come);
 
     /// Appends its words in the order that samplers read them; returns where they are.
     uint32_t write(GuideTables& tables, const GuideOptions& options) const;

@@ -59,7 +59,9 @@ bool leave(const ReceiverJob& job, const shared::SceneView& scene, const Receive
     const vec3 wi = shared::toWorld(v.surface.frame, next.wi);
     float side;
     if (!shared::sideOf(v.surface, wi, next.wi.z, side)) return false;
-    walk.path = {shared::originOnSide(v.surface, side), wi, next.weight, 0, r.events + 1};
+    walk.path = shared::pathAlong(shared::originOnSide(v.surface, side), wi);
+    walk.path.beta = next.weight;
+    walk.path.depth = r.events + 1;
     walk.first = true;
     return true;
 }

@@ -180,10 +180,12 @@ struct GuidedParams {
                 "learnt"},
           p.roulette);
         v(Field{"combine",
-                "weights of the iterations between lessons: their samples, or what their own noise "
-                "says, which makes pictures a little darker",
+                "weights of the iterations between lessons: less for samples from before the guide "
+                "was followed (trial), their samples, or what their own noise says, which makes "
+                "pictures a little darker",
                 {},
-                true},
+                true,
+                1u << static_cast<uint32_t>(Combine::samples)},
           p.combine);
         v(Field{"combine-over", "pixels that have these weights in common"}, p.combineOver);
         v(Field{"combine-from",
@@ -191,7 +193,8 @@ struct GuidedParams {
                 "half of each iteration (crossed: without bias where samples are independent)"},
           p.combineFrom);
         v(Field{"combine-last",
-                "how many iterations are in the picture, counted from the last; 0: all",
+                "how many iterations are in the picture, counted from the last; 0: all. Not with "
+                "--combine trial, which has weights for all",
                 {0, 64}},
           p.combineLast);
         v(fields::maxDepth(), p.maxDepth);

@@ -13,7 +13,8 @@ std::span<const PathVariant> pathVariants()
 {
     using namespace shared;
     static constexpr PathVariant kVariants[] = {
-        {"flat", kFeatureEmissiveTriangles | kFeatureManyEmitters, renderFlatTile},
+        {"flat", kFeatureEmissiveTriangles | kFeatureManyEmitters | kFeatureEmitterTree,
+         renderFlatTile},
         {"any", 0xffffffffu, renderAnyTile},
     };
     return kVariants;

@@ -1,5 +1,6 @@
 // Diffuse surfaces in flat colours under lamps of triangles: the classic box.
-#define REKINDLE_FEATURES (shared::kFeatureEmissiveTriangles | shared::kFeatureManyEmitters)
+#define REKINDLE_FEATURES                                                                          \
+    (shared::kFeatureEmissiveTriangles | shared::kFeatureManyEmitters | shared::kFeatureEmitterTree)
 #include "core/methods/path_kernel_body.h"
 
 namespace core {

@@ -33,6 +33,7 @@ struct Wave {
     std::array<shared::Hit, kWave> hits;
     std::array<glm::vec3, kWave> contributions;  // of the shadow rays
     std::array<uint32_t, kWave> shadowOwner;
+    std::array<shared::ShadowRay, kWave> shadows;  // where there are panes
     std::array<uint8_t, kWave> blocked;
     size_t activeCount, shadowCount;
     uint32_t depth;  // of all active paths
@@ -171,6 +172,7 @@ template <class Vertices> void shadeWave(const PathJob& job, Wave& wave, Vertice
             setRay(wave, s, shadow.origin, shadow.direction, shadow.tMax, i, 1);
             wave.contributions[s] = shadow.contribution;
             wave.shadowOwner[s] = i;
+            if (shared::passesPanes(job.settings)) wave.shadows[s] = shadow;
         }
         if (goes) wave.active[going++] = i;
     }
@@ -178,12 +180,41 @@ template <class Vertices> void shadeWave(const PathJob& job, Wave& wave, Vertice
     ++wave.depth;
 }
 
-void connectWave(const PathJob& job, Wave& wave)
+/// Connections through panes: rays to the nearest surface, again from behind each pane.
+uint64_t connectThroughPanes(const PathJob& job, Wave& wave)
 {
+    uint64_t rays = 0;
+    while (wave.shadowCount > 0) {
+        rays += wave.shadowCount;
+        job.accel->closest({wave.rays.data(), wave.shadowCount}, wave.hits.data());
+        size_t kept = 0;
+        for (size_t s = 0; s < wave.shadowCount; ++s) {
+            shared::ShadowRay shadow = wave.shadows[s];
+            const uint32_t owner = wave.shadowOwner[s];
+            if (wave.hits[s].slot == shared::kNone) {
+                wave.radiance[owner] += shadow.contribution;
+                continue;
+            }
+            if (!shared::passPane(job.scene, wave.hits[s], shadow)) continue;
+            const uint32_t seed = wave.rays[s].seed;
+            wave.rays[kept] = {shadow.origin, shadow.tMax, shadow.direction, seed};
+            wave.shadows[kept] = shadow;
+            wave.shadowOwner[kept++] = owner;
+        }
+        wave.shadowCount = kept;
+    }
+    return rays;
+}
+
+/// Returns how many rays were traced.
+uint64_t connectWave(const PathJob& job, Wave& wave)
+{
+    if (shared::passesPanes(job.settings)) return connectThroughPanes(job, wave);
     job.accel->occluded({wave.rays.data(), wave.shadowCount}, wave.blocked.data());
     for (size_t s = 0; s < wave.shadowCount; ++s) {
         if (wave.blocked[s] == 0) wave.radiance[wave.shadowOwner[s]] += wave.contributions[s];
     }
+    return wave.shadowCount;
 }
 
 void addToFilm(const Wave& wave, const Tile& tile, Film& film, FilmCounters& counters)
@@ -207,8 +238,7 @@ TileTally renderTile(const PathJob& job, const Tile& tile, Film& film, Vertices 
             tally.rays += wave.activeCount;
             traceWave(job, wave);
             shadeWave(job, wave, vertices);
-            tally.rays += wave.shadowCount;
-            connectWave(job, wave);
+            tally.rays += connectWave(job, wave);
             vertices.connected(wave.radiance);
         }
         vertices.end(wave.radiance);

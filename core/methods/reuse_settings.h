@@ -58,6 +58,10 @@ inline void setPathSettings(const ReuseParams& params, shared::PathSettings& s)
     s.seed = params.seed;
     s.samplerKind = static_cast<uint32_t>(params.sampler);
     s.strategy = shared::kStrategyMis;
+    // A connection that is kept is drawn again at another place: the choice of its emitter must not
+    // depend on the place.
+    s.treeEmitters = 0;
+    s.passesPanes = 0;  // panes are looked through by chains of mirrors and glass, or block
     s.maxDepth = params.maxDepth;
     s.rouletteDepth = params.rouletteDepth;
 }

@@ -18,11 +18,11 @@ using shared::kNone;
 
 namespace {
 
-constexpr std::array<std::string_view, 18> kNames{
-    "shading-normals", "textures",     "normal-maps",  "vertex-extra",      "alpha",
-    "specular",        "transmission", "volume",       "clearcoat",         "emissive-triangles",
-    "punctual-lights", "environment",  "sun",          "emissive-textures", "thin-lens",
-    "delta",           "metal",        "many-emitters"};
+constexpr std::array<std::string_view, 20> kNames{
+    "shading-normals", "textures",     "normal-maps",   "vertex-extra",      "alpha",
+    "specular",        "transmission", "volume",        "clearcoat",         "emissive-triangles",
+    "punctual-lights", "environment",  "sun",           "emissive-textures", "thin-lens",
+    "delta",           "metal",        "many-emitters", "emitter-tree",      "panes"};
 
 struct ChannelRange {
     float low = 1, high = 1;
@@ -115,6 +115,8 @@ uint32_t bitsOf(const Material& material, TextureRanges& textures)
         (clearcoat && shared::interfaceAlpha(coatRoughness, shared::kCoatIor, false) == 0)) {
         bits |= shared::kFeatureDelta;
     }
+    if (transmission && !solid && shared::interfaceAlpha(roughness, m.ior, false) == 0)
+        bits |= shared::kFeaturePanes;
     return bits;
 }
 

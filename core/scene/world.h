@@ -73,7 +73,9 @@ struct World {
     SharedArray<shared::VertexAttributes> attributes;  // as long as positions, or empty
     SharedArray<glm::dmat4> movingTransforms;          // of the uses of meshes that move
     SharedArray<shared::Emitter> emitters;
-    SharedArray<float> emitterCdf;  // emitters.size() + 1 values from 0 to 1
+    SharedArray<float> emitterCdf;        // emitters.size() + 1 values from 0 to 1
+    SharedArray<glm::uvec4> emitterTree;  // over the first treeEmitters: emitter_tree.h
+    uint32_t treeEmitters = 0;
     uint32_t environmentEmitter = shared::kNone, sunEmitter = shared::kNone;
     glm::vec3 boundsLow{0}, boundsHigh{0};
     float radius = 1;       // of the bounding sphere about the origin

@@ -1,12 +1,15 @@
 // The table of emitters: emissive triangles, punctual lights (KHR_lights_punctual), the
-// environment, the sun; and the CDF by which one is chosen, proportional to emitted power. Light
-// from far away counts with what it sends through the scene's disc, pi R^2.
+// environment, the sun; the CDF by which one is chosen, and the tree over those that have a place,
+// which come first. The CDF goes by emitted power among those that have a place and by irradiance
+// among those that are infinitely far away; where there are both, each kind has half, for what
+// light from far away sends through the bounds of a scene says nothing of what it does in a room.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
 #include "core/base/check.h"
+#include "core/scene/emitter_tree.h"
 #include "core/scene/light_table.h"
 #include "core/scene/world_parts.h"
 #include "shared/surface.h"
@@ -138,22 +141,34 @@ std::vector<TriangleEmission> emissiveTriangles(const World& world)
     return emission;
 }
 
-/// Records being collected, and the power of each.
+/// Records being collected; those with a place first. `weights`: their power in watts; of those
+/// infinitely far away, irradiance in W/m^2.
 struct Collected {
     std::vector<shared::Emitter> emitters;
-    std::vector<double> powers;
+    std::vector<double> weights;
+    std::vector<EmitterBounds> bounds;  // of those with a place
 
-    void add(const shared::Emitter& emitter, double power)
+    void addNear(const shared::Emitter& emitter, double power, const EmitterBounds& where)
+    {
+        CHECK(bounds.size() == emitters.size());
+        addFar(emitter, power);
+        bounds.push_back(where);
+    }
+
+    void addFar(const shared::Emitter& emitter, double irradiance)
     {
         emitters.push_back(emitter);
-        powers.push_back(power);
+        weights.push_back(irradiance);
     }
+
+    size_t nearCount() const { return bounds.size(); }
 };
 
 void addTriangles(World& world, const std::vector<TriangleEmission>& emission, Collected& out)
 {
     out.emitters.reserve(emission.size());
-    out.powers.reserve(emission.size());
+    out.weights.reserve(emission.size());
+    out.bounds.reserve(emission.size());
     for (const TriangleEmission& emitting : emission) {
         const WorldTriangle& t = world.triangles[emitting.triangle];
         const shared::Material& m = world.materials[t.material];
@@ -170,20 +185,21 @@ void addTriangles(World& world, const std::vector<TriangleEmission>& emission, C
         e.c = c;
         e.slot = emitting.triangle;
         e.radiance = m.emissive;
-        out.add(e, 0.5 * glm::length(n) * pi * asPower(m.emissive) * emitting.mean *
-                       (twoSided ? 2 : 1));
+        EmitterBounds where{glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))};
+        if (glm::length(n) > 0) where.axis = glm::vec3(glm::normalize(n));
+        where.bothFaces = twoSided;
+        where.intensity = 0.5 * glm::length(n) * asPower(m.emissive) * emitting.mean;
+        out.addNear(e, pi * where.intensity * (twoSided ? 2 : 1), where);
         world.features |= shared::kFeatureEmissiveTriangles;
         if (emitting.textured) world.features |= shared::kFeatureEmissiveTextures;
     }
 }
 
-/// Record of a punctual light at a node; its power. Directional lights count through the scene's
-/// disc.
+/// Record of a punctual light at a node; its power, or irradiance if it is directional.
 double makePunctual(const PunctualLight& light, const glm::dmat4x3& toFile, const World& world,
-                    shared::Emitter& e)
+                    shared::Emitter& e, EmitterBounds& where)
 {
     const double scale2 = world.placement.scale * world.placement.scale;
-    const double disc = pi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
     const glm::vec3 strength = light.color * light.intensity;
     glm::dvec3 axis = -glm::dvec3(toFile[2]);
     axis /= glm::length(axis);
@@ -192,9 +208,10 @@ double makePunctual(const PunctualLight& light, const glm::dmat4x3& toFile, cons
     if (light.kind == shared::kEmitterDirectional) {
         e.b = glm::vec3(-axis);
         e.radiance = strength;
-        return asPower(strength) * disc;
+        return asPower(strength);
     }
     e.radiance = strength * static_cast<float>(scale2);  // W/sr: distances change with the scale
+    where = {e.a, e.a, glm::vec3(axis), -1, 0, false, asPower(e.radiance)};
     if (light.kind == shared::kEmitterPoint) return 4 * pi * asPower(e.radiance);
     const double inner = std::cos(static_cast<double>(light.innerCone));
     const double outer = std::cos(static_cast<double>(light.outerCone));
@@ -202,18 +219,25 @@ double makePunctual(const PunctualLight& light, const glm::dmat4x3& toFile, cons
     e.b = glm::vec3(axis);
     e.scale = static_cast<float>(slope);
     e.offset = static_cast<float>(-outer * slope);
+    where.cosNormals = static_cast<float>(inner);
+    where.cosEmission = static_cast<float>(
+        std::cos(static_cast<double>(light.outerCone) - static_cast<double>(light.innerCone)));
     const double solidAngle = 2 * pi * ((1 - inner) + (inner - outer) / 3);
     return asPower(e.radiance) * std::max(solidAngle, 1e-6);
 }
 
-void addPunctual(World& world, const Scene& scene, const Pose& pose, Collected& out)
+/// Lights with a place when `near`, those without when not.
+void addPunctual(World& world, const Scene& scene, const Pose& pose, bool near, Collected& out)
 {
     for (const int n : pose.order) {
         const int index = scene.nodes[static_cast<size_t>(n)].light;
         if (index < 0 || static_cast<size_t>(index) >= scene.lights.size()) continue;
         const PunctualLight& light = scene.lights[static_cast<size_t>(index)];
+        if ((light.kind != shared::kEmitterDirectional) != near) continue;
         shared::Emitter e{};
-        const double power = makePunctual(light, pose.toFile[static_cast<size_t>(n)], world, e);
+        EmitterBounds where;
+        const double power =
+            makePunctual(light, pose.toFile[static_cast<size_t>(n)], world, e, where);
         const double sum = static_cast<double>(glm::dot(e.a, e.a) + glm::dot(e.b, e.b)) + power;
         if (!std::isfinite(sum)) {
             world.warnings.add("LIGHT_NOT_FINITE", nodePointer(n),
@@ -227,39 +251,52 @@ void addPunctual(World& world, const Scene& scene, const Pose& pose, Collected& 
                                "of the distance");
         }
         if (!(power > 0)) continue;
-        out.add(e, power);
+        near ? out.addNear(e, power, where) : out.addFar(e, power);
         world.features |= shared::kFeaturePunctualLights;
     }
 }
 
-void addEnvironment(World& world, double weight, double disc, Collected& out)
+void addEnvironment(World& world, double weight, Collected& out)
 {
-    const double power = disc * weight * static_cast<double>(world.environmentIntensity);
-    if (world.environment.empty() || !(power > 0)) return;
+    const double irradiance = weight * static_cast<double>(world.environmentIntensity);
+    if (world.environment.empty() || !(irradiance > 0)) return;
     world.environmentEmitter = static_cast<uint32_t>(out.emitters.size());
     shared::Emitter e{};
     e.kind = shared::kEmitterEnvironment;
-    out.add(e, power);
+    out.addFar(e, irradiance);
     world.features |= shared::kFeatureEnvironment;
 }
 
-void addSun(World& world, const Scene& scene, double disc, Collected& out)
+void addSun(World& world, const Scene& scene, Collected& out)
 {
     if (!scene.sun) return;
     const double half = std::sin(0.5 * static_cast<double>(scene.sun->angularRadius));
     const double oneMinusCos = 2 * half * half;
-    const double power = asPower(scene.sun->radiance) * 2 * pi * oneMinusCos * disc;
+    const double irradiance = asPower(scene.sun->radiance) * 2 * pi * oneMinusCos;
     const glm::dvec3 towards(scene.sun->directionTowards);
-    if (!(power > 0) || !(glm::length(towards) > 0)) return;
+    if (!(irradiance > 0) || !(glm::length(towards) > 0)) return;
     shared::Emitter e{};
     e.kind = shared::kEmitterSun;
     e.b = glm::vec3(glm::normalize(towards));
     e.scale = static_cast<float>(oneMinusCos);
     e.radiance = scene.sun->radiance;
     world.sunEmitter = static_cast<uint32_t>(out.emitters.size());
-    out.add(e, power);
+    out.addFar(e, irradiance);
     world.features |= shared::kFeatureSun;
 }
+
+/// Both kinds with half of the sum, where there are both.
+void balanceKinds(std::vector<double>& weights, size_t nearCount)
+{
+    const auto middle = weights.begin() + static_cast<std::ptrdiff_t>(nearCount);
+    const double near = std::accumulate(weights.begin(), middle, 0.0);
+    const double far = std::accumulate(middle, weights.end(), 0.0);
+    if (!(near > 0) || !(far > 0)) return;
+    for (auto w = weights.begin(); w != weights.end(); ++w) *w /= w < middle ? near : far;
+}
+
+// Fewer emitters with a place than these are told apart well enough by their power.
+constexpr size_t kFewEmitters = 8;
 
 }  // namespace
 
@@ -289,21 +326,26 @@ void findEmission(World& world, Topology& topology, const Scene& scene)
 void collectEmitters(World& world, const Topology& topology, const Scene& scene, const Pose& pose)
 {
     Collected all;
-    const double disc = pi * static_cast<double>(world.radius) * static_cast<double>(world.radius);
     world.environmentEmitter = world.sunEmitter = shared::kNone;
     addTriangles(world, topology.emission, all);
-    addPunctual(world, scene, pose, all);
-    addEnvironment(world, topology.environmentWeight, disc, all);
-    addSun(world, scene, disc, all);
-    if (all.powers.size() > kMaxCdfEntries) {
-        throw Error(scene.file.string() + ": " + std::to_string(all.powers.size()) +
-                    " emitters, at most " + std::to_string(kMaxCdfEntries) +
-                    " fit — let fewer triangles emit");
+    addPunctual(world, scene, pose, true, all);
+    addPunctual(world, scene, pose, false, all);
+    addEnvironment(world, topology.environmentWeight, all);
+    addSun(world, scene, all);
+    const size_t count = all.emitters.size();
+    if (count > kMaxCdfEntries) {
+        throw Error(scene.file.string() + ": " + std::to_string(count) + " emitters, at most " +
+                    std::to_string(kMaxCdfEntries) + " fit — let fewer triangles emit");
     }
-    if (all.powers.size() > 1) world.features |= shared::kFeatureManyEmitters;
-    replaceIfChanged(world.emitterCdf,
-                     all.powers.empty() ? std::vector<float>() : makeCdf(all.powers));
-    replaceIfChanged(world.emitters, std::move(all.emitters));
+    if (count > 1) world.features |= shared::kFeatureManyEmitters;
+    balanceKinds(all.weights, all.nearCount());
+    replaceIfChanged(world.emitterCdf, count == 0 ? std::vector<float>() : makeCdf(all.weights));
+    const bool changed = replaceIfChanged(world.emitters, std::move(all.emitters));
+    const bool tree = all.nearCount() > kFewEmitters;
+    world.treeEmitters = tree ? static_cast<uint32_t>(all.nearCount()) : 0;
+    if (tree) world.features |= shared::kFeatureEmitterTree;
+    if (changed || tree == world.emitterTree.empty())
+        world.emitterTree = tree ? makeEmitterTree(all.bounds) : std::vector<glm::uvec4>();
 }
 
 }  // namespace core

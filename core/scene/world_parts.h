@@ -101,14 +101,16 @@ void collectEmitters(World& world, const Topology& topology, const Scene& scene,
 /// JSON pointer of a node.
 std::string nodePointer(int node);
 
-/// Puts `values` into `array`, unless it holds just these: then it goes on sharing them.
-template <class T> void replaceIfChanged(SharedArray<T>& array, std::vector<T> values)
+/// Puts `values` into `array`, unless it holds just these: then it goes on sharing them. Returns
+/// whether they are others.
+template <class T> bool replaceIfChanged(SharedArray<T>& array, std::vector<T> values)
 {
     static_assert(std::is_trivially_copyable_v<T>);
     const bool same = array.size() == values.size() &&
                       (values.empty() ||
                        std::memcmp(array.data(), values.data(), values.size() * sizeof(T)) == 0);
     if (!same) array = std::move(values);
+    return !same;
 }
 
 }  // namespace core

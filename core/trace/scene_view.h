@@ -21,6 +21,7 @@ inline shared::SceneView sceneView(const World& world)
             world.texels.empty() ? nullptr : &world.texels.front().r,
             world.emitters.data(),
             world.emitterCdf.data(),
+            world.emitterTree.data(),
             world.environment.data(),
             world.environmentCdf.data()};
 }

@@ -17,7 +17,7 @@ SHARED_CONST uint kSetFrame = 1u;
 SHARED_CONST uint kSetKernel = 2u;
 SHARED_CONST uint kSetCount = 3u;
 
-// Set 0. All but the last four are RGBA32UI: bits must survive the fetch.
+// Set 0. All but four are RGBA32UI: bits must survive the fetch.
 SHARED_CONST uint kBindNodes = 0u;
 SHARED_CONST uint kBindTriangles = 1u;
 SHARED_CONST uint kBindIndices = 2u;
@@ -30,7 +30,8 @@ SHARED_CONST uint kBindTexels = 8u;           // RGBA16F
 SHARED_CONST uint kBindEmitterCdf = 9u;       // R32F
 SHARED_CONST uint kBindEnvironment = 10u;     // RGBA32F
 SHARED_CONST uint kBindEnvironmentCdf = 11u;  // R32F
-SHARED_CONST uint kSceneBindings = 12u;
+SHARED_CONST uint kBindEmitterTree = 12u;     // emitter_tree.h
+SHARED_CONST uint kSceneBindings = 13u;
 
 // Set 1.
 SHARED_CONST uint kBindFrame = 0u;     // uniform buffer: FrameData
@@ -100,9 +101,9 @@ SHARED_CONST uint kBindLightDetails = 4u;
 SHARED_CONST uint kBindSliceValues = 5u;
 
 // The most that any one kernel sees in its three sets.
-SHARED_CONST uint kMostTexelBuffers = 20u;    // reuse_old
+SHARED_CONST uint kMostTexelBuffers = 21u;    // reuse_old
 SHARED_CONST uint kMostStorageBuffers = 10u;  // reuse_old
-SHARED_CONST uint kMostResources = 31u;       // reuse_old
+SHARED_CONST uint kMostResources = 32u;       // reuse_old
 SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
@@ -190,10 +191,13 @@ SHARED_CONST float kCountedUnit = 256.0f;
 SHARED_CONST float kCountedBias = 2048.0f;
 
 SHARED_CONST uint kGroupSize = 64u;
-SHARED_CONST uint kStateWords = 3u;  // of 16 bytes: origin, lane; direction, pdf; beta, depth
+// Of 16 bytes: origin, lane with depth above it; direction, pdf; beta, departure; and where there
+// are panes, what of PathState they need.
+SHARED_CONST uint kStateWords = 4u;
+SHARED_CONST uint kStateLaneBits = 18u;
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameData) == 176 && sizeof(QueueHead) == 16 && sizeof(Counters) == 48);
+static_assert(sizeof(FrameData) == 184 && sizeof(QueueHead) == 16 && sizeof(Counters) == 48);
 static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif
 

@@ -450,6 +450,27 @@ SHARED_FN void sampleInterface(Bsdf b, LobeChoice c, vec3 wo, vec3 h, float u, I
     }
 }
 
+/// Whether light goes through as through a pane: straight on, along -wo.
+SHARED_FN bool isPane(Bsdf b)
+{
+    return FEATURE(kFeaturePanes) && b.alpha == 0.0f &&
+           (b.parts & (kBsdfTransmission | kBsdfSolid)) == kBsdfTransmission;
+}
+
+/// What of the light along -wo a pane lets through: the weight of its delta lobe of transmission
+/// times the probability that it is drawn.
+SHARED_FN vec3 straightThrough(Bsdf b, vec3 wo)
+{
+    if (!(wo.z > kMinCosine)) return vec3(0.0f);
+    vec3 reflected;
+    float through;
+    facetFresnel(b, min(wo.z, 1.0f), reflected, through);
+    vec3 passed = b.transmit * through;
+    if (FEATURE(kFeatureClearcoat) && (b.parts & kBsdfCoat) != 0u)
+        passed *= coatThrough(b, wo.z, -wo.z);
+    return passed;
+}
+
 /// Draws wi for wo. False when the path ends here (absorbed, or below the horizon): that share of
 /// the density is missing from the integral of pdfBsdf. uLobe chooses the lobe and is reused inside
 /// it; `c` are the lobes at wo.

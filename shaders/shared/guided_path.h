@@ -301,8 +301,8 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     BsdfSample next;
     float pdf;
     bool goesOn = sampleMixture(guide, leaf, share, vertex, numbers, next, pdf);
-    goesOn = goesOn && leave(vertex, next, path);
-    if (againstMixture) path.pdf = pdf;
+    goesOn = goesOn && leave(settings, vertex, next, path);
+    if (againstMixture && pdf > 0.0f) path.pdf = pdf;
     const float scattered = luminance(path.beta);
     if (goesOn && !follows)
         goesOn = survivesByThroughput(settings, numbers.lobe.y, path, state.survival);

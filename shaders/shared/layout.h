@@ -30,7 +30,9 @@ SHARED_CONST uint kFeatureDelta = 1u << 15;     // lobes without density (alpha 
 SHARED_CONST uint kFeatureMetal = 1u << 16;  // metallic above zero: coloured conductor reflection
 // More than one emitter: a choice has to be made
 SHARED_CONST uint kFeatureManyEmitters = 1u << 17;
-SHARED_CONST uint kFeatureAsksVisibility = 1u << 18;  // sample reuse, of old samples
+SHARED_CONST uint kFeatureEmitterTree = 1u << 18;  // so many that they are chosen by place, too
+SHARED_CONST uint kFeaturePanes = 1u << 19;  // thin smooth walls that light goes straight through
+SHARED_CONST uint kFeatureAsksVisibility = 1u << 20;  // sample reuse, of old samples
 
 SHARED_CONST uint kNone = 0xffffffffu;
 
@@ -208,7 +210,10 @@ struct PathSettings {
     float sceneRadius;
     uint imageWidth;
     uint imageHeight;
-    uint guidedRules;  // of guided paths: packGuidedRules (guided_path.h)
+    uint guidedRules;   // of guided paths: packGuidedRules (guided_path.h)
+    uint passesPanes;   // 1: connections and unscattered paths go straight through panes (path.h)
+    uint treeEmitters;  // the first so many emitters are chosen by the emitter tree; 0: there is
+                        // none
 };
 
 SHARED_CONST uint kStrategyMis = 0u;
@@ -222,7 +227,7 @@ static_assert(sizeof(Emitter) == 16 * kEmitterWords);
 static_assert(sizeof(WorldTriangle) == 16 && sizeof(VertexAttributes) == 16 &&
               sizeof(VertexExtra) == 16);
 static_assert(sizeof(CameraData) == 80);
-static_assert(sizeof(PathSettings) == 64);
+static_assert(sizeof(PathSettings) == 72);
 #endif
 
 SHARED_END

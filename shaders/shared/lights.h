@@ -1,20 +1,22 @@
-// Emitters of a scene: the choice of one by its share of the power, sampling it, and the density of
-// a direction that was found another way. Choice and environment use inverted CDFs, not alias
-// tables: those would scramble the stratification of the sample points. The differences of the
-// stored CDF *are* the probabilities.
+// Emitters of a scene: the choice of one by its share of the power or by its tree, sampling it, and
+// the density of a direction that was found another way. Choice and environment use inverted CDFs,
+// not alias tables: those would scramble the stratification of the sample points. The differences
+// of the stored CDF *are* the probabilities.
 #ifndef REKINDLE_SHARED_LIGHTS_H
 #define REKINDLE_SHARED_LIGHTS_H
 
 #include "emitter.h"
+#include "emitter_tree.h"
 #include "surface.h"
 
 SHARED_BEGIN
 
-/// Index i in [0, count) with cdf[i] <= u < cdf[i + 1] among the emitters.
-SHARED_FN uint chooseEmitter(IN(SceneView) scene, uint count, float u, OUT(float) pmf)
+/// Index i in [first, end) with cdf[i] <= u < cdf[i + 1] among the emitters; u is in [cdf[first],
+/// cdf[end]).
+SHARED_FN uint invertEmitterCdf(IN(SceneView) scene, uint first, uint end, float u, OUT(float) pmf)
 {
-    uint low = 0u;
-    uint high = count;
+    uint low = first;
+    uint high = end;
     while (high - low > 1u) {
         const uint middle = (low + high) >> 1u;
         if (fetchEmitterCdf(scene, middle) <= u) {
@@ -27,11 +29,49 @@ SHARED_FN uint chooseEmitter(IN(SceneView) scene, uint count, float u, OUT(float
     return low;
 }
 
+/// Chooses one of all emitters, whatever it is for.
+SHARED_FN uint chooseEmitter(IN(SceneView) scene, uint count, float u, OUT(float) pmf)
+{
+    return invertEmitterCdf(scene, 0u, count, u, pmf);
+}
+
 /// Probability with which chooseEmitter returns `emitter`.
 SHARED_FN float pmfEmitter(IN(SceneView) scene, uint emitter)
 {
     if (!FEATURE(kFeatureManyEmitters)) return 1.0f;
     return fetchEmitterCdf(scene, emitter + 1u) - fetchEmitterCdf(scene, emitter);
+}
+
+/// Whether some emitters are chosen by what they may bring to a place.
+SHARED_FN bool choosesByPlace(PathSettings settings)
+{
+    return FEATURE(kFeatureEmitterTree) && settings.treeEmitters != 0u;
+}
+
+/// Chooses an emitter for a path at p whose next departure is known. What is not in the tree is
+/// infinitely far away, and as good in one place as in another. pmf 0: none can bring anything.
+SHARED_FN uint chooseEmitterFor(IN(SceneView) scene, PathSettings settings, vec3 p, uint departure,
+                                float u, OUT(float) pmf)
+{
+    pmf = 1.0f;
+    if (!FEATURE(kFeatureManyEmitters)) return 0u;
+    if (!choosesByPlace(settings)) return chooseEmitter(scene, settings.emitterCount, u, pmf);
+    const float near = fetchEmitterCdf(scene, settings.treeEmitters);
+    if (u >= near)
+        return invertEmitterCdf(scene, settings.treeEmitters, settings.emitterCount, u, pmf);
+    const uint emitter = chooseInTree(scene, p, departure, min(u / near, kOneMinusEpsilon), pmf);
+    pmf *= near;
+    return emitter;
+}
+
+/// Probability with which chooseEmitterFor returns `emitter`.
+SHARED_FN float pmfEmitterFor(IN(SceneView) scene, PathSettings settings, uint emitter, vec3 p,
+                              uint departure)
+{
+    if (!choosesByPlace(settings) || emitter >= settings.treeEmitters)
+        return pmfEmitter(scene, emitter);
+    return fetchEmitterCdf(scene, settings.treeEmitters) *
+           pmfInTree(scene, settings.treeEmitters, emitter, p, departure);
 }
 
 /// Inverts `count` intervals of a CDF that starts at `first`; returns the interval, and u stretched

@@ -5,6 +5,9 @@
 // shadeSurface is prepareVertex, connect, scatter. How a vertex chooses the direction it goes on in
 // is the one pair sampleDirection / pdfDirection (directions.h); a method that chooses otherwise
 // brings a pair of its own and nothing else.
+// Thin smooth walls (panes) let light straight through: connections pass them, dimmed, and a path
+// that does keeps the density of its last real vertex, so that what it meets behind them is weighed
+// against connections as if they were not there. A passage still counts as a scattering event.
 // Absorption is applied where a ray reaches the inner side of a solid; a shadow ray wholly inside
 // one is not absorbed.
 #ifndef REKINDLE_SHARED_PATH_H
@@ -30,6 +33,8 @@ struct PathState {
     vec3 beta;
     float pdf;
     uint depth;
+    uint departure;  // from its last vertex: departure.h
+    float passed;    // how far back that is, behind panes
 };
 
 /// The connection to an emitter. `contribution` is what it adds if nothing is between; zero: no
@@ -46,7 +51,20 @@ struct ShadowRay {
     vec3 wi;
     vec3 incident;
     float pdf;
+    uint passes;  // how many panes it may go through yet
 };
+
+/// Whether light goes straight through panes: nothing of them is in the code of other scenes.
+SHARED_FN bool passesPanes(PathSettings settings)
+{
+    return FEATURE(kFeaturePanes) && settings.passesPanes != 0u;
+}
+
+/// The vertex from which the path came here, straight through panes or not.
+SHARED_FN vec3 lastVertex(PathState path)
+{
+    return FEATURE(kFeaturePanes) ? path.origin - path.passed * path.direction : path.origin;
+}
 
 /// Seed of the alpha test for the rays that leave a vertex; `shadow` 1 for the connection to an
 /// emitter.
@@ -56,20 +74,32 @@ SHARED_FN uint alphaSeed(SampleStream stream, uint depth, uint shadow)
                     hashUint(stream.index * 2u + shadow + 0x9e3779b9u * depth + stream.seed));
 }
 
+/// A path that goes along a ray, whatever it came from.
+SHARED_FN PathState pathAlong(vec3 origin, vec3 direction)
+{
+    PathState path;
+    path.origin = origin;
+    path.direction = direction;
+    path.beta = vec3(1.0f, 1.0f, 1.0f);
+    path.pdf = 0.0f;
+    path.depth = 0u;
+    path.departure = noDeparture();
+    path.passed = 0.0f;
+    return path;
+}
+
 SHARED_FN PathState beginPath(CameraData camera, PathSettings settings, uvec2 pixel,
                               SampleStream stream)
 {
-    PathState path;
     const vec2 film = vec2(float(pixel.x), float(pixel.y)) + streamVec2(stream, kDimensionPixel);
     vec2 lens = vec2(0.5f, 0.5f);
     if (FEATURE(kFeatureThinLens) && camera.apertureRadius > 0.0f)
         lens = streamVec2(stream, kDimensionLens);
+    vec3 origin;
+    vec3 direction;
     cameraRay(camera, film, vec2(float(settings.imageWidth), float(settings.imageHeight)), lens,
-              path.origin, path.direction);
-    path.beta = vec3(1.0f, 1.0f, 1.0f);
-    path.pdf = 0.0f;
-    path.depth = 0u;
-    return path;
+              origin, direction);
+    return pathAlong(origin, direction);
 }
 
 /// Weight of emission that was met by following a sampled direction; `emitterPdf` is the density
@@ -126,8 +156,10 @@ SHARED_FN vec3 shadeEmission(IN(SceneView) scene, PathSettings settings, PathSta
         const vec3 a = xyz(fetchTriangleVertex(scene, hit.slot, 0u));
         const vec3 b = xyz(fetchTriangleVertex(scene, hit.slot, 1u));
         const vec3 c = xyz(fetchTriangleVertex(scene, hit.slot, 2u));
-        density = pmfEmitter(scene, s.emitter) *
-                  pdfTriangleEmitter(a, b, c, path.origin, path.direction, hit.t);
+        const vec3 from = lastVertex(path);
+        const float distance = FEATURE(kFeaturePanes) ? path.passed + hit.t : hit.t;
+        density = pmfEmitterFor(scene, settings, s.emitter, from, path.departure) *
+                  pdfTriangleEmitter(a, b, c, from, path.direction, distance);
     }
     return clampIndirect(settings, path.depth,
                          emissionWeight(settings, path.pdf, density) * path.beta * emission);
@@ -144,6 +176,7 @@ SHARED_FN ShadowRay noShadowRay(vec3 origin)
     shadow.wi = shadow.direction;
     shadow.incident = vec3(0.0f, 0.0f, 0.0f);
     shadow.pdf = 0.0f;
+    shadow.passes = 0u;
     return shadow;
 }
 
@@ -214,6 +247,7 @@ SHARED_FN ShadowRay connectTo(IN(SceneView) scene, PathSettings settings, uint e
     shadow.wi = e.wi;
     shadow.incident = e.radiance * weight;
     shadow.pdf = pmf * e.pdf;
+    shadow.passes = settings.maxDepth - 1u - path.depth;
     shadow.origin = originOnSide(vertex.surface, side);
     shadow.direction = e.wi;
     shadow.tMax = kDistant;
@@ -233,31 +267,75 @@ SHARED_FN bool connects(PathSettings settings, IN(Vertex) vertex)
     return settings.emitterCount != 0u && !isDelta(vertex.bsdf);
 }
 
+/// The side from which light counts at a vertex, as emitters are chosen for it.
+SHARED_FN uint receiverOf(PathSettings settings, IN(Vertex) vertex)
+{
+    if (!choosesByPlace(settings) || (vertex.bsdf.parts & kBsdfTransmission) != 0u)
+        return kAllSides;
+    return packReceiver(vertex.surface.frame[2]);
+}
+
 /// Connects the vertex to one emitter; contribution zero when nothing can come of it.
 SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
                             PathState path, IN(Vertex) vertex)
 {
     if (!connects(settings, vertex)) return noShadowRay(vertex.surface.position);
-    float pmf = 1.0f;
-    uint emitter = 0u;
-    if (FEATURE(kFeatureManyEmitters)) {
-        emitter = chooseEmitter(scene, settings.emitterCount, numbers.choice, pmf);
-    }
+    float pmf;
+    const uint emitter = chooseEmitterFor(scene, settings, vertex.surface.position,
+                                          receiverOf(settings, vertex), numbers.choice, pmf);
+    if (!(pmf > 0.0f)) return noShadowRay(vertex.surface.position);
     return connectTo(scene, settings, emitter, pmf, numbers.light, path, vertex);
+}
+
+/// Takes a connection that has met a surface through it, if that is a pane: it then goes on behind,
+/// by as much dimmer. False where it ends.
+SHARED_FN bool passPane(IN(SceneView) scene, Hit hit, INOUT(ShadowRay) shadow)
+{
+    if (shadow.passes == 0u) return false;
+    SurfacePoint s = makeSurfacePoint(scene, hit, shadow.wi);
+    const Shading shading = evaluateMaterial(scene, s, shadow.wi);
+    if ((shading.inputs.flags & kMaterialUnlit) != 0u) return false;
+    const Bsdf bsdf = makeBsdf(shading.inputs);
+    const vec3 wo = toLocal(s.frame, -shadow.wi);
+    float side;
+    if (!isPane(bsdf) || !sideOf(s, shadow.wi, -wo.z, side)) return false;
+    shadow.contribution *= straightThrough(bsdf, wo);
+    const vec3 behind = originOnSide(s, side);
+    if (shadow.tMax < 1.0f) shadow.direction -= behind - shadow.origin;
+    shadow.origin = behind;
+    shadow.passes -= 1u;
+    return maxComponent(shadow.contribution) > 0.0f;
+}
+
+/// Whether a path goes straight through a pane by `next`.
+SHARED_FN bool goesStraight(PathSettings settings, IN(Vertex) vertex, BsdfSample next)
+{
+    const uint straight = kLobeDelta | kLobeTransmission;
+    return passesPanes(settings) && (next.flags & straight) == straight && isPane(vertex.bsdf);
 }
 
 /// Moves the path on to the ray that leaves the vertex in the direction `next`; false when nothing
 /// goes on.
-SHARED_FN bool leave(IN(Vertex) vertex, BsdfSample next, INOUT(PathState) path)
+SHARED_FN bool leave(PathSettings settings, IN(Vertex) vertex, BsdfSample next,
+                     INOUT(PathState) path)
 {
     const vec3 wi = toWorld(vertex.surface.frame, next.wi);
     float side;
     if (!sideOf(vertex.surface, wi, next.wi.z, side)) return false;
     path.beta *= next.weight;
+    path.depth += 1u;
+    const vec3 from = path.origin;
     path.origin = originOnSide(vertex.surface, side);
+    if (goesStraight(settings, vertex, next)) {
+        path.passed += dot(path.origin - from, path.direction);
+        return maxComponent(path.beta) > 0.0f;
+    }
+    path.passed = 0.0f;
     path.direction = wi;
     path.pdf = next.pdf;
-    path.depth += 1u;
+    path.departure = departFrom(path.departure, receiverOf(settings, vertex));
+    if (FEATURE(kFeatureTransmission) && next.wi.z < 0.0f && (vertex.bsdf.parts & kBsdfSolid) != 0u)
+        path.departure = refractDeparture(path.departure, vertex.bsdf.eta);
     return maxComponent(path.beta) > 0.0f;
 }
 
@@ -268,8 +346,10 @@ SHARED_FN bool survivesByThroughput(PathSettings settings, float number, INOUT(P
     survival = 1.0f;
     if (path.depth < settings.rouletteDepth) return true;
     // The root keeps more of the dim paths than the throughput itself would: measured, error^2
-    // times time falls by 6 % in a Cornell box and by 15 to 25 % in a white stairwell.
-    survival = min(sqrt(maxComponent(path.beta)), 1.0f);
+    // times time falls by 6 % in a Cornell box and by 15 to 25 % in a white stairwell. What
+    // refraction takes from radiance it gives back where the path leaves the solid.
+    const float scale = FEATURE(kFeatureTransmission) ? 1.0f / radianceScale(path.departure) : 1.0f;
+    survival = min(sqrt(scale * maxComponent(path.beta)), 1.0f);
     if (!(number < survival)) return false;
     path.beta *= 1.0f / survival;
     return true;
@@ -280,7 +360,7 @@ SHARED_FN bool follow(PathSettings settings, VertexNumbers numbers, IN(Vertex) v
                       BsdfSample next, INOUT(PathState) path)
 {
     float survival;
-    return leave(vertex, next, path) &&
+    return leave(settings, vertex, next, path) &&
            survivesByThroughput(settings, numbers.lobe.y, path, survival);
 }
 

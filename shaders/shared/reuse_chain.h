@@ -167,12 +167,9 @@ SHARED_FN ReuseChain followChain(IN(SceneView) scene, PathSettings path, PathSta
 /// its throughput already: it has no length.
 SHARED_FN PathState rayOfChain(IN(SceneView) scene, ReuseChain chain, ReusePixel pixel)
 {
-    PathState ray;
-    ray.origin = vec3(0.0f);
+    PathState ray = pathAlong(vec3(0.0f), chain.direction);
     if (pixel.slot != kNone) ray.origin = pointOfTriangle(scene, pixel.slot, pixel.barycentrics);
-    ray.direction = chain.direction;
     ray.beta = chain.beta;
-    ray.pdf = 0.0f;
     ray.depth = chain.bounces;
     return ray;
 }
@@ -189,11 +186,8 @@ SHARED_FN PathSettings settingsAfter(PathSettings path, uint bounces)
 /// a path from the first hit (restSettings).
 SHARED_FN PathState restOfChain(ReuseChain chain)
 {
-    PathState ray;
-    ray.origin = chain.restOrigin;
-    ray.direction = chain.restDirection;
+    PathState ray = pathAlong(chain.restOrigin, chain.restDirection);
     ray.beta = chain.restBeta;
-    ray.pdf = 0.0f;
     ray.depth = chain.restBounces + 1u;
     return ray;
 }

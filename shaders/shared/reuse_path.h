@@ -21,14 +21,11 @@ SHARED_FN PathState pixelRay(CameraData camera, PathSettings path, ReuseSettings
 {
     if ((settings.flags & kReuseJitters) != 0u || camera.apertureRadius > 0.0f)
         return beginPath(camera, path, pixel, stream);
-    PathState ray;
+    vec3 origin;
+    vec3 direction;
     cameraRay(camera, vec2(float(pixel.x) + 0.5f, float(pixel.y) + 0.5f),
-              vec2(float(path.imageWidth), float(path.imageHeight)), vec2(0.5f), ray.origin,
-              ray.direction);
-    ray.beta = vec3(1.0f);
-    ray.pdf = 0.0f;
-    ray.depth = 0u;
-    return ray;
+              vec2(float(path.imageWidth), float(path.imageHeight)), vec2(0.5f), origin, direction);
+    return pathAlong(origin, direction);
 }
 
 /// What the ray of a pixel meets, for later passes, and at which distance; without history yet.

@@ -237,10 +237,7 @@ SHARED_FN bool survivesRejection(float xi, INOUT(ReuseView) view)
 SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, vec3 position,
                                 ReuseSample r, IN(ReuseView) view)
 {
-    PathState ray;
-    ray.origin = position;
-    ray.direction = view.direction;
-    ray.beta = vec3(1.0f);
+    PathState ray = pathAlong(position, view.direction);
     ray.pdf = view.p;
     ray.depth = 1u;
     if (r.slot == kNone) return shadeMiss(scene, path, ray);
@@ -268,13 +265,7 @@ SHARED_FN float lightShare(ReuseSettings settings, IN(ReuseVertex) v)
 /// A path that begins at a first hit; it has no direction yet.
 SHARED_FN PathState pathFromHere(vec3 position)
 {
-    PathState ray;
-    ray.origin = position;
-    ray.direction = vec3(0.0f, 0.0f, 1.0f);
-    ray.beta = vec3(1.0f);
-    ray.pdf = 0.0f;
-    ray.depth = 0u;
-    return ray;
+    return pathAlong(position, vec3(0.0f, 0.0f, 1.0f));
 }
 
 /// A connection of a first hit to an emitter, drawn again from its numbers; its contribution has no

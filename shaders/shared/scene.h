@@ -36,6 +36,7 @@ struct SceneView {
     const uint16_t* texels;  // four half floats each
     const Emitter* emitters;
     const float* emitterCdf;
+    const uvec4* emitterTree;
     const vec4* environment;
     const float* environmentCdf;
 };
@@ -135,6 +136,11 @@ inline float fetchEmitterCdf(const SceneView& scene, uint i)
     return scene.emitterCdf[i];
 }
 
+inline uvec4 fetchEmitterTree(const SceneView& scene, uint word)
+{
+    return scene.emitterTree[word];
+}
+
 inline vec4 fetchEnvironmentTexel(const SceneView& scene, uint i)
 {
     return scene.environment[i];
@@ -169,6 +175,7 @@ uvec4 fetchTextureReference(SceneView scene, uint reference, uint word);
 vec4 fetchTexel(SceneView scene, uint texel);
 Emitter fetchEmitter(SceneView scene, uint emitter);
 float fetchEmitterCdf(SceneView scene, uint i);
+uvec4 fetchEmitterTree(SceneView scene, uint word);
 vec4 fetchEnvironmentTexel(SceneView scene, uint i);
 float fetchEnvironmentCdf(SceneView scene, uint i);
 

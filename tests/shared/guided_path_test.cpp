@@ -32,7 +32,7 @@ core::guiding::Guide guideTowards(vec3 light)
         r.beta = 1;
         r.place = shared::guideRoot(vec3(0, 0, 1));
         records.records.push_back(r);
-        records.ends.push_back({1, 1});
+        records.ends.push_back({1, 1, 0});
     }
     core::guiding::Guide guide({.kind = shared::kGuideLobes});  // smooth: quadrature is easy
     guide.learn(std::span(&records, 1), 1);

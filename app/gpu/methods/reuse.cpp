@@ -42,7 +42,8 @@ public:
         const bool chains = (scene_->features() & shared::kFeatureDelta) != 0;
         passes_.prepare(view.size, film_.frame().tileCount(), settings, chains);
         for (DescriptorSet& set : passes_.filmSets()) film_.begin(set);
-        constants_.features = scene_->features();
+        constants_.features =
+            scene_->features() & ~(shared::kFeatureEmitterTree | shared::kFeaturePanes);
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
         if (params.bias != core::ReuseBias::fast)
             constants_.features |= shared::kFeatureAsksVisibility;

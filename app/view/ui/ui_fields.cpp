@@ -121,7 +121,7 @@ bool editField(const core::Field& field, bool& value, bool standard, const Field
     const std::string usual = standard ? "on" : "off";
     ImGui::PushID(field.name);
     rowLabel(fieldLabel(field).c_str(), fieldTip(field, usual, options.onCommandLine),
-             field.biased && value != standard);
+             core::biases(field, value, standard));
     bool changed = ImGui::Checkbox("##value", &value);
     tip(fieldTip(field, usual, options.onCommandLine));
     ImGui::SameLine();
@@ -141,7 +141,7 @@ bool editField(const core::Field& field, uint32_t& value, uint32_t standard,
     const std::string usual = std::to_string(standard);
     ImGui::PushID(field.name);
     rowLabel(fieldLabel(field).c_str(), fieldTip(field, usual, options.onCommandLine),
-             field.biased && value != standard);
+             core::biases(field, value, standard));
     bool changed;
     if (field.range.low < field.range.high) {
         changed = wholeSlider(field.range, value);
@@ -163,7 +163,7 @@ bool editField(const core::Field& field, float& value, float standard, const Fie
     const std::string usual = format("%g", static_cast<double>(standard));
     ImGui::PushID(field.name);
     rowLabel(fieldLabel(field).c_str(), fieldTip(field, usual, options.onCommandLine),
-             field.biased && value != standard);
+             core::biases(field, value, standard));
     bool changed;
     if (field.range.low < field.range.high) {
         const auto low = static_cast<float>(field.range.low),
@@ -190,7 +190,7 @@ bool editChoice(const core::Field& field, uint32_t& value, uint32_t standard,
     const std::string usual(names[standard]);
     ImGui::PushID(field.name);
     rowLabel(fieldLabel(field).c_str(), fieldTip(field, usual, options.onCommandLine),
-             field.biased && value != standard);
+             field.biased && value != standard && (field.harmless >> value & 1u) == 0);
     bool changed = false;
     const bool open = ImGui::BeginCombo("##value", std::string(names[value]).c_str(),
                                         ImGuiComboFlags_HeightLarge);

@@ -65,6 +65,10 @@ TEST(Args, EveryParameterOfTheMethodIsAnOption)
     EXPECT_EQ(std::get<app::RenderOptions>(command).params, core::AnyParams(expected));
     EXPECT_EQ(app::biasedParams(expected), std::vector<std::string>{"clamp-indirect"});
     EXPECT_TRUE(app::biasedParams(core::PathParams{}).empty());
+    EXPECT_TRUE(app::biasedParams(core::GuidedParams{}).empty());
+    EXPECT_TRUE(app::biasedParams(core::GuidedParams{.combine = core::Combine::samples}).empty());
+    EXPECT_EQ(app::biasedParams(core::GuidedParams{.combine = core::Combine::ess}),
+              std::vector<std::string>{"combine"});
 }
 
 TEST(Args, HelpShowsEveryParameterWithItsRangeAndBias)

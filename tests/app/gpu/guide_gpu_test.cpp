@@ -64,7 +64,7 @@ std::vector<PathRecords> someRecords(size_t count, uint64_t seed)
         record.place = random.bits() % shared::kGuideRoots;
         const float light = 50 * std::exp(300 * (wi.z - 1)) + std::exp(3 * (wi.x - 1));
         parts[0].records.push_back(record);
-        parts[0].ends.push_back({1, light * (1 + record.position.x) / record.pdf});
+        parts[0].ends.push_back({1, light * (1 + record.position.x) / record.pdf, 0});
     }
     return parts;
 }

@@ -51,7 +51,7 @@ std::vector<PathRecords> pathsTo(size_t count, uint64_t seed, const Place& place
         record.place = random.bits() % 3;
         PathRecords& part = parts[i * kParts / count];
         part.records.push_back(record);
-        part.ends.push_back({1, light(record.position, wi) / kUniform});
+        part.ends.push_back({1, light(record.position, wi) / kUniform, 0});
     }
     return parts;
 }

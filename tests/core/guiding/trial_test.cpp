@@ -203,7 +203,7 @@ TEST_P(GuideTrial, KnowsBothWaysFromThePathsOfOne)
 }
 
 INSTANTIATE_TEST_SUITE_P(Sampled, GuideTrial, testing::Values(false, true),
-                         [](const auto& info) { return info.param ? "guided" : "plain"; });
+                         [](const auto& one) { return one.param ? "guided" : "plain"; });
 
 TEST(GuideTrial, TakesPixelsOfWhichNothingIsKnownAsBrightAsAll)
 {

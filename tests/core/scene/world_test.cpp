@@ -373,7 +373,8 @@ TEST(Features, EachBitComesFromItsMaterial)
               kFeatureSpecular | kFeatureMetal | kFeatureDelta);
     core::Material m = glossy(glm::vec3(1), 0, 0.0f);
     m.data.transmission = 1;
-    EXPECT_EQ(featuresOf(m), kFeatureSpecular | kFeatureTransmission | kFeatureDelta);
+    EXPECT_EQ(featuresOf(m),
+              kFeatureSpecular | kFeatureTransmission | kFeatureDelta | kFeaturePanes);
     m.data.flags = kMaterialVolume;
     m.data.absorption = glm::vec3(0, 1, 0);
     EXPECT_EQ(featuresOf(m),

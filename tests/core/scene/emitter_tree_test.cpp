@@ -1,0 +1,239 @@
+// T31: emitters are chosen from the tree exactly as often as is stated, and none is left out that
+// could bring anything.
+#include <bit>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "core/scene/emitter_tree.h"
+#include "core/trace/scene_view.h"
+#include "shared/lights.h"
+#include "tests/support/stats.h"
+#include "tests/support/test_scenes.h"
+
+namespace {
+
+using namespace tests;
+
+constexpr int kLamps = 60;
+
+/// Lamps of all kinds with a place, turned every way, over three decades of power; walls between
+/// them do not matter here.
+SceneBuilder manyLamps()
+{
+    SceneBuilder b;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> unit(0, 1);
+    const int grey = b.material(lambert(glm::vec3(0.5f)));
+    b.quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}, grey);
+    for (int i = 0; i < kLamps; ++i) {
+        const float strength = std::pow(10.0f, 3 * unit(random));
+        const int lamp = b.material(emitter(glm::vec3(strength), glm::vec3(0), i % 4 == 0));
+        const glm::vec3 at(18 * unit(random) - 9, 5 * unit(random), 18 * unit(random) - 9);
+        const glm::vec3 n = shared::sampleSphere({unit(random), unit(random)});
+        const glm::mat3 frame = shared::makeFrame(n);
+        b.quad(at, 0.3f * unit(random) * frame[0], 0.3f * unit(random) * frame[1], lamp);
+    }
+    core::PunctualLight light;
+    for (int i = 0; i < 10; ++i) {
+        light.kind = i % 2 == 0 ? shared::kEmitterPoint : shared::kEmitterSpot;
+        light.intensity = 3 * unit(random);
+        light.outerCone = 0.2f + unit(random);
+        light.innerCone = 0.8f * light.outerCone;
+        const glm::mat3 frame =
+            shared::makeFrame(shared::sampleSphere({unit(random), unit(random)}));
+        glm::dmat4 node{glm::dmat3(frame)};
+        node[3] = glm::dvec4(9 * unit(random), 3 * unit(random), 9 * unit(random), 1);
+        b.light(light, node);
+    }
+    b.constantEnvironment(glm::vec3(0.1f));
+    return b;
+}
+
+struct Place {
+    glm::vec3 position, normal;
+    uint32_t departure;
+};
+
+/// Anywhere in the scene, very near to a lamp too, every fourth of them seen from both sides.
+Place somewhere(const core::World& world, std::mt19937& random)
+{
+    std::uniform_real_distribution<float> unit(0, 1);
+    Place p;
+    p.position = glm::mix(world.boundsLow, world.boundsHigh,
+                          glm::vec3(unit(random), unit(random), unit(random)));
+    if (random() % 3 == 0) {
+        const shared::Emitter& e = world.emitters[random() % world.treeEmitters];
+        p.position = e.a + 1e-3f * shared::sampleSphere({unit(random), unit(random)});
+    }
+    p.normal = shared::sampleSphere({unit(random), unit(random)});
+    p.departure = random() % 4 == 0 ? shared::kAllSides : shared::packReceiver(p.normal);
+    return p;
+}
+
+float unitOf(std::mt19937& random)
+{
+    return static_cast<float>(random() >> 8) * 0x1p-24f;
+}
+
+TEST(EmitterTree, EmittersAreChosenByTheirProbability)
+{
+    const auto world = manyLamps().world();
+    ASSERT_EQ(world->treeEmitters, 2u * kLamps + 10);
+    const shared::SceneView scene = core::sceneView(*world);
+    const shared::PathSettings settings = core::worldSettings(*world);
+    std::mt19937 random(5);
+    for (int k = 0; k < 20; ++k) {
+        const Place p = somewhere(*world, random);
+        std::vector<double> observed(settings.emitterCount + 1), expected(observed.size());
+        const int draws = 200'000;
+        for (int i = 0; i < draws; ++i) {
+            float pmf = 0;
+            const uint32_t chosen = shared::chooseEmitterFor(scene, settings, p.position,
+                                                             p.departure, unitOf(random), pmf);
+            if (!(pmf > 0)) {
+                observed.back() += 1;
+                continue;
+            }
+            ASSERT_LT(chosen, settings.emitterCount);
+            ASSERT_FLOAT_EQ(
+                pmf, shared::pmfEmitterFor(scene, settings, chosen, p.position, p.departure));
+            observed[chosen] += 1;
+        }
+        double sum = 0;
+        for (uint32_t i = 0; i < settings.emitterCount; ++i) {
+            const double pmf = static_cast<double>(
+                shared::pmfEmitterFor(scene, settings, i, p.position, p.departure));
+            expected[i] = pmf * draws;
+            sum += pmf;
+        }
+        ASSERT_LE(sum, 1 + 1e-5);
+        expected.back() = std::max(0.0, 1 - sum) * draws;
+        const ChiSquare test = chiSquareTest(observed, expected);
+        EXPECT_GT(test.p, sidak(kLevel, 20)) << "place " << k;
+    }
+}
+
+TEST(EmitterTree, NothingThatShinesHereIsLeftOut)
+{
+    const auto world = manyLamps().world();
+    const shared::SceneView scene = core::sceneView(*world);
+    const shared::PathSettings settings = core::worldSettings(*world);
+    std::mt19937 random(7);
+    int left = 0, shining = 0;
+    for (int k = 0; k < 20'000; ++k) {
+        const Place p = somewhere(*world, random);
+        const uint32_t emitter = static_cast<uint32_t>(random()) % settings.treeEmitters;
+        const float pmf = shared::pmfEmitterFor(scene, settings, emitter, p.position, p.departure);
+        left += pmf == 0;
+        shared::EmitterSample s;
+        const glm::vec2 u(unitOf(random), unitOf(random));
+        if (!shared::sampleEmitter(scene, settings, emitter, p.position, u, s)) continue;
+        if (p.departure != shared::kAllSides && glm::dot(s.wi, p.normal) <= 0) continue;
+        ++shining;
+        EXPECT_GT(pmf, 0.0f) << "place " << k << ", emitter " << emitter;
+    }
+    EXPECT_GT(left, 1000);  // there is something to leave out
+    EXPECT_GT(shining, 1000);
+}
+
+/// What one sample by the tree and one by power tell of the light on a street with a hundred lamps:
+/// the same mean, and a small part of the variance, for a few of them light each place.
+TEST(EmitterTree, SameMeanLessNoise)
+{
+    SceneBuilder b;
+    for (int i = 0; i < 100; ++i) {
+        const float x = 6.0f * static_cast<float>(i);
+        const int lamp = b.material(emitter(glm::vec3(static_cast<float>(1 + i % 3))));
+        b.quad({x, 4, 2}, {0, 0, 0.4f}, {-0.4f, 0, 0}, lamp);  // shines down
+    }
+    const auto world = b.world();
+    const float high = world->positions[0].y, scale = static_cast<float>(world->placement.scale);
+    const shared::SceneView scene = core::sceneView(*world);
+    shared::PathSettings byPlace = core::worldSettings(*world), byPower = byPlace;
+    byPower.treeEmitters = 0;
+    ASSERT_EQ(byPlace.treeEmitters, 200u);
+    std::mt19937 random(11);
+    Moments place, power;
+    const uint32_t up = shared::packReceiver({0, 1, 0});
+    for (int k = 0; k < 400'000; ++k) {
+        const glm::vec3 p(glm::mix(world->boundsLow.x, world->boundsHigh.x, unitOf(random)),
+                          high - 4 * scale, 0);
+        const float u = unitOf(random);
+        const glm::vec2 v(unitOf(random), unitOf(random));
+        const auto sample = [&](const shared::PathSettings& settings) {
+            float pmf = 0;
+            const uint32_t chosen = shared::chooseEmitterFor(scene, settings, p, up, u, pmf);
+            shared::EmitterSample s;
+            if (!(pmf > 0) || !shared::sampleEmitter(scene, settings, chosen, p, v, s)) return 0.0;
+            return static_cast<double>(s.radiance.x * std::max(s.wi.y, 0.0f) / (s.pdf * pmf));
+        };
+        place.add(sample(byPlace));
+        power.add(sample(byPower));
+    }
+    const Comparison test = welch(place, power);
+    EXPECT_GT(test.p, kLevel) << place.mean() << " and " << power.mean();
+    EXPECT_LT(place.variance(), 0.05 * power.variance());
+}
+
+/// Chains, heaps on one spot and large numbers end in trails of 32 ways that lead to each emitter.
+TEST(EmitterTree, EveryEmitterHasAWay)
+{
+    for (const int shape : {0, 1, 2}) {
+        const int count = shape == 2 ? 70'000 : 500;
+        std::vector<core::EmitterBounds> emitters;
+        for (int i = 0; i < count; ++i) {
+            const auto x = static_cast<float>(i);
+            core::EmitterBounds e;
+            if (shape == 0) e.low = glm::vec3(std::exp2(0.2f * x), 0, 0);  // halves split off one
+            if (shape == 1) e.low = glm::vec3(1, 2, 3);
+            if (shape == 2) e.low = glm::vec3(std::sin(x), std::cos(1.7f * x), x);
+            e.high = e.low + glm::vec3(shape == 1 ? 0.0f : 0.1f);
+            e.intensity = i % 10 == 0 ? 0 : 1 + i % 5;
+            emitters.push_back(e);
+        }
+        const std::vector<glm::uvec4> words = core::makeEmitterTree(emitters);
+        const auto nodes = static_cast<size_t>(count - 1) * shared::kEmitterNodeWords;
+        ASSERT_EQ(words.size(), nodes + (emitters.size() + 3) / 4);
+        for (uint32_t i = 0; i < emitters.size(); ++i) {
+            uint32_t trail = words[nodes + i / 4][static_cast<int>(i % 4)], node = 0, depth = 0;
+            while (true) {
+                ASSERT_LT(depth++, core::kMaxTreeDepth);
+                const uint32_t link = words[4 * node + 1 + 2 * (trail & 1u)].w;
+                trail >>= 1;
+                node = link & shared::kEmitterIndex;
+                if ((link & shared::kEmitterLeaf) != 0) break;
+                ASSERT_LT(4 * node, nodes);
+            }
+            ASSERT_EQ(node, i) << "shape " << shape;
+        }
+    }
+}
+
+TEST(EmitterTree, FewEmittersHaveNone)
+{
+    SceneBuilder b;
+    const int lamp = b.material(emitter(glm::vec3(1)));
+    b.quad({0, 3, 0}, {1, 0, 0}, {0, 0, 1}, lamp);
+    const auto world = b.world();
+    EXPECT_EQ(world->treeEmitters, 0u);
+    EXPECT_TRUE(world->emitterTree.empty());
+    EXPECT_EQ(world->features & shared::kFeatureEmitterTree, 0u);
+}
+
+/// What is infinitely far away has half of the choices, whatever the size of the scene.
+TEST(EmitterTree, LightFromAfarHasItsShare)
+{
+    for (const float size : {1.0f, 5000.0f}) {
+        SceneBuilder b = manyLamps();
+        b.quad({-size, -1, size}, {2 * size, 0, 0}, {0, 0, -2 * size},
+               b.material(lambert(glm::vec3(0.5f))));
+        const auto world = b.world();
+        ASSERT_NE(world->environmentEmitter, shared::kNone);
+        EXPECT_NEAR(shared::pmfEmitter(core::sceneView(*world), world->environmentEmitter), 0.5f,
+                    1e-4f);
+    }
+}
+
+}  // namespace
