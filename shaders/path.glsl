@@ -13,19 +13,19 @@ SampleStream laneStream(Batch batch, uint lane, uvec2 pixel)
 /// Adds what a connection brings if it is open, through panes or not; counts its rays.
 void addConnection(ShadowRay shadow, uint seed, inout vec3 L, inout uint rays)
 {
-    bool meets = any(notEqual(shadow.contribution, vec3(0.0)));
-    if (!passesPanes(frame.settings)) {
-        if (!meets) return;
-        ++rays;
-        const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
-        if (!traceAny(connection, seed)) L += shadow.contribution;
+    if (!any(notEqual(shadow.contribution, vec3(0.0)))) return;
+    ++rays;
+    Hit hit;
+    if (!traceAnyHit(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed, hit)) {
+        L += shadow.contribution;
         return;
     }
+    // Whatever blocks, blocks: only from a pane it is of use to look for the nearest surface.
+    if (!passesPanes(frame.settings) || !mayBePane(scene, hit.slot)) return;
+    bool meets = true;
     while (meets) {
         ++rays;
-        Hit hit;
-        const Ray connection = Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax);
-        meets = traceClosest(connection, seed, hit);
+        meets = traceClosest(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed, hit);
         if (!meets) L += shadow.contribution;
         if (meets && !passPane(scene, hit, shadow)) return;
     }

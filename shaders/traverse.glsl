@@ -106,15 +106,20 @@ bool traceClosest(Ray r, uint alphaSeed, out Hit hit)
     return hit.slot != kNone;
 }
 
-/// Whether anything lies at tMin < t < tMax.
-bool traceAny(Ray r, uint alphaSeed)
+/// Whether anything lies at tMin < t < tMax; `hit` is then any of it.
+bool traceAnyHit(Ray r, uint alphaSeed, out Hit hit)
 {
-    Hit hit;
     hit.t = r.tMax;
     hit.barycentrics = vec2(0.0f);
     hit.slot = kNone;
     if (isTraceable(r.origin, r.direction)) traverse(r, alphaSeed, true, hit);
     return hit.slot != kNone;
+}
+
+bool traceAny(Ray r, uint alphaSeed)
+{
+    Hit hit;
+    return traceAnyHit(r, alphaSeed, hit);
 }
 
 #endif

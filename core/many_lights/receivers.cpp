@@ -43,11 +43,10 @@ Walk beginWalk(const ReceiverJob& job, glm::uvec2 pixel, uint32_t cell)
     }
     const vec2 corner(static_cast<float>(cell % job.side), static_cast<float>(cell / job.side));
     const vec2 film = vec2(pixel) + (corner + inCell) / static_cast<float>(job.side);
+    vec3 origin, direction;
     shared::cameraRay(job.camera, film, vec2(job.settings.imageWidth, job.settings.imageHeight),
-                      lens, walk.path.origin, walk.path.direction);
-    walk.path.beta = vec3(1);
-    walk.path.pdf = 0;
-    walk.path.depth = 0;
+                      lens, origin, direction);
+    walk.path = shared::pathAlong(origin, direction);
     return walk;
 }
 

@@ -180,7 +180,8 @@ template <class Vertices> void shadeWave(const PathJob& job, Wave& wave, Vertice
     ++wave.depth;
 }
 
-/// Connections through panes: rays to the nearest surface, again from behind each pane.
+/// Takes connections that met something on to the nearest surface, and from behind it if that is a
+/// pane. Returns how many rays were traced.
 uint64_t connectThroughPanes(const PathJob& job, Wave& wave)
 {
     uint64_t rays = 0;
@@ -209,12 +210,20 @@ uint64_t connectThroughPanes(const PathJob& job, Wave& wave)
 /// Returns how many rays were traced.
 uint64_t connectWave(const PathJob& job, Wave& wave)
 {
-    if (shared::passesPanes(job.settings)) return connectThroughPanes(job, wave);
     job.accel->occluded({wave.rays.data(), wave.shadowCount}, wave.blocked.data());
-    for (size_t s = 0; s < wave.shadowCount; ++s) {
-        if (wave.blocked[s] == 0) wave.radiance[wave.shadowOwner[s]] += wave.contributions[s];
+    const size_t count = wave.shadowCount;
+    size_t kept = 0;
+    for (size_t s = 0; s < count; ++s) {
+        if (wave.blocked[s] == 0) {
+            wave.radiance[wave.shadowOwner[s]] += wave.contributions[s];
+        } else if (shared::passesPanes(job.settings) && job.accel->meetsPane(wave.rays[s])) {
+            wave.rays[kept] = wave.rays[s];
+            wave.shadows[kept] = wave.shadows[s];
+            wave.shadowOwner[kept++] = wave.shadowOwner[s];
+        }
     }
-    return wave.shadowCount;
+    wave.shadowCount = kept;
+    return count + connectThroughPanes(job, wave);
 }
 
 void addToFilm(const Wave& wave, const Tile& tile, Film& film, FilmCounters& counters)

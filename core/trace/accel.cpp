@@ -55,6 +55,14 @@ bool hasAlpha(const World& world, const WorldTriangle& triangle)
     return (world.materials[triangle.material].flags & flags) != 0;
 }
 
+/// Whether light may go straight through the triangle somewhere: smooth or not is a matter of
+/// textures.
+bool mayBePane(const World& world, const WorldTriangle& triangle)
+{
+    const shared::Material& m = world.materials[triangle.material];
+    return m.transmission > 0 && (m.flags & shared::kMaterialVolume) == 0;
+}
+
 /// Embree must not be given rays that are not finite (Debian's build asserts): they hit nothing.
 bool isTraceable(const Ray& ray)
 {
@@ -100,6 +108,8 @@ struct Accel::Impl {
     FilterData filterData{&view, &pieces};  // also of the poses to come: view stays where it is
     RTCDevice device = nullptr;
     RTCScene still = nullptr, moving = nullptr;  // null: no such triangles
+    RTCScene panes = nullptr;                    // triangles of the others again
+    std::vector<glm::uvec3> paneIndices;         // of `panes`
     // Read by `still`, also once the world is at another pose
     SharedArray<glm::vec3> stillPositions;
     std::atomic<ssize_t> bytes = 0, peakBytes = 0;
@@ -113,6 +123,7 @@ struct Accel::Impl {
     }
     ~Impl()
     {
+        if (panes) rtcReleaseScene(panes);
         if (moving) rtcReleaseScene(moving);
         if (still) rtcReleaseScene(still);
         if (device) rtcReleaseDevice(device);
@@ -158,6 +169,27 @@ struct Accel::Impl {
         rtcSetSceneBuildQuality(scene, sceneQuality);
         rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | flags));
         return scene;
+    }
+
+    /// Makes the scene of what may be panes anew, for the world as it is; they are few.
+    void makePanes(BuildMonitor& monitor)
+    {
+        if (panes) rtcReleaseScene(std::exchange(panes, nullptr));
+        if ((world->features & shared::kFeaturePanes) == 0) return;
+        paneIndices.clear();
+        for (const WorldTriangle& t : world->triangles)
+            if (mayBePane(*world, t)) paneIndices.emplace_back(t.v0, t.v1, t.v2);
+        if (paneIndices.empty()) return;
+        panes = rtcNewScene(device);
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        setPositions(geometry);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   paneIndices.data(), 0, sizeof(glm::uvec3), paneIndices.size());
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(panes, geometry);
+        rtcReleaseGeometry(geometry);
+        rtcSetSceneFlags(panes, RTC_SCENE_FLAG_ROBUST);
+        commit(panes, monitor);
     }
 
     /// Builds a scene, or fits it to what has changed in it.
@@ -266,6 +298,7 @@ Accel::Accel(std::shared_ptr<const World> world,
     impl.moving = impl.makeScene(true, RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_REFIT,
                                  RTC_SCENE_FLAG_DYNAMIC);
     impl.commit(impl.moving, monitor);
+    impl.makePanes(monitor);
     impl.buildSeconds = secondsSince(start);
 }
 
@@ -282,6 +315,7 @@ void Accel::setPose(std::shared_ptr<const World> world,
         BuildMonitor monitor{progress, std::move(stop)};
         impl.replacePositions();
         impl.commit(impl.moving, monitor);
+        impl.makePanes(monitor);
     }
     impl.buildSeconds = secondsSince(start);
 }
@@ -315,6 +349,17 @@ bool Accel::occluded(const Ray& ray) const
              ray.tMax,        0xffffffffu,     ray.seed,        0};
     if (impl_->still) query.any(impl_->still, r);
     if (impl_->moving && !(r.tfar < 0.0f)) query.any(impl_->moving, r);
+    return r.tfar < 0.0f;
+}
+
+bool Accel::meetsPane(const Ray& ray) const
+{
+    if (!impl_->panes || !isTraceable(ray)) return false;
+    EmbreeQuery query;
+    RTCRay r{ray.origin.x,    ray.origin.y,    ray.origin.z,    0.0f,
+             ray.direction.x, ray.direction.y, ray.direction.z, 0.0f,
+             ray.tMax,        0xffffffffu,     ray.seed,        0};
+    query.any(impl_->panes, r);
     return r.tfar < 0.0f;
 }
 

@@ -83,6 +83,9 @@ public:
     /// blocked. For callers with so many rays that laying each out twice would cost.
     uint32_t occluded(const RayPacket& packet, uint32_t count) const;
 
+    /// Whether a pane lies in (0, tMax): for rays that are blocked, and might go on behind panes.
+    bool meetsPane(const Ray& ray) const;
+
     AccelStats stats() const;
     const World& world() const;
 

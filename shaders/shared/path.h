@@ -287,6 +287,13 @@ SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNu
     return connectTo(scene, settings, emitter, pmf, numbers.light, path, vertex);
 }
 
+/// Whether the triangle in a slot may be a pane somewhere.
+SHARED_FN bool mayBePane(IN(SceneView) scene, uint slot)
+{
+    const uint material = floatAsUint(fetchTriangleVertex(scene, slot, 1u).w) & ~kTriangleAlphaBit;
+    return fetchMaterial(scene, material, 2u).w > 0.0f;
+}
+
 /// Takes a connection that has met a surface through it, if that is a pane: it then goes on behind,
 /// by as much dimmer. False where it ends.
 SHARED_FN bool passPane(IN(SceneView) scene, Hit hit, INOUT(ShadowRay) shadow)
