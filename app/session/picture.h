@@ -23,7 +23,7 @@ struct Reference {
     core::Image variance;  // of the mean; empty when unknown
     uint64_t samples = 0;  // 0: unknown
     double seconds = 0;
-    std::string origin;  // "core thread, path, seed 7" or the file's name
+    std::string origin;  // "rendered here, path, seed 7" or the file's name
 };
 
 /// Where to render and how: a change of any member but `sppLimit`, `secondsLimit` and `errorLimit`

@@ -55,9 +55,11 @@ void drawViewSection(const UiContext& c)
     some({"map", "error-kind", "error-range"});
     group("Resolution and motion");
     some({"picture-scale", "moving-rate", "moving-depth", "frame-limit"});
+    group("Mouse");
+    some({"wheel"});
     group("Window");
     editParams(c.session.settings.panels, options, [](const core::Field& field) {
-        return among(field, {"ui-scale", "opacity"});  // the others have buttons at the top
+        return among(field, {"panel-side", "ui-scale", "opacity"});  // others have buttons
     });
 }
 
