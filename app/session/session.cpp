@@ -394,6 +394,7 @@ void Session::order(glm::uvec2 pictureArea)
     wanted.paused = paused && !equalTime_.running();
     wanted.targetFrameSeconds = 1.0 / static_cast<double>(std::max(settings.view.movingRate, 1.0f));
     wanted.movingDepth = settings.view.movingDepth;
+    wanted.movingShows = settings.view.moving;
     wanted.wantVariance = settings.view.show == Show::deviation || pendingSave_.has_value();
     wanted.wantAovs = settings.view.show >= Show::depth && settings.view.show <= Show::emitter;
     wanted.wantMaps = settings.view.show == Show::methodMap;

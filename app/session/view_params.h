@@ -33,6 +33,10 @@ enum class ColourMap : uint32_t { viridis, magma, grey };
 /// image - reference, r.
 enum class ErrorKind : uint32_t { absolute, relative, squared };
 
+/// What a moving camera shows: paths as they come, paths with what first hits tell where no light
+/// has come, or first hits alone, lit from the camera.
+enum class Moving : uint32_t { path, filled, shaded };
+
 /// What the wheel goes towards.
 enum class Wheel : uint32_t { cursor, pivot };
 
@@ -45,6 +49,9 @@ enum class PanelFold : uint32_t { automatic, open, folded };
 }  // namespace app
 
 namespace core {
+template <> struct EnumNames<app::Moving> {
+    static constexpr std::array<std::string_view, 3> names{"path", "filled", "shaded"};
+};
 template <> struct EnumNames<app::Wheel> {
     static constexpr std::array<std::string_view, 2> names{"cursor", "pivot"};
 };
@@ -83,6 +90,7 @@ struct ViewParams {
     float frameLimit = 60;
     float movingRate = 30;
     uint32_t movingDepth = 3;
+    Moving moving = Moving::filled;
     Wheel wheel = Wheel::cursor;
 
     template <class Self, class V> static void visit(Self& p, V&& v)
@@ -115,6 +123,10 @@ struct ViewParams {
                 "scattering events per path while the camera moves, at most",
                 {0, 64}},
           p.movingDepth);
+        v(Field{"moving", "while the camera moves: path shows the light that has come, filled also "
+                          "surfaces that have none yet, shaded first hits alone, lit from the "
+                          "camera: finer, without noise, without light"},
+          p.moving);
         v(Field{"wheel", "the wheel goes towards what is under the cursor, or towards the point "
                          "that the view turns about"},
           p.wheel);

@@ -112,6 +112,11 @@ DisplayInputs PictureView::inputs(const Session& session)
     if (!picture) return inputs;
     inputs.a = part(picture, picture->mean);
     inputs.places.a = inputs.places.b = corners(session.placeOf(*picture));
+    if (picture->shaded && !session.comparing) s.exposure = 0;
+    if (picture->preview && picture->guide && !session.comparing && view.show == Show::color) {
+        inputs.b = picture->guide;
+        s.show = shared::kShowPreview;
+    }
     if (session.comparing)
         showCompare(inputs, session, picture);
     else if (view.show >= Show::depth && view.show <= Show::emitter)

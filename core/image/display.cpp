@@ -16,6 +16,18 @@ glm::vec3 valueOf(const Image* image, uint32_t pixel)
     return image->channels == 1 ? glm::vec3(*p) : glm::vec3(p[0], p[1], p[2]);
 }
 
+/// Of kShowPreview: the value of a, smooth between pixels that `alike` says are of one surface.
+glm::vec3 smoothed(const Image& a, const shared::DisplaySettings& s, uint32_t x, uint32_t y,
+                   uint32_t alike)
+{
+    glm::uvec4 pixels;
+    glm::vec4 weights;
+    shared::displayCorners(s, x, y, alike, pixels, weights);
+    glm::vec3 sum(0);
+    for (int i = 0; i < 4; ++i) sum += weights[i] * valueOf(&a, pixels[i]);
+    return sum;
+}
+
 DisplaySize sizeOf(const Image* image)
 {
     if (image == nullptr || image->width == 0 || image->height == 0) return DisplaySize(0);
@@ -88,8 +100,12 @@ std::vector<uint8_t> displayImage(const Image* a, const Image* b,
             for (uint32_t x = 0; x < s.width; ++x) {
                 const uint32_t pixelA = a != nullptr ? shared::displayIndexA(s, x, y) : 0;
                 const uint32_t pixelB = b != nullptr ? shared::displayIndexB(s, x, y) : 0;
+                glm::vec3 value = valueOf(a, pixelA);
+                if (s.show == shared::kShowPreview && shared::displayGuided(s) &&
+                    pixelA != shared::kBeside)
+                    value = smoothed(*a, s, x, y, static_cast<uint32_t>(valueOf(b, pixelB).x));
                 const glm::vec3 colour =
-                    shared::displayColour(s, x, valueOf(a, pixelA), valueOf(b, pixelB),
+                    shared::displayColour(s, x, value, valueOf(b, pixelB),
                                           pixelA == shared::kBeside, pixelB == shared::kBeside);
                 const uint32_t packed = shared::displayPack(colour);
                 uint8_t* out = &bytes[(row * s.width + x) * 4];

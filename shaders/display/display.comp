@@ -54,6 +54,16 @@ void main()
         const uint i = besideB ? 0u : settings.channelsB * pixel;
         b = settings.channelsB == 1u ? vec3(imageB[i]) : vec3(imageB[i], imageB[i + 1u], imageB[i + 2u]);
     }
+    if (kShow == kShowPreview && displayGuided(settings) && !besideA) {
+        uvec4 pixels;
+        vec4 weights;
+        displayCorners(settings, p.x, p.y, uint(b.x), pixels, weights);
+        a *= weights.x;
+        for (int i = 1; i < 4; ++i) {
+            const uint at = 3u * pixels[i];
+            a += weights[i] * vec3(imageA[at], imageA[at + 1u], imageA[at + 2u]);
+        }
+    }
     const uint packed = displayPack(displayColour(settings, p.x, a, b, besideA, besideB));
     outputPixels[p.y * settings.width + p.x] = kSwapped != 0u ? displaySwap(packed) : packed;
 }

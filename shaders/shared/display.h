@@ -20,6 +20,7 @@ SHARED_CONST uint kShowDifference = 5u;
 SHARED_CONST uint kShowError = 6u;    // error of a against b through the colour map, 0 to high
 SHARED_CONST uint kShowCompare = 7u;  // left of the slider a, right of it b, both as radiance
 SHARED_CONST uint kShowDepth = 8u;    // as kShowScalar; 0 is no distance: nothing was hit
+SHARED_CONST uint kShowPreview = 9u;  // radiance of few pixels, smooth within each surface of b
 
 SHARED_CONST uint kMapViridis = 0u;
 SHARED_CONST uint kMapMagma = 1u;
@@ -178,6 +179,40 @@ SHARED_FN vec3 displayNothing()
 SHARED_FN vec3 displayRadiance(DisplaySettings s, vec3 radiance)
 {
     return srgbEncode3(toneMap(expose(radiance, s.exposure), s.tone));
+}
+
+/// Of kShowPreview: whether b is a guide to a. Bit 3 (dy + 1) + dx + 1 of its values says whether
+/// the pixel and its neighbour at (dx, dy) show one surface.
+SHARED_FN bool displayGuided(DisplaySettings s)
+{
+    return s.channelsA == 3u && s.channelsB == 1u && s.widthA == s.widthB && s.heightA == s.heightB;
+}
+
+/// Of kShowPreview: the four pixels of a around (x, y) of the output, the one that it lies in
+/// first, and their bilinear weights, which sum up to one. `alike` is the guide there: who is of
+/// another surface leaves its weight to the first.
+SHARED_FN void displayCorners(DisplaySettings s, uint x, uint y, uint alike, OUT(uvec4) pixels,
+                              OUT(vec4) weights)
+{
+    vec2 at =
+        vec2((float(x) + 0.5f) * s.stepAx + s.fromAx, (float(y) + 0.5f) * s.stepAy + s.fromAy);
+    uint column = min(uint(max(at.x, 0.0f)), s.widthA - 1u);
+    uint row = min(uint(max(at.y, 0.0f)), s.heightA - 1u);
+    float tx = at.x - float(column) - 0.5f;
+    float ty = at.y - float(row) - 0.5f;
+    int dx = tx < 0.0f ? -1 : 1;
+    int dy = ty < 0.0f ? -1 : 1;
+    tx = min(abs(tx), 0.5f);
+    ty = min(abs(ty), 0.5f);
+    uint pixel = row * s.widthA + column;
+    int down = dy * int(s.widthA);
+    bool aside = ((alike >> uint(4 + dx)) & 1u) != 0u;
+    bool below = ((alike >> uint(4 + 3 * dy)) & 1u) != 0u;
+    bool across = ((alike >> uint(4 + 3 * dy + dx)) & 1u) != 0u;
+    pixels =
+        uvec4(pixel, aside ? uint(int(pixel) + dx) : pixel, below ? uint(int(pixel) + down) : pixel,
+              across ? uint(int(pixel) + down + dx) : pixel);
+    weights = vec4((1.0f - tx) * (1.0f - ty), tx * (1.0f - ty), (1.0f - tx) * ty, tx * ty);
 }
 
 /// The sRGB-encoded colour of an output pixel of column x, from the values that the images have

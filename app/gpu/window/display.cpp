@@ -14,10 +14,11 @@ static_assert(sizeof(shared::DisplaySettings) <= 128);
 DisplayChoices choicesOf(const shared::DisplaySettings& s, bool swapped)
 {
     const bool two = s.show == shared::kShowDifference || s.show == shared::kShowError ||
-                     s.show == shared::kShowCompare;
+                     s.show == shared::kShowCompare || s.show == shared::kShowPreview;
     DisplayChoices c;
     c.show = two && s.widthB == 0 ? shared::kShowRadiance : s.show;
-    const bool radiance = c.show == shared::kShowRadiance || c.show == shared::kShowCompare;
+    const bool radiance = c.show == shared::kShowRadiance || c.show == shared::kShowCompare ||
+                          c.show == shared::kShowPreview;
     const bool mapped = c.show == shared::kShowScalar || c.show == shared::kShowError ||
                         c.show == shared::kShowDepth;
     if (radiance) c.tone = s.tone;

@@ -41,7 +41,8 @@ std::vector<Strip> presentStrips(const UiContext& c)
     }
     const RenderThreadStatus status = c.session.rendering();
     const bool quiet = status.stage.empty() || status.stage == "idle" || status.stage == "render";
-    if (!quiet && !status.rendering && status.error.empty()) {
+    // A camera that moves begins a picture many times a second.
+    if (!quiet && !status.rendering && status.error.empty() && !c.session.isMoving()) {
         strips.push_back({"renderer", status.stage, status.fraction, -1, false});
     }
     return strips;

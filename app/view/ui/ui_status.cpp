@@ -34,9 +34,10 @@ StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThr
                 9};
     }
     if (picture->preview) {
-        const std::string help = format("coarse while the camera moves: %u x %u pixels",
-                                        picture->mean.width, picture->mean.height);
-        return {"preview", help, kWarningColour, 9};
+        const std::string help =
+            format("coarse while the camera moves: %u x %u pixels%s", picture->mean.width,
+                   picture->mean.height, picture->shaded ? ", lit from the camera" : "");
+        return {picture->shaded ? "preview, shaded" : "preview", help, kWarningColour, 9};
     }
     if (picture->finished) return {"done", "a limit is reached", kGoodColour, 9};
     if (status.rendering) return {"rendering", "samples are being taken", textColour(), 9};

@@ -67,6 +67,7 @@ Settings someSettings()
               .frameLimit = 144,
               .movingRate = 17.5f,
               .movingDepth = 5,
+              .moving = app::Moving::shaded,
               .wheel = app::Wheel::pivot};
     s.panels = {.panel = false,
                 .help = true,
