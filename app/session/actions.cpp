@@ -86,11 +86,13 @@ void setAction(const ActionContext& c)
         return;
     }
     if (setRenderParam(s.render, name, *value)) return;
-    if (setParam(s.settings.view, name, *value) || setParam(s.settings.panels, name, *value))
+    if (setParam(s.settings.view, name, *value) || setParam(s.settings.panels, name, *value) ||
+        setParam(s.settings.sections, name, *value))
         return;
     std::vector<std::string> names = renderParamNames(s.render);
     for (const std::string& more : paramNames<ViewParams>()) names.push_back(more);
     for (const std::string& more : paramNames<PanelParams>()) names.push_back(more);
+    for (const std::string& more : paramNames<SectionParams>()) names.push_back(more);
     throw unknownParam(name, names);
 }
 
@@ -117,6 +119,16 @@ void flyAction(const ActionContext& c)
     const FlyInput input{number(c, "right", 0), number(c, "up", 0), number(c, "forward", 0),
                          truth(c, "fast", false), truth(c, "slow", false)};
     c.session.navigation.fly(input, std::clamp(number(c, "seconds", 0.1), 0.0, 60.0));
+    c.session.moved();
+}
+
+void dolly(const ActionContext& c)
+{
+    if (c.arguments.contains("x")) {
+        c.session.dolly(number(c, "steps"), {number(c, "x"), number(c, "y")});
+        return;
+    }
+    c.session.navigation.dolly(number(c, "steps"));
     c.session.moved();
 }
 
@@ -217,19 +229,6 @@ void animation(const ActionContext& c)
         truth(c, "play", c.arguments.contains("time") ? player.playing : !player.playing);
 }
 
-void cancelOrQuit(const ActionContext& c)
-{
-    Session& s = c.session;
-    const bool working = s.loading().active() || s.coreThread().active() ||
-                         s.equalTime().running() || s.track.playing();
-    if (working)
-        s.cancel();
-    else if (s.flying)
-        s.flying = false;
-    else
-        c.app.askQuit = true;
-}
-
 void speed(const ActionContext& c, double factor)
 {
     c.session.navigation.setSpeed(c.session.navigation.speed() * factor);
@@ -264,13 +263,18 @@ std::span<const Action> actions()
                [](C c) { exposure(c, -0.5f); }},
         Action{"tone", "T", "", "next tone curve", tone},
         // camera
-        Action{"focus", "F", "x, y", "look at the whole scene; with x, y: turn about what is there",
+        Action{"focus", "F", "x, y", "look at the whole scene; within a room at the room",
                [](C c) {
                    if (c.arguments.contains("x"))
                        c.session.focusAt({number(c, "x"), number(c, "y")});
                    else
                        c.session.frameScene();
                }},
+        Action{"home", "Home", "", "the scene's camera", [](C c) { c.session.goHome(); }},
+        Action{"previous-view", "Backspace", "", "back to the view before",
+               [](C c) { c.session.goBack(); }},
+        Action{"next-view", "Shift+Backspace", "", "forward again",
+               [](C c) { c.session.goForward(); }},
         Action{"fly-mode", "G", "", "fly with W A S D Q E, or orbit",
                [](C c) { flip(c.session.flying); }},
         Action{"faster", "=", "", "fly faster", [](C c) { speed(c, 1.25); }},
@@ -285,11 +289,8 @@ std::span<const Action> actions()
                    c.session.navigation.pan(number(c, "dx", 0), number(c, "dy", 0));
                    c.session.moved();
                }},
-        Action{"dolly", "", "steps", "move towards the pivot",
-               [](C c) {
-                   c.session.navigation.dolly(number(c, "steps"));
-                   c.session.moved();
-               }},
+        Action{"dolly", "", "steps, x, y", "move towards the pivot; with x, y: as the wheel there",
+               dolly},
         Action{"look", "", "dx, dy", "turn about the eye",
                [](C c) {
                    c.session.navigation.look(number(c, "dx", 0), number(c, "dy", 0));
@@ -352,7 +353,7 @@ std::span<const Action> actions()
         Action{"save", "Ctrl+S", "file", "save the picture (EXR, or PNG by its name)",
                [](C c) { c.session.save(text(c, "file", stamped(".exr").string())); }},
         Action{"screenshot", "F12", "file, panel", "the window as PNG", screenshotAction},
-        Action{"screenshot-picture", "Shift+F12", "", "the window without the panel as PNG",
+        Action{"screenshot-picture", "Shift+F12", "", "the picture's area alone as PNG",
                [](C c) {
                    c.app.screenshot = stamped(".png");
                    c.app.screenshotWithPanel = false;
@@ -367,6 +368,13 @@ std::span<const Action> actions()
                [](C c) { flip(c.session.settings.panels.help); }},
         Action{"panel", "F2", "", "hide or show everything over the picture",
                [](C c) { flip(c.session.settings.panels.panel); }},
+        Action{"fold-panel", "Tab", "", "fold the panel away, or open it again",
+               [](C c) { c.app.foldPanel = true; }},
+        Action{"panel-side", "", "", "the panel at the other edge of the window",
+               [](C c) {
+                   PanelSide& side = c.session.settings.panels.side;
+                   side = side == PanelSide::left ? PanelSide::right : PanelSide::left;
+               }},
         Action{"plot", "O", "", "error over time",
                [](C c) { flip(c.session.settings.panels.plot); }},
         Action{"profiler", "P", "", "times and memory",
@@ -374,29 +382,19 @@ std::span<const Action> actions()
         Action{"log", "`", "", "messages", [](C c) { flip(c.session.settings.panels.log); }},
         Action{"resize", "", "width, height", "size of the window",
                [](C c) { c.app.resize = glm::uvec2(count(c, "width"), count(c, "height")); }},
-        Action{"cancel", "Esc", "", "cancel long work; with none, ask to quit", cancelOrQuit},
-        Action{"quit", "Ctrl+Q", "", "quit", [](C c) { c.app.quit = true; }},
+        Action{"cancel", "", "", "cancel long work", [](C c) { c.session.cancel(); }},
+        Action{"escape", "Esc", "", "close a list or a box, cancel long work, stop flying, quit",
+               [](C c) { c.app.escape = true; }},
+        Action{"quit", "Ctrl+Q", "", "quit; asks when more than a minute of rendering is lost",
+               [](C c) { c.app.leave = true; }},
+        Action{"quit-now", "", "", "quit, whatever is lost", [](C c) { c.app.quit = true; }},
+        Action{"save-and-quit", "", "file", "save the picture (EXR) and quit",
+               [](C c) {
+                   c.session.save(text(c, "file", stamped(".exr").string()));
+                   c.app.quit = true;
+               }},
     };
     return kActions;
-}
-
-void runAction(const std::string& name, Session& session, AppRequests& app, const Json& arguments)
-{
-    std::vector<std::string> names;
-    for (const Action& action : actions()) {
-        if (name == action.name) {
-            action.run({session, app, arguments});
-            return;
-        }
-        names.emplace_back(action.name);
-    }
-    throw core::Error("there is no action \"" + name + "\"" + suggestion(name, names),
-                      core::ExitCode::commandLine);
-}
-
-void runAction(const std::string& name, Session& session, AppRequests& app)
-{
-    runAction(name, session, app, Json::object());
 }
 
 }  // namespace app

@@ -16,7 +16,11 @@ namespace app {
 
 /// What only the window's loop can do; asked for here, done at the end of the frame.
 struct AppRequests {
-    bool quit = false, askQuit = false, openPathBox = false;
+    bool leave = false;    // quit, unless something would be lost: see losses.h
+    bool askQuit = false;  // ask first
+    bool quit = false;     // whatever is lost
+    bool escape = false;   // close what is open over the picture; with nothing open escapeFrom()
+    bool openPathBox = false, foldPanel = false;
     std::optional<std::filesystem::path> screenshot;  // PNG
     bool screenshotWithPanel = true;
     std::optional<std::string> toClipboard;
@@ -40,6 +44,17 @@ struct Action {
 };
 
 std::span<const Action> actions();
+
+/// Actions that belong together, as the list of keys shows them.
+struct ActionGroup {
+    const char* title;
+    std::span<const Action> actions;
+};
+std::vector<ActionGroup> actionGroups();
+
+/// What Esc does when nothing lies over the picture: cancels long work, else ends flying, else
+/// leaves.
+void escapeFrom(Session& session, AppRequests& app);
 
 /// Does one. Throws core::Error for an unknown name (with the nearest one) or wrong arguments.
 void runAction(const std::string& name, Session& session, AppRequests& app);

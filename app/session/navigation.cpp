@@ -132,6 +132,30 @@ bool focusedAt(const core::Camera& camera, double depth)
 
 }  // namespace
 
+core::Camera framed(const core::Camera& camera, double aspect)
+{
+    // A picture of whole pixels is a little narrower or wider than it should be.
+    constexpr double kTolerance = 1.005;
+    if (!(aspect > 0) || !(camera.aspect > kTolerance * aspect) || !std::isfinite(camera.aspect))
+        return camera;
+    core::Camera wider = camera;
+    const double ratio = camera.aspect / aspect;
+    wider.yfov = std::min(2 * std::atan(ratio * tangent(camera)), kLargestAngle);
+    wider.ymag = ratio * camera.ymag;
+    wider.aspect = aspect;
+    return wider;
+}
+
+void Navigation::setAspect(double aspect)
+{
+    if (std::isfinite(aspect) && aspect >= 0) aspect_ = aspect;
+}
+
+void Navigation::go(const Viewpoint& viewpoint)
+{
+    take(repaired(viewpoint.camera), viewpoint.pivot);
+}
+
 void Navigation::set(const core::Camera& camera, double sceneRadius)
 {
     const double radius = std::isfinite(sceneRadius) && sceneRadius > 0 ? sceneRadius : 1;
@@ -197,7 +221,7 @@ void Navigation::pan(double dx, double dy)
 {
     if (!sane(dx, dy)) return;
     const double height =
-        2 * (camera_.orthographic ? std::abs(camera_.ymag) : pivotDepth() * tangent(camera_));
+        2 * (camera_.orthographic ? std::abs(view().ymag) : pivotDepth() * tangent(view()));
     const glm::dvec3 shift = height * (-dx * rightOf(camera_) + dy * camera_.up);
     core::Camera camera = camera_;
     camera.position += shift;
@@ -225,10 +249,46 @@ void Navigation::dolly(double steps)
     take(camera, pivot_);
 }
 
+glm::dvec3 Navigation::pointAt(glm::dvec2 position) const
+{
+    const core::Camera camera = view();
+    const double aspect = aspect_ > 0 ? aspect_ : camera.aspect > 0 ? camera.aspect : 1;
+    const double depth = pivotDepth();
+    const double height = camera.orthographic ? std::abs(camera.ymag) : depth * tangent(camera);
+    return camera.position + depth * camera.forward +
+           height *
+               ((2 * position.x - 1) * aspect * rightOf(camera) + (1 - 2 * position.y) * camera.up);
+}
+
+void Navigation::dollyTo(glm::dvec3 point, double steps)
+{
+    if (!sane(steps) || !finite(point)) return;
+    core::Camera camera = camera_;
+    const double factor = std::pow(kStep, steps);
+    if (camera.orthographic) {
+        camera.ymag = clampFrom(camera.ymag, factor * camera.ymag, kSmallestView * radius_,
+                                kLargestView * radius_);
+        const glm::dvec3 offset = point - camera.position;
+        const glm::dvec3 aside = offset - glm::dot(offset, camera.forward) * camera.forward;
+        const glm::dvec3 shift = (1 - camera.ymag / camera_.ymag) * aside;
+        camera.position += shift;
+        take(camera, pivot_ + shift);
+        return;
+    }
+    const double before = glm::distance(camera.position, point);
+    if (!(before > 0)) return;
+    const double after =
+        clampFrom(before, factor * before, kNearest * radius_, kFarthest * radius_);
+    const double share = after / before;
+    camera.position = point + share * (camera.position - point);
+    if (focusedAt(camera_, pivotDepth())) camera.focusDistance *= share;
+    take(camera, point + share * (pivot_ - point));
+}
+
 void Navigation::look(double dx, double dy)
 {
     if (!sane(dx, dy) || (dx == 0 && dy == 0)) return;
-    const double turn = camera_.orthographic ? 0.5 * kPi : 4 * std::atan(tangent(camera_));
+    const double turn = camera_.orthographic ? 0.5 * kPi : 4 * std::atan(tangent(view()));
     const Direction before = directionOf(camera_);
     const glm::dvec2 drag = upright({dx, dy}, before.roll);
     const Direction after = turned(before, turn * drag.x, -turn * drag.y);
@@ -254,19 +314,45 @@ void Navigation::fly(const FlyInput& input, double seconds)
     take(camera, pivot_ + shift);
 }
 
-void Navigation::frame(glm::dvec3 centre, double radius, double aspect)
+double Navigation::framingDistance(double radius) const
+{
+    const double aspect = aspect_ > 0 ? aspect_ : camera_.aspect > 0 ? camera_.aspect : 1;
+    const double angle = std::atan(tangent(view()) * std::min(aspect, 1.0));
+    return camera_.orthographic ? 2 * radius : radius / std::sin(angle);
+}
+
+void Navigation::frame(glm::dvec3 centre, double radius)
 {
     if (!finite(centre) || !std::isfinite(radius)) return;
     const double wanted = std::clamp(radius, 1e-3 * radius_, kFarthest * radius_);
-    if (!(aspect > 0)) aspect = camera_.aspect > 0 ? camera_.aspect : 1;
-    const double narrow = std::min(aspect, 1.0);  // of width over height: which one decides
-    const double angle = std::atan(tangent(camera_) * narrow);
-    const double distance = camera_.orthographic ? 2 * wanted : wanted / std::sin(angle);
+    const double distance = framingDistance(wanted);
     core::Camera camera = camera_;
     camera.position = centre - distance * camera.forward;
-    camera.ymag = camera.orthographic ? wanted / narrow : camera.ymag;
+    if (camera.orthographic) {
+        const double aspect = aspect_ > 0 ? aspect_ : camera.aspect > 0 ? camera.aspect : 1;
+        // What view() makes of it
+        const double grown = framed(camera, aspect_).ymag / camera.ymag;
+        camera.ymag = wanted / (std::min(aspect, 1.0) * grown);
+    }
     if (camera.apertureRadius > 0) camera.focusDistance = distance;
     take(camera, centre);
+}
+
+void Navigation::stand(glm::dvec3 position, glm::dvec3 target)
+{
+    if (!finite(position) || !finite(target) || position == target) return;
+    core::Camera camera = camera_;
+    camera.position = position;
+    Direction direction;
+    const glm::dvec3 ahead = glm::normalize(target - position);
+    camera.forward = ahead;
+    direction = directionOf(camera);
+    direction.roll = 0;
+    direction.pitch = std::clamp(direction.pitch, -kSteepest, kSteepest);
+    point(camera, axes(direction));
+    const double distance = glm::distance(position, target);
+    if (camera.apertureRadius > 0) camera.focusDistance = std::max(distance, kNearest * radius_);
+    take(camera, position + distance * camera.forward);
 }
 
 }  // namespace app

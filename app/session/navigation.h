@@ -15,6 +15,19 @@ struct FlyInput {
     bool fast = false, slow = false;  // four times, a quarter
 };
 
+/// The camera as a picture of that shape (width over height) shows it. Its own frame, where it has
+/// one, is seen whole: in a narrower picture the vertical angle grows, in a wider one it is kept
+/// and more is seen at the sides.
+core::Camera framed(const core::Camera& camera, double aspect);
+
+/// Where one is and what one turns about.
+struct Viewpoint {
+    core::Camera camera;
+    glm::dvec3 pivot{0};
+
+    friend bool operator==(const Viewpoint&, const Viewpoint&) = default;
+};
+
 class Navigation {
 public:
     /// Takes a camera as it is; `sceneRadius` (metres, about the origin) sets speeds, limits and,
@@ -22,6 +35,15 @@ public:
     /// was set stays while the radius does.
     void set(const core::Camera& camera, double sceneRadius);
     const core::Camera& camera() const { return camera_; }
+
+    /// Back to where one has been.
+    void go(const Viewpoint& viewpoint);
+    Viewpoint viewpoint() const { return {camera_, pivot_}; }
+
+    /// The shape of the picture, width over height; 0: the camera's own.
+    void setAspect(double aspect);
+    /// The camera as the picture shows it: what is rendered.
+    core::Camera view() const { return framed(camera_, aspect_); }
 
     /// Lens, angle of view: what motion does not touch.
     core::Camera& edit() { return camera_; }
@@ -51,6 +73,13 @@ public:
     /// A lens that was focused on the pivot stays so.
     void dolly(double steps);
 
+    /// The same towards `point`, which stays where it is in the picture and is never reached. The
+    /// pivot comes along.
+    void dollyTo(glm::dvec3 point, double steps);
+
+    /// The point at the pivot's depth that is seen at `position` in [0,1]^2 of the picture, y down.
+    glm::dvec3 pointAt(glm::dvec2 position) const;
+
     /// Fly mode: turns about the eye, to where the drag points; one height is twice the angle of
     /// view. The pivot stays where it is in the picture.
     void look(double dx, double dy);
@@ -58,16 +87,21 @@ public:
     /// Moves along the camera's axes, but up is the world's. At most a minute at a time.
     void fly(const FlyInput& input, double seconds);
 
-    /// Looks at the whole of a sphere from where the camera points. `aspect` of the picture, width
-    /// over height; 0: the camera's own, or at least square.
-    void frame(glm::dvec3 centre, double radius, double aspect = 0);
+    /// Looks at the whole of a sphere from where the camera points.
+    void frame(glm::dvec3 centre, double radius);
+
+    /// Turns to `target` from `position`, upright.
+    void stand(glm::dvec3 position, glm::dvec3 target);
+
+    /// How far away a sphere of that radius is seen whole, metres.
+    double framingDistance(double radius) const;
 
 private:
     void take(const core::Camera& camera, glm::dvec3 pivot);
 
     core::Camera camera_;
     glm::dvec3 pivot_{0};
-    double radius_ = 1, speed_ = 0.25;
+    double radius_ = 1, speed_ = 0.25, aspect_ = 0;
 };
 
 }  // namespace app

@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 
 #include "app/args/args.h"
+#include "app/session/view_params.h"
 #include "core/image/film.h"
 #include "core/image/image.h"
 #include "core/methods/renderer.h"
@@ -23,7 +24,7 @@ struct Reference {
     core::Image variance;  // of the mean; empty when unknown
     uint64_t samples = 0;  // 0: unknown
     double seconds = 0;
-    std::string origin;  // "core thread, path, seed 7" or the file's name
+    std::string origin;  // "rendered here, path, seed 7" or the file's name
 };
 
 /// Where to render and how: a change of any member but `sppLimit`, `secondsLimit` and `errorLimit`
@@ -74,6 +75,7 @@ struct RenderRequest {
     bool paused = false;
     double targetFrameSeconds = 1.0 / 30;  // while moving
     uint32_t movingDepth = 3;              // of paths while moving, at most
+    Moving movingShows = Moving::path;
     bool wantVariance = false, wantAovs = false, wantMaps = false;
     std::shared_ptr<const Reference> reference;  // of the same view, or none
 
@@ -101,11 +103,13 @@ struct Picture {
     core::Camera camera;
     glm::uvec2 fullSize{0};
     RenderParams params;
-    uint64_t samples = 0;   // that every pixel has had
-    double fraction = 0;    // in [0,1): how much of the next step some pixels have had, too
-    double seconds = 0;     // of rendering, since the start of the picture
-    bool preview = false;   // coarse: rendered while the camera moved
-    bool finished = false;  // a limit is reached
+    uint64_t samples = 0;  // that every pixel has had
+    double fraction = 0;   // in [0,1): how much of the next step some pixels have had, too
+    double seconds = 0;    // of rendering, since the start of the picture
+    bool preview = false;  // coarse: rendered while the camera moved
+    bool shaded = false;   // first hits lit from the camera, for the display at exposure 0
+    std::shared_ptr<const core::Image> guide;  // of a preview: see surfaceGuide()
+    bool finished = false;                     // a limit is reached
     core::FilmCounters counters;
     core::RenderStats stats;
     // From the start of the picture; thinned, at most a few hundred points

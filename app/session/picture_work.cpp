@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "app/session/error_point.h"
+#include "app/session/preview_shading.h"
 #include "core/base/time.h"
 #include "core/methods/method.h"
 
@@ -51,6 +52,7 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     *this = {};
     if (coarse == Coarse::no) backdrop_ = std::move(backdrop);
     coarse_ = coarse;
+    shaded_ = coarse == Coarse::moving && request.movingShows == Moving::shaded;
     core::AnyParams params = request.params.method;
     uint32_t* const depth = core::findParam<uint32_t>(params, "max-depth");
     depth_ = depth != nullptr ? *depth : 1;
@@ -58,7 +60,10 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     if (coarse != Coarse::no) {
         // Samples that are kept from view to view must be those of one kind of path.
         const bool keeps = core::methodNamed(params.id()).traits.keepsOnMove;
-        if (coarse == Coarse::moving && !keeps) depth_ = std::min(depth_, request.movingDepth);
+        if (shaded_)
+            depth_ = 0;
+        else if (coarse == Coarse::moving && !keeps)
+            depth_ = std::min(depth_, request.movingDepth);
         const double target =
             coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
         const PreviewSize preview = control.choose(request.size, depth_, target, keeps);
@@ -66,7 +71,7 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         scale_ = preview.scale;
         depth_ = preview.depth;
     }
-    if (depth != nullptr) *depth = depth_;
+    if (depth != nullptr && !shaded_) *depth = depth_;
     renderer.setPace(
         {.dispatchSeconds = (coarse == Coarse::no ? kPieceStill : kPieceMoving) * paceFactor});
     renderer.setView({request.camera, size_, params}, start);
@@ -99,10 +104,13 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
                           ResolutionControl& control, std::stop_token stop)
 {
     estimate_.reset();
+    if (shaded_) return advanceShaded(renderer, control);
     const auto start = Clock::now();
     core::Budget budget{.samples = nextCount(request)};
     if (coarse_ == Coarse::no) budget.seconds = kStepSeconds;
     renderer.advance(budget, stop);
+    if (coarse_ == Coarse::moving && renderer.progress().samples > 0)
+        aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
     const double seconds = core::secondsSince(start);
     const core::RenderProgress now = renderer.progress();
     if (now.version == version_) return;
@@ -118,6 +126,32 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     if (samples_ == 0) firstSeconds_ = stepSeconds_;
     samples_ = now.samples;
     stepSeconds_ = 0;
+}
+
+/// First hits are found at once, whole.
+void PictureWork::advanceShaded(core::Renderer& renderer, ResolutionControl& control)
+{
+    if (samples_ > 0) return;
+    const auto start = Clock::now();
+    aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
+    seconds_ = core::secondsSince(start);
+    control.observe(double(size_.x) * size_.y, 0, seconds_, true);
+    samples_ = 1;
+    version_ = publishedVersion_ + 1;
+}
+
+/// What makes a coarse picture easier to read than its few pixels are.
+void PictureWork::addPreview(Picture& picture, const RenderRequest& request)
+{
+    if (!aovs_ || !fits(*aovs_, picture.mean)) return;
+    if (shaded_) {
+        picture.mean = litFromCamera(*aovs_, request.camera);
+        picture.shaded = true;
+    } else if (request.movingShows != Moving::path && coarse_ == Coarse::moving &&
+               core::methodNamed(request.params.method.id()).traits.radiance) {
+        fillUnlit(picture.mean, *aovs_, request.camera);
+    }
+    picture.guide = std::make_shared<const core::Image>(surfaceGuide(*aovs_));
 }
 
 void PictureWork::readEverything(core::Renderer& renderer)
@@ -191,7 +225,8 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     picture->counters = estimate.counters;
     if (request.wantVariance)
         picture->variance = std::make_shared<core::Image>(std::move(estimate.variance));
-    if (coarse_ != Coarse::no) backdrop_ = std::make_shared<core::Image>(picture->mean);
+    if (coarse_ != Coarse::no) addPreview(*picture, request);
+    if (coarse_ != Coarse::no && !shaded_) backdrop_ = std::make_shared<core::Image>(picture->mean);
     if (request.wantAovs && !aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
     if (request.wantAovs) picture->aovs = aovs_;
     if (request.wantMaps) {

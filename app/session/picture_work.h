@@ -54,6 +54,7 @@ public:
     void discard() { *this = {}; }  // the renderer holds no picture any more
     void dropBackdrop() { backdrop_.reset(); }
     Coarse coarse() const { return coarse_; }
+    bool shaded() const { return shaded_; }
     float scale() const { return scale_; }
     uint64_t samples() const { return samples_; }
     double fraction() const { return fraction_; }
@@ -65,10 +66,13 @@ private:
     uint32_t nextCount(const RenderRequest& request) const;
     void readEverything(core::Renderer& renderer);
     void fillFromBackdrop(core::Estimate& estimate) const;
+    void advanceShaded(core::Renderer& renderer, ResolutionControl& control);
+    void addPreview(Picture& picture, const RenderRequest& request);
     bool limitReached(const RenderRequest& request) const;
 
     bool begun_ = false, finished_ = false;
     Coarse coarse_ = Coarse::no;
+    bool shaded_ = false;  // first hits alone
     glm::uvec2 size_{0};
     float scale_ = 1;
     uint32_t depth_ = 0;

@@ -70,7 +70,7 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
         reference->samples = done;
         reference->seconds = seconds;
         reference->origin =
-            "core thread, " + std::string(order.params.id()) + ", seed " + seedText(order.params);
+            "rendered here, " + std::string(order.params.id()) + ", seed " + seedText(order.params);
         box.publish(job.generation(), std::move(reference));
         next = static_cast<uint64_t>(std::ceil(kGrowth * double(done)));
     }

@@ -60,6 +60,7 @@ private:
     bool setWorld();
     void restoreWorld(std::shared_ptr<const core::World> old);
     void beginPicture();
+    void warmUp();
     void takeSamples();
     void publish();
     void fail(const std::exception_ptr& failure);
@@ -93,11 +94,12 @@ private:
     Clock::time_point takenPostedAt_;
     std::optional<RenderRequest> begun_;  // what the picture was begun for
     PictureWork work_;
-    ResolutionControl control_;
+    ResolutionControl control_, shadedControl_;  // of paths, of first hits alone
     std::optional<Change> suspendedUntil_;  // after a failure: the least change of the request that
                                             // is worth another try
     bool publishDue_ = false, errorDue_ = false, workLeft_ = false;
     bool retried_ = false;
+    bool warm_ = false;  // first hits of this world have been found once
     double paceFactor_ = 1;
 };
 
@@ -220,7 +222,17 @@ void RenderThread::Loop::step()
         work_.measureError(*renderer_, request_, false);
     }
     if ((publishDue_ && work_.presentable()) || work_.due()) publish();
+    warmUp();
     workLeft_ = wantsSamples() || work_.coarse() == Coarse::first;
+}
+
+/// The first camera motion needs first hits, whose kernel a software device compiles for seconds:
+/// better while a whole picture is on show.
+void RenderThread::Loop::warmUp()
+{
+    if (warm_ || work_.coarse() != Coarse::no || work_.published() == 0) return;
+    warm_ = true;
+    renderer_->aovs();
 }
 
 /// Brings renderer, world and view to the request; false when that has failed or is no longer
@@ -265,6 +277,7 @@ void RenderThread::Loop::dropRenderer()
     world_.reset();
     begun_.reset();
     control_.forget();
+    shadedControl_.forget();
 }
 
 /// For setWorld: shows how far it is, and ends it when another world is wanted by now.
@@ -289,7 +302,9 @@ bool RenderThread::Loop::setWorld()
     try {
         renderer_->setWorld(request_.world, reportProgress());
         world_ = request_.world;
+        warm_ = false;
         control_.forget();
+        shadedControl_.forget();
         return true;
     } catch (const core::Error& error) {
         workLeft_ = error.code() == core::ExitCode::interrupted;
@@ -323,7 +338,7 @@ void RenderThread::Loop::beginPicture()
     Coarse coarse = Coarse::no;
     const double pixels = double(request_.size.x) * request_.size.y;
     const double expected = control_.predict(pixels, depthOf(request_.params));
-    const bool shown = work_.coarse() != Coarse::no && work_.published() > 0 &&
+    const bool shown = work_.coarse() != Coarse::no && !work_.shaded() && work_.published() > 0 &&
                        changeBetween(*begun_, request_) == Change::nothing;
     if (!shown) work_.dropBackdrop();
     if (request_.moving) {
@@ -338,15 +353,16 @@ void RenderThread::Loop::beginPicture()
     }
     const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;
+    const bool shaded = coarse == Coarse::moving && request_.movingShows == Moving::shaded;
     work_.begin(*renderer_, request_, coarse, follows ? core::Start::moved : core::Start::anew,
-                control_, paceFactor_);
+                shaded ? shadedControl_ : control_, paceFactor_);
 }
 
 void RenderThread::Loop::takeSamples()
 {
     const bool firstLook = work_.coarse() != Coarse::no && work_.samples() == 0;
     const std::stop_token stop = enter(firstLook ? Phase::coarse : Phase::sampling);
-    work_.advance(*renderer_, request_, control_, stop);
+    work_.advance(*renderer_, request_, work_.shaded() ? shadedControl_ : control_, stop);
     const std::lock_guard lock(mutex_);
     phase_ = Phase::idle;
     status_.fraction = work_.fraction();

@@ -11,7 +11,7 @@ namespace app {
 namespace {
 
 constexpr double kRoomForFiner = 0.7;  // of the target: a finer step has to leave the rest
-constexpr float kSmallest = 0.125f, kShallower = 0.25f;
+constexpr float kSmallest = 0.25f, kSmallestKept = 0.125f;
 
 /// Work of a path of at most `depth` events in units of its first ray: each event adds a ray and a
 /// connection, and fewer paths reach each. It only has to be good enough for a first guess at
@@ -46,15 +46,13 @@ double ResolutionControl::predict(double pixels, uint32_t depth) const
 std::vector<ResolutionControl::Step> ResolutionControl::steps(uint32_t depth, bool keepsDepth)
 {
     std::vector<Step> steps;
-    uint32_t d = depth;
+    const float smallest = keepsDepth ? kSmallestKept : kSmallest;
     for (int halves = 0; halves <= 6; ++halves) {
-        const float scale = std::max(std::exp2(-0.5f * static_cast<float>(halves)), kSmallest);
-        if (scale < 0.99f * kShallower && !keepsDepth) {
-            const Step coarse = steps.back();
-            while (d > 1) steps.push_back({coarse.scale, --d});
-        }
-        steps.push_back({scale, d});
+        const float scale = std::exp2(-0.5f * static_cast<float>(halves));
+        if (scale >= 0.99f * smallest) steps.push_back({scale, depth});
     }
+    if (!keepsDepth)
+        for (uint32_t d = depth; d > 1;) steps.push_back({smallest, --d});
     return steps;
 }
 

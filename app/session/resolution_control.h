@@ -27,9 +27,10 @@ public:
     double predict(double pixels, uint32_t depth) const;
 
     /// The finest that should take at most `targetSeconds`. Sides shrink in steps of the root of
-    /// two down to an eighth; below a quarter depth goes first, from `depth` down to 1. Finer than
-    /// the last choice only when that leaves room, so that the size does not flicker. Before the
-    /// first observation: a quarter. `keepsDepth`: sizes alone may change.
+    /// two down to a quarter, and then depth goes, from `depth` down to 1: what is coarser still
+    /// cannot be steered by, so that from there on the rate gives way. Finer than the last choice
+    /// only when that leaves room, so that the size does not flicker. Before the first observation:
+    /// a quarter. `keepsDepth`: sizes alone may change, down to an eighth.
     PreviewSize choose(glm::uvec2 full, uint32_t depth, double targetSeconds,
                        bool keepsDepth = false);
 

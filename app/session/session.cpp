@@ -14,7 +14,6 @@
 #include "app/session/save_picture.h"
 #include "app/session/session_jobs.h"
 #include "core/base/check.h"
-#include "core/trace/pick.h"
 
 namespace app {
 
@@ -49,6 +48,8 @@ Session::Session(const SessionOptions& options)
         settings = readSettings(options.settings, problem);
         if (!problem.empty()) notices.tell(Severity::warning, problem);
     }
+    keptScale_ = settings.panels.uiScale;
+    if (options.uiScale > 0) settings.panels.uiScale = options.uiScale;
     if (!options.methodGiven) render.method = settings.paramsOf(render.method.id());
     if (!options.scene.file.empty()) load(options.scene);
 }
@@ -61,6 +62,8 @@ Session::~Session()
         tellEnds();  // a picture that could not be saved is told even now
         keepCameras();
         settings.keepParams(render.method);
+        if (options_.uiScale > 0 && settings.panels.uiScale == options_.uiScale)
+            settings.panels.uiScale = keptScale_;
         if (!options_.settings.empty()) writeSettings(options_.settings, settings);
     } catch (const std::exception& error) {
         notices.tell(Severity::warning, error.what());
@@ -87,6 +90,9 @@ void Session::update(double seconds, glm::uvec2 pictureArea)
     animate(seconds);
     takePicture();
     order(pictureArea);
+    if (document_ && !track.playing() && !player.playing)
+        history_.observe(navigation.viewpoint(), now_);
+    lookAround();
 }
 
 bool Session::busy() const
@@ -177,13 +183,19 @@ void Session::show(const Document& document)
     player.duration =
         world.scene->animations.empty() ? 0 : world.scene->animations.front().duration;
     sceneCamera_ = 0;
+    homeCamera_ = 0;
+    home_.reset();
+    history_.clear();
     fixedSize_ = {};
     try {
-        navigation.set(chooseCamera(world, options_.camera), static_cast<double>(world.radius));
+        const core::Camera camera = chooseCamera(world, options_.camera);
+        navigation.set(camera, static_cast<double>(world.radius));
+        if (!options_.camera.empty()) home_ = camera;
     } catch (const core::Error& error) {
         notices.tell(Severity::error, error.what());
         navigation.set(world.cameras.front(), static_cast<double>(world.radius));
     }
+    history_.settle(navigation.viewpoint());  // also when it is left at once
     loadFirstPath();
     options_.camera.clear();  // was meant for the first scene
     recallCameras();
@@ -244,8 +256,10 @@ void Session::tellEnds()
     tell(loader_.status(), toldLoader_);
     tell(core_.status(), toldCore_);
     tell(saver_.status(), toldSaver_);
-    for (const auto& [failed, text] : saves_->takeTold())
+    for (const auto& [failed, text] : saves_->takeTold()) {
         notices.tell(failed ? Severity::error : Severity::news, text);
+        if (failed) savedSeconds_ = 0;
+    }
     const RenderThreadStatus rendering = renderThread_.status();
     if (rendering.errorCount != toldRendering_) {
         toldRendering_ = rendering.errorCount;
@@ -273,7 +287,7 @@ void Session::animate(double seconds)
     if (player.time == document_->time || loader_.status().active()) return;
     // A scene that has come since takeLoaded() is not to be passed over for a pose of the old one.
     if (loadGeneration_ != takenLoad_ && loadedBox_->get(loadGeneration_)) return;
-    loadGeneration_ = loader_.start("pose", poseJob(*document_, player.time, loadedBox_));
+    loadGeneration_ = loader_.start(kPoseJob, poseJob(*document_, player.time, loadedBox_));
 }
 
 void Session::followSceneCamera()
@@ -295,6 +309,7 @@ void Session::takePicture()
     const std::shared_ptr<const Picture> newest = renderThread_.newest();
     if (newest && newest != picture_) {
         picture_ = newest;
+        if (picture_->seconds < savedSeconds_) savedSeconds_ = 0;  // it began anew
         convergence_.take(*picture_);
         if (equalTime_.running()) {
             const int side = equalTime_.side();
@@ -325,6 +340,7 @@ void Session::saveNow()
     saves_->add({pendingSave_->file, picture_, document_->world, document_->file, document_->time,
                  settings.view});
     saver_.start("save", saves_->job());
+    savedSeconds_ = picture_->seconds;
     pendingSave_.reset();
 }
 
@@ -335,6 +351,11 @@ void Session::save(const fs::path& file)
         return;
     }
     pendingSave_ = PendingSave{file, now_ + kSaveSeconds};
+}
+
+double Session::unsavedSeconds() const
+{
+    return picture_ && !picture_->preview ? picture_->seconds - savedSeconds_ : 0;
 }
 
 void Session::restart()
@@ -361,9 +382,10 @@ void Session::order(glm::uvec2 pictureArea)
 {
     const glm::uvec2 size = pictureSize(pictureArea);
     if (!document_ || pictureArea.x == 0 || pictureArea.y == 0) return;
+    navigation.setAspect(static_cast<double>(size.x) / size.y);
     RenderRequest wanted;
     wanted.world = document_->world;
-    wanted.camera = navigation.camera();
+    wanted.camera = navigation.view();
     wanted.size = size;
     wanted.params = equalTime_.running() ? equalTime_.wanted() : render;
     wanted.validation = options_.validation;
@@ -372,6 +394,7 @@ void Session::order(glm::uvec2 pictureArea)
     wanted.paused = paused && !equalTime_.running();
     wanted.targetFrameSeconds = 1.0 / static_cast<double>(std::max(settings.view.movingRate, 1.0f));
     wanted.movingDepth = settings.view.movingDepth;
+    wanted.movingShows = settings.view.moving;
     wanted.wantVariance = settings.view.show == Show::deviation || pendingSave_.has_value();
     wanted.wantAovs = settings.view.show >= Show::depth && settings.view.show <= Show::emitter;
     wanted.wantMaps = settings.view.show == Show::methodMap;

@@ -19,7 +19,9 @@
 #include "app/session/reference_job.h"
 #include "app/session/render_thread.h"
 #include "app/session/settings.h"
+#include "app/session/view_history.h"
 #include "app/session/view_params.h"
+#include "app/session/window_layout.h"
 #include "core/base/worker.h"
 
 namespace app {
@@ -49,6 +51,9 @@ struct AnimationPlayer {
     double duration = 0;  // 0: the scene has none
 };
 
+/// The name of the loader's job that makes a pose of the scene's animation.
+inline constexpr const char* kPoseJob = "pose";
+
 struct SessionOptions {
     SceneOptions scene;          // what to load first
     std::string camera;          // name, index or file; empty: the scene's first
@@ -58,6 +63,7 @@ struct SessionOptions {
     bool validation = false;
     std::filesystem::path settings;  // empty: none are kept
     bool quiet = false;
+    float uiScale = 0;  // of the letters, for this run; 0: as kept
     RendererFactory factory = makeViewRenderer;
 };
 
@@ -67,8 +73,8 @@ public:
     ~Session();
 
     /// Once per frame: takes what the threads have finished, moves what moves by itself (paths,
-    /// animations), orders what changed. `pictureArea` is the window's area in pixels. Never
-    /// blocks.
+    /// animations), orders what changed. `pictureArea` is what the window has for the picture, in
+    /// pixels. Never blocks.
     void update(double seconds, glm::uvec2 pictureArea);
 
     /// Whether something will change without anybody's doing: else the window may sleep until the
@@ -107,22 +113,34 @@ public:
     /// whenever the hand has moved the camera: pictures come small and quick for a moment
     void moved();
     void useSceneCamera(size_t index);
+    void goHome();  // the scene's camera that was used last, at first the one it began with
+    void goBack();  // the view that one rested at before
+    void goForward();
     void saveCamera(const std::string& name);
     const std::vector<SavedCamera>& savedCameras() const { return savedCameras_; }
     void useSavedCamera(size_t index);
     void removeSavedCamera(size_t index);
     std::string cameraText() const;             // JSON, for the clipboard
     void pasteCamera(const std::string& json);  // a failure is a notice
-    /// in [0,1]^2 of the picture: pivot and focus go to what is there
+    /// in [0,1]^2 of the picture's area: pivot and focus go to what is there
     void focusAt(glm::dvec2 position);
+    /// The wheel with the cursor at `position`, in [0,1]^2 of the picture's area.
+    void dolly(double steps, glm::dvec2 position);
+    /// The whole scene; from within a room as much of it as can be seen without leaving it.
     void frameScene();
+    bool insideSolid() const { return insideSolid_; }  // at rest: see surroundings.h
 
     // --- pictures
     void restart();
     std::shared_ptr<const Picture> picture() const { return picture_; }
-    bool hasNews() const;  // a picture newer than that waits for the next update
+    /// Where a picture stands in the picture's area, in fractions of it.
+    Area placeOf(const Picture& picture) const;
+    Area placeOf(glm::uvec2 size) const;  // of an image that is not of this view
+    bool hasNews() const;                 // a picture newer than that waits for the next update
     uint64_t generation() const { return generation_; }  // of the newest order
     void save(const std::filesystem::path& file);
+    /// Seconds of rendering in the picture that no file has.
+    double unsavedSeconds() const;
     /// Renders every frame of the track to numbered files, in the core thread, on the CPU.
     void exportTrack(const std::filesystem::path& pattern, uint32_t samples);
 
@@ -161,6 +179,9 @@ private:
     void animate(double seconds);
     void followSceneCamera();
     void takeCamera(const core::Camera& camera);
+    void goTo(const std::optional<Viewpoint>& viewpoint);
+    glm::dvec2 inPicture(glm::dvec2 position) const;
+    void lookAround();
     void keepCameras();
     void recallCameras();
     bool referenceFits(const RenderRequest& request) const;
@@ -172,6 +193,12 @@ private:
     std::vector<SavedCamera> savedCameras_;
     std::optional<size_t> sceneCamera_;  // the view is this one's, also when it is animated
     core::Camera followed_;              // as it was when it was taken
+    size_t homeCamera_ = 0;
+    std::optional<core::Camera> home_;  // where it began, when that is no camera of the scene
+    ViewHistory history_;
+    bool insideSolid_ = false;
+    std::shared_ptr<const core::World> probedWorld_;  // for insideSolid_
+    glm::dvec3 probedAt_{0};
     std::shared_ptr<const Picture> picture_;
     Convergence convergence_;
     EqualTime equalTime_;
@@ -183,11 +210,13 @@ private:
     RenderRequest ordered_;
     uint64_t generation_ = 0, restarts_ = 0;
     double now_ = 0, movedAt_ = -1e9;
-    // Of the window; of a replayed picture until the camera moves
+    // Of what the window has for it; of a replayed picture until the camera moves
     glm::uvec2 area_{0}, fixedSize_{0};
     double areaSince_ = 0;
     bool unsettled_ = false;
     std::optional<PendingSave> pendingSave_;
+    double savedSeconds_ = 0;  // of rendering, of the present picture
+    float keptScale_ = 0;      // of the letters, when this run has another
     std::unique_ptr<Replay> pendingReplay_;
 
     uint64_t loadGeneration_ = 0, takenLoad_ = 0, referenceGeneration_ = 0;

@@ -1,9 +1,12 @@
 // The session's cameras: the scene's, the saved ones, those that come and go as text. See
 // session.h.
+#include <algorithm>
+
 #include "app/files/camera_file.h"
 
 #include "app/base/json_file.h"
 #include "app/session/session.h"
+#include "app/session/surroundings.h"
 #include "core/base/check.h"
 #include "core/trace/pick.h"
 #include <nlohmann/json.hpp>
@@ -34,8 +37,44 @@ void Session::useSceneCamera(size_t index)
 {
     if (!document_ || index >= document_->world->cameras.size()) return;
     takeCamera(document_->world->cameras[index]);
+    homeCamera_ = index;
+    home_.reset();
     sceneCamera_ = index;  // an animated one carries the view along, until it is moved by hand
     followed_ = document_->world->cameras[index];
+}
+
+void Session::goHome()
+{
+    if (!document_) return;
+    history_.settle(navigation.viewpoint());
+    track.stop();
+    if (home_)
+        takeCamera(*home_);
+    else
+        useSceneCamera(homeCamera_);
+}
+
+void Session::goTo(const std::optional<Viewpoint>& viewpoint)
+{
+    if (!viewpoint) {
+        notices.tell(Severity::news, "there is no other view to go to");
+        return;
+    }
+    track.stop();
+    equalTime_.cancel();
+    navigation.go(*viewpoint);
+    sceneCamera_.reset();
+    fixedSize_ = {};
+}
+
+void Session::goBack()
+{
+    if (document_) goTo(history_.back(navigation.viewpoint()));
+}
+
+void Session::goForward()
+{
+    if (document_) goTo(history_.forward(navigation.viewpoint()));
 }
 
 void Session::saveCamera(const std::string& name)
@@ -49,7 +88,9 @@ void Session::saveCamera(const std::string& name)
 
 void Session::useSavedCamera(size_t index)
 {
-    if (index < savedCameras_.size()) takeCamera(savedCameras_[index].camera);
+    if (index >= savedCameras_.size()) return;
+    history_.settle(navigation.viewpoint());
+    takeCamera(savedCameras_[index].camera);
 }
 
 void Session::removeSavedCamera(size_t index)
@@ -67,6 +108,7 @@ std::string Session::cameraText() const
 void Session::pasteCamera(const std::string& json)
 {
     if (!document_) return;
+    history_.settle(navigation.viewpoint());
     try {
         takeCamera(cameraFromJson(Json::parse(json), navigation.camera(),
                                   document_->world->placement, "the clipboard"));
@@ -78,21 +120,80 @@ void Session::pasteCamera(const std::string& json)
     }
 }
 
+Area Session::placeOf(const Picture& picture) const
+{
+    const glm::vec2 area(glm::max(area_, glm::uvec2(1)));
+    const auto aspect = static_cast<double>(area.x / area.y);
+    if (fixedSize_.x > 0) return whole(picture.fullSize, area);
+    return kept(picture.fullSize, picture.camera, area, framed(navigation.camera(), aspect));
+}
+
+Area Session::placeOf(glm::uvec2 size) const
+{
+    return whole(size, glm::vec2(glm::max(area_, glm::uvec2(1))));
+}
+
+/// From [0,1]^2 of the area to that of the picture, which may have another shape.
+glm::dvec2 Session::inPicture(glm::dvec2 position) const
+{
+    const Area place = placeOf(ordered_.size);
+    return (position - glm::dvec2(place.corner)) / glm::dvec2(place.size);
+}
+
 void Session::focusAt(glm::dvec2 position)
 {
     if (!document_ || ordered_.size.x == 0) return;
-    const auto picked = core::pick(*document_->world, navigation.camera(), ordered_.size, position);
+    const auto picked =
+        core::pick(*document_->world, navigation.view(), ordered_.size, inPicture(position));
     if (!picked) return;
     navigation.setPivot(picked->position);
+}
+
+void Session::dolly(double steps, glm::dvec2 position)
+{
+    if (!document_ || ordered_.size.x == 0) return;
+    if (settings.view.wheel == Wheel::pivot) {
+        navigation.dolly(steps);
+    } else {
+        const glm::dvec2 at = inPicture(position);
+        const auto picked = core::pick(*document_->world, navigation.view(), ordered_.size, at);
+        navigation.dollyTo(picked ? picked->position : navigation.pointAt(at), steps);
+    }
+    moved();
 }
 
 void Session::frameScene()
 {
     if (!document_) return;
+    history_.settle(navigation.viewpoint());
     const core::World& world = *document_->world;
-    const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);
-    navigation.frame(0.5 * (low + high), std::max(0.5 * glm::length(high - low), 1e-6));
+    const glm::dvec3 eye = navigation.camera().position;
+    const std::optional<Room> room = roomAround(world, eye);
+    if (room && !navigation.camera().orthographic) {
+        // Looks at the middle of what is around and steps back from it as far as the wall behind.
+        const double ahead = glm::distance(room->middle, eye);
+        const glm::dvec3 to =
+            ahead > 0.1 * room->radius ? (room->middle - eye) / ahead : navigation.camera().forward;
+        const double wanted = navigation.framingDistance(room->radius) - ahead;
+        const double wall = distanceAlong(world, eye, -to).value_or(wanted);
+        const double step = std::clamp(wanted, 0.0, std::max(wall - 0.1 * room->radius, 0.0));
+        navigation.stand(eye - step * to, eye + std::max(ahead, 0.1 * room->radius) * to);
+    } else {
+        const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);
+        navigation.frame(0.5 * (low + high), std::max(0.5 * glm::length(high - low), 1e-6));
+    }
     moved();
+}
+
+/// Rays are for a camera at rest, once for each place.
+void Session::lookAround()
+{
+    if (!document_ || isMoving() || track.playing() || player.playing) return;
+    const glm::dvec3 eye = navigation.camera().position;
+    if (probedWorld_ == document_->world && probedAt_ == eye) return;
+    probedWorld_ = document_->world;
+    probedAt_ = eye;
+    insideSolid_ = app::insideSolid(*document_->world, eye);
 }
 
 /// Saved cameras of the scene go to the settings ...

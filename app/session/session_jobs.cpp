@@ -60,7 +60,8 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
         for (int frame = first; frame <= last && !context.stopped(); ++frame) {
             context.progress(("frame " + std::to_string(frame)).c_str(),
                              static_cast<double>(frame - first) / (last - first + 1));
-            const core::Camera camera = track.at(frame);
+            const core::Camera camera =
+                framed(track.at(frame), static_cast<double>(size.x) / size.y);
             // A method that keeps samples does so from frame to frame, as in the window.
             renderer->setView({camera, size, params},
                               frame == first ? core::Start::anew : core::Start::moved);

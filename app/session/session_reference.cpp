@@ -23,7 +23,7 @@ void Session::startReference(uint64_t samples)
     if (!document_ || ordered_.size.x == 0) return;
     dropReference();
     referenceWorld_ = document_->world;
-    referenceCamera_ = navigation.camera();
+    referenceCamera_ = navigation.view();
     referenceGeneration_ = core_.start(
         "reference",
         referenceJob({document_->world, referenceCamera_, ordered_.size, render.method, samples},
@@ -57,7 +57,7 @@ void Session::loadReference(const fs::path& file)
         dropReference();
         reference_ = std::make_shared<const Reference>(std::move(reference));
         referenceWorld_ = ordered_.world;
-        referenceCamera_ = navigation.camera();
+        referenceCamera_ = navigation.view();
     } catch (const core::Error& error) {
         notices.tell(Severity::error, error.what());
     }

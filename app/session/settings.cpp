@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int64_t kVersion = 1;
-constexpr size_t kMostRecent = 12;
+constexpr size_t kMostRecent = 12, kLongestPlaces = 1 << 16;
 constexpr uint32_t kSmallestWindow = 64, kLargestWindow = 16384;
 
 /// An environment variable that names an absolute folder, else nothing.
@@ -91,7 +91,10 @@ Settings settingsOf(const Json& json)
     // What is wrong with single values is not worth a word: each has a default.
     (void)readParams(member(json, "view"), s.view, "view");
     (void)readParams(member(json, "panels"), s.panels, "panels");
+    (void)readParams(member(json, "sections"), s.sections, "sections");
     readMethods(json, s);
+    s.places = textOf(json, "places", "");
+    if (s.places.size() > kLongestPlaces) s.places.clear();
     s.windowSize = readWindow(member(json, "window"), s.windowSize);
     for (const Json& file : listOf(json, "recent")) {
         const std::string name = file.is_string() ? file.get<std::string>() : "";
@@ -136,7 +139,9 @@ Json settingsJson(const Settings& s)
     return {{"version", kVersion},
             {"view", paramsJson(s.view)},
             {"panels", paramsJson(s.panels)},
+            {"sections", paramsJson(s.sections)},
             {"methods", methods},
+            {"places", isUtf8(s.places) ? s.places : std::string()},
             {"window", {s.windowSize.x, s.windowSize.y}},
             {"recent", recent},
             {"presets", presets},

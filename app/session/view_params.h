@@ -33,9 +33,34 @@ enum class ColourMap : uint32_t { viridis, magma, grey };
 /// image - reference, r.
 enum class ErrorKind : uint32_t { absolute, relative, squared };
 
+/// What a moving camera shows: paths as they come, paths with what first hits tell where no light
+/// has come, or first hits alone, lit from the camera.
+enum class Moving : uint32_t { path, filled, shaded };
+
+/// What the wheel goes towards.
+enum class Wheel : uint32_t { cursor, pivot };
+
+/// The edge of the window that the panel stands at.
+enum class PanelSide : uint32_t { left, right };
+
+/// Whether the panel gives its place to the picture. `automatic`: in narrow windows.
+enum class PanelFold : uint32_t { automatic, open, folded };
+
 }  // namespace app
 
 namespace core {
+template <> struct EnumNames<app::Moving> {
+    static constexpr std::array<std::string_view, 3> names{"path", "filled", "shaded"};
+};
+template <> struct EnumNames<app::Wheel> {
+    static constexpr std::array<std::string_view, 2> names{"cursor", "pivot"};
+};
+template <> struct EnumNames<app::PanelSide> {
+    static constexpr std::array<std::string_view, 2> names{"left", "right"};
+};
+template <> struct EnumNames<app::PanelFold> {
+    static constexpr std::array<std::string_view, 3> names{"automatic", "open", "folded"};
+};
 template <> struct EnumNames<app::Show> {
     static constexpr std::array<std::string_view, 12> names{
         "color",   "depth",   "normal",    "albedo",     "triangle", "material",
@@ -65,6 +90,8 @@ struct ViewParams {
     float frameLimit = 60;
     float movingRate = 30;
     uint32_t movingDepth = 3;
+    Moving moving = Moving::filled;
+    Wheel wheel = Wheel::cursor;
 
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
@@ -96,15 +123,44 @@ struct ViewParams {
                 "scattering events per path while the camera moves, at most",
                 {0, 64}},
           p.movingDepth);
+        v(Field{"moving", "while the camera moves: path shows the light that has come, filled also "
+                          "surfaces that have none yet, shaded first hits alone, lit from the "
+                          "camera: finer, without noise, without light"},
+          p.moving);
+        v(Field{"wheel", "the wheel goes towards what is under the cursor, or towards the point "
+                         "that the view turns about"},
+          p.wheel);
     }
     friend bool operator==(const ViewParams&, const ViewParams&) = default;
 };
 
-/// What is open in the window.
+/// What a view shows, in words; for a method's own map its name is better.
+constexpr std::string_view captionOf(Show show)
+{
+    constexpr std::array<std::string_view, 12> captions{"the picture",
+                                                        "distances of first hits",
+                                                        "shading normals of first hits",
+                                                        "reflectances of first hits",
+                                                        "triangles",
+                                                        "materials",
+                                                        "emitters",
+                                                        "samples per pixel",
+                                                        "standard deviation of each pixel",
+                                                        "difference from the reference",
+                                                        "error against the reference",
+                                                        "a map of the method"};
+    static_assert(captions.size() == core::EnumNames<Show>::names.size());
+    return captions[static_cast<size_t>(show)];
+}
+
+/// What is open in the window, and where the panel stands.
 struct PanelParams {
     bool panel = true, help = false, log = false, plot = true, profiler = false;
+    PanelSide side = PanelSide::left;
+    PanelFold fold = PanelFold::automatic;
+    float width = 0;
     float uiScale = 0;
-    float opacity = 0.92f;
+    float opacity = 0.96f;
 
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
@@ -114,10 +170,38 @@ struct PanelParams {
         v(Field{"log", "messages, newest last"}, p.log);
         v(Field{"plot", "error over time"}, p.plot);
         v(Field{"profiler", "times, rays and memory"}, p.profiler);
+        v(Field{"panel-side", "edge of the window that the panel stands at"}, p.side);
+        v(Field{"panel-fold",
+                "open beside the picture, or folded away; automatic folds it in narrow windows"},
+          p.fold);
+        v(Field{"panel-width", "of the panel, in heights of a letter; 0 is the usual", {0, 400}},
+          p.width);
         v(Field{"ui-scale", "size of the letters; 0 follows the display", {0, 4}}, p.uiScale);
-        v(Field{"opacity", "of the panel", {0.3, 1}}, p.opacity);
+        v(Field{"opacity", "of windows that lie over the picture", {0.3, 1}}, p.opacity);
     }
     friend bool operator==(const PanelParams&, const PanelParams&) = default;
+};
+
+/// Which sections of the panel are unfolded.
+struct SectionParams {
+    bool scene = true, method = true, view = true, camera = false, animation = true, path = false;
+    bool compare = false, reference = false, limits = false, save = false;
+
+    template <class Self, class V> static void visit(Self& p, V&& v)
+    {
+        using core::Field;
+        v(Field{"section-scene", "what is loaded"}, p.scene);
+        v(Field{"section-method", "how light is found"}, p.method);
+        v(Field{"section-view", "how the picture is looked at"}, p.view);
+        v(Field{"section-camera", "cameras and the lens"}, p.camera);
+        v(Field{"section-animation", "time of the scene's animation"}, p.animation);
+        v(Field{"section-path", "the camera path"}, p.path);
+        v(Field{"section-compare", "two pictures side by side"}, p.compare);
+        v(Field{"section-reference", "what errors are measured against"}, p.reference);
+        v(Field{"section-limits", "when the picture is finished"}, p.limits);
+        v(Field{"section-save", "pictures as files"}, p.save);
+    }
+    friend bool operator==(const SectionParams&, const SectionParams&) = default;
 };
 
 }  // namespace app

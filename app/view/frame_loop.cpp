@@ -5,11 +5,13 @@
 #include <cstdlib>
 #include <iostream>
 #include <thread>
+#include <utility>
 
 #include <imgui.h>
 #include <nlohmann/json.hpp>
 
 #include "app/files/stats.h"
+#include "app/session/losses.h"
 #include "app/view/input.h"
 #include "core/base/check.h"
 
@@ -35,6 +37,7 @@ SessionOptions sessionOptions(const ViewOptions& o)
     s.render.method = o.params;
     s.methodGiven = o.paramsGiven;
     s.validation = o.validation;
+    s.uiScale = o.uiScale;
     if (!o.noSettings) s.settings = settingsFile();
     return s;
 }
@@ -62,7 +65,6 @@ FrameLoop::FrameLoop(const ViewOptions& options)
       session_(std::make_unique<Session>(sessionOptions(options))), ui_(std::make_unique<Ui>())
 {
     interrupt_.keepResult(true);  // the settings
-    if (options.uiScale > 0) session_->settings.panels.uiScale = options.uiScale;
     if (!options.replay.empty()) session_->replay(options.replay);
 }
 
@@ -81,6 +83,7 @@ int FrameLoop::run()
             exitCode_ = static_cast<int>(core::ExitCode::failure);
     }
     session_->settings.windowSize = glm::max(window_.framebufferSize(), glm::uvec2(320, 200));
+    ui_->keepPlaces(*session_, true);
     session_.reset();
     return exitCode_;
 }
@@ -155,6 +158,17 @@ bool FrameLoop::somethingChanged()
     return fading && sinceDraw > kBusyDraw;
 }
 
+/// The mouse and the panel count in units of the display, the picture in pixels.
+void FrameLoop::layOutWindow()
+{
+    const ImGuiIO& io = ImGui::GetIO();
+    layout_ = layOut({io.DisplaySize.x, io.DisplaySize.y}, ImGui::GetFontSize(),
+                     session_->settings.panels);
+    const glm::vec2 scale(io.DisplayFramebufferScale.x, io.DisplayFramebufferScale.y);
+    areaCorner_ = glm::uvec2(glm::round(layout_.picture.corner * scale));
+    area_ = glm::uvec2(glm::round(layout_.picture.end() * scale)) - areaCorner_;
+}
+
 void FrameLoop::draw(double seconds)
 {
     const Clock::time_point begin = Clock::now();
@@ -164,15 +178,23 @@ void FrameLoop::draw(double seconds)
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         return;
     }
-    area_ = window_.framebufferSize();
+    layOutWindow();
     const uint64_t before = session_->generation();
-    const bool hand = handleInput(*session_, requests_, area_, seconds);
+    const bool hand = handleInput(*session_, requests_, layout_.picture, seconds);
+    if (requests_.foldPanel) {
+        session_->settings.panels.fold =
+            layout_.panel.empty() ? PanelFold::open : PanelFold::folded;
+        requests_.foldPanel = false;
+    }
+    layOutWindow();  // what was pressed may have changed it
     session_->update(seconds, area_);
     if (hand && session_->generation() != before && !input_)
         input_ = Input{secondsNow(), frames_ + 1, session_->generation()};
-    const DisplayInputs inputs = pictureView_.inputs(*session_);
+    DisplayInputs inputs = pictureView_.inputs(*session_);
+    inputs.corner = areaCorner_;
+    inputs.size = area_;
     UiFrame frame;
-    frame.area = area_;
+    frame.layout = layout_;
     frame.devices = devices_;
     frame.frameTimes = frameTimes_;
     frame.inputSeconds = inputSeconds_;
@@ -250,7 +272,22 @@ void FrameLoop::obey()
     requests_.pasteCamera = false;
     requests_.resize.reset();
     requests_.screenshot.reset();
-    quit_ = quit_ || requests_.quit || window_.closeRequested() || (script_ && script_->finished());
+    leave();
+}
+
+/// Every way of leaving but signals and the end of a script comes here.
+void FrameLoop::leave()
+{
+    if (window_.closeRequested() && !window_.lost()) {
+        window_.requestClose(false);
+        requests_.leave = true;
+    }
+    if (std::exchange(requests_.leave, false)) {
+        const bool room = hasRoomForText(layout_.window, layout_.letter);
+        (lossesOf(*session_).empty() || !room ? requests_.quit : requests_.askQuit) = true;
+        more_ = 3;
+    }
+    quit_ = quit_ || requests_.quit || window_.lost() || (script_ && script_->finished());
 }
 
 void FrameLoop::writeScreenshot()

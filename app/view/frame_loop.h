@@ -32,10 +32,12 @@ private:
     bool waitForWork();
     bool somethingChanged();
     void draw(double seconds);
+    void layOutWindow();
     void present(const DisplayInputs& inputs);
     void measure(double seconds);
     void takeDrops();
     void obey();
+    void leave();
     void writeScreenshot();
     [[noreturn]] void endWithoutDisplay();
     double secondsNow() const;
@@ -58,7 +60,8 @@ private:
     // Frames still to be drawn though nothing happens: what ImGui fades or lays out late
     int more_ = 3;
     double noticeAt_ = -1e9, drawSeconds_ = 0;
-    glm::uvec2 area_{0};
+    WindowLayout layout_;
+    glm::uvec2 areaCorner_{0}, area_{0};  // of the picture, pixels
     bool lostOnce_ = false, quit_ = false;
     int exitCode_ = 0;
 

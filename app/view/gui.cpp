@@ -34,6 +34,7 @@ struct Use {
 constexpr Use kNothing{VK_PIPELINE_STAGE_TRANSFER_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
 constexpr Use kCopiedTo{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
                         VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
+constexpr Use kCleared = kCopiedTo;
 constexpr Use kDrawn{VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
                      VK_ACCESS_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT,
                      VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL};
@@ -54,6 +55,24 @@ void transition(VkCommandBuffer commands, VkImage image, const Use& from, const 
     barrier.image = image;
     barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
     vk.CmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
+}
+
+/// What is beside the picture: nothing but the panel and the line of status, which are opaque, and
+/// for a frame or two what a window that grows has not laid out yet.
+void clear(VkCommandBuffer commands, VkImage image)
+{
+    const VkClearColorValue colour{{0.016f, 0.016f, 0.019f, 1}};
+    const VkImageSubresourceRange range{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+    vk.CmdClearColorImage(commands, image, kCleared.layout, &colour, 1, &range);
+    transition(commands, image, kCleared, kCopiedTo);
+}
+
+/// The picture's area inside a frame of that size.
+std::pair<glm::uvec2, glm::uvec2> areaIn(glm::uvec2 frame, const DisplayInputs& inputs)
+{
+    if (inputs.size.x == 0 || inputs.size.y == 0) return {glm::uvec2(0), frame};
+    const glm::uvec2 corner = glm::min(inputs.corner, frame - 1u);
+    return {corner, glm::min(inputs.size, frame - corner)};
 }
 
 }  // namespace
@@ -156,12 +175,15 @@ void Gui::Impl::upload(const DisplayInputs& inputs)
 
 void Gui::Impl::runKernel(const gpu::Frame& frame, const DisplayInputs& inputs)
 {
-    if (glm::uvec2(display.width(), display.height()) != frame.size) {
+    const auto [corner, size] = areaIn(frame.size, inputs);
+    if (glm::uvec2(display.width(), display.height()) != size) {
         swapchain.wait();
-        display.setSize(frame.size.x, frame.size.y);
+        display.setSize(size.x, size.y);
         ran = false;
     }
-    const bool same = std::memcmp(&inputs.settings, &shown.settings, sizeof(shown.settings)) == 0;
+    shown.corner = corner;
+    const bool same = std::memcmp(&inputs.settings, &shown.settings, sizeof(shown.settings)) == 0 &&
+                      inputs.places == shown.places;
     if (ran && same) return;
     const uint32_t query = 2 * frame.slot;
     if (timestamps) {
@@ -169,13 +191,14 @@ void Gui::Impl::runKernel(const gpu::Frame& frame, const DisplayInputs& inputs)
         vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps.get(),
                              query);
     }
-    display.record(frame.commands, inputs.settings, swapchain.swapped());
+    display.record(frame.commands, inputs.settings, swapchain.swapped(), inputs.places);
     if (timestamps) {
         vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, timestamps.get(),
                              query + 1);
         timed[frame.slot] = true;
     }
     shown.settings = inputs.settings;
+    shown.places = inputs.places;
     ran = true;
 }
 
@@ -183,10 +206,13 @@ void Gui::Impl::runKernel(const gpu::Frame& frame, const DisplayInputs& inputs)
 void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer,
                      glm::uvec2 size, const Use& after)
 {
+    const glm::uvec2 area(display.width(), display.height());
     transition(commands, image, kNothing, kCopiedTo);
+    if (area != size) clear(commands, image);
     VkBufferImageCopy copy{};
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-    copy.imageExtent = {size.x, size.y, 1};
+    copy.imageOffset = {static_cast<int>(shown.corner.x), static_cast<int>(shown.corner.y), 0};
+    copy.imageExtent = {area.x, area.y, 1};
     vk.CmdCopyBufferToImage(commands, display.output().get(), image, kCopiedTo.layout, 1, &copy);
     transition(commands, image, kCopiedTo, kDrawn);
     VkRenderPassBeginInfo begin{};

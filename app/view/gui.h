@@ -11,8 +11,8 @@
 #include <glm/glm.hpp>
 
 #include "app/view/window.h"
+#include "core/image/display.h"
 #include "core/image/image.h"
-#include "shared/display.h"
 
 namespace app {
 
@@ -26,6 +26,8 @@ struct GuiOptions {
 struct DisplayInputs {
     std::shared_ptr<const core::Image> a, b;  // 1 or 3 channels; b may be absent
     shared::DisplaySettings settings;         // sizes are filled in
+    core::DisplayPlaces places;               // of the images in the picture's area
+    glm::uvec2 corner{0}, size{0};  // of that area in the window, pixels; no size: all of it
 };
 
 struct GuiStats {
@@ -45,13 +47,13 @@ public:
     /// frame.
     bool begin();
 
-    /// Draws the picture over the whole window, then what ImGui has been given since begin(), and
-    /// presents. Runs the display kernel only when its inputs changed.
+    /// Draws the picture into its area, then what ImGui has been given since begin(), and presents.
+    /// Runs the display kernel only when its inputs changed.
     void end(const DisplayInputs& inputs);
 
     /// The frame that was presented last, RGBA rows from the top.
     std::vector<uint8_t> readFrame(glm::uvec2& size);
-    /// What the display kernel made last (without the panel).
+    /// What the display kernel made last: the picture's area, without what ImGui drew.
     std::vector<uint8_t> readPicture(glm::uvec2& size);
 
     void setUiScale(float scale);

@@ -86,43 +86,51 @@ bool runKeys(Session& session, AppRequests& app)
     return any;
 }
 
-bool mouse(Session& session, glm::uvec2 area)
+/// The wheel flies faster, or goes where the cursor is.
+bool wheel(Session& session, glm::dvec2 position)
+{
+    const auto steps = static_cast<double>(ImGui::GetIO().MouseWheel);
+    if (steps == 0) return false;
+    Navigation& navigation = session.navigation;
+    if (session.flying) {
+        navigation.setSpeed(navigation.speed() * std::pow(1.2, steps));
+        return false;
+    }
+    session.dolly(steps, position);
+    return true;
+}
+
+/// The left button looks around while one flies; the middle one always orbits.
+bool drag(Session& session, glm::dvec2 by)
+{
+    if (by == glm::dvec2(0)) return false;
+    Navigation& navigation = session.navigation;
+    const bool left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
+    const bool middle = ImGui::IsMouseDown(ImGuiMouseButton_Middle);
+    const bool right = ImGui::IsMouseDown(ImGuiMouseButton_Right);
+    if (left && session.flying)
+        navigation.look(by.x, by.y);
+    else if (left || middle)
+        navigation.orbit(by.x, by.y);
+    if (right) navigation.pan(by.x, by.y);
+    if (left || middle || right) session.moved();
+    return left || middle || right;
+}
+
+bool mouse(Session& session, const Area& area)
 {
     const ImGuiIO& io = ImGui::GetIO();
-    if (!session.document() || area.y == 0) return false;
-    const double dx = static_cast<double>(io.MouseDelta.x) / area.y,
-                 dy = static_cast<double>(io.MouseDelta.y) / area.y;
-    const bool dragged = dx != 0 || dy != 0;
-    Navigation& navigation = session.navigation;
-    bool any = false;
-    if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
-        session.focusAt({static_cast<double>(io.MousePos.x) / area.x,
-                         static_cast<double>(io.MousePos.y) / area.y});
-        any = true;
-    } else if (ImGui::IsMouseDown(ImGuiMouseButton_Left) && dragged) {
-        if (session.flying)
-            navigation.look(dx, dy);
-        else
-            navigation.orbit(dx, dy);
-        any = true;
+    if (!session.document() || area.empty()) return false;
+    const glm::vec2 at(io.MousePos.x, io.MousePos.y);
+    if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left) && area.contains(at)) {
+        session.focusAt(area.fraction(at));
+        session.moved();
+        return true;
     }
-    if ((ImGui::IsMouseDown(ImGuiMouseButton_Right) ||
-         ImGui::IsMouseDown(ImGuiMouseButton_Middle)) &&
-        dragged) {
-        navigation.pan(dx, dy);
-        any = true;
-    }
-    if (io.MouseWheel != 0) {
-        const double steps = static_cast<double>(io.MouseWheel);
-        if (session.flying) {
-            navigation.setSpeed(navigation.speed() * std::pow(1.2, steps));
-            return any;
-        }
-        navigation.dolly(steps);
-        any = true;
-    }
-    if (any) session.moved();
-    return any;
+    const double height = static_cast<double>(area.size.y);
+    const bool dragged = drag(session, {static_cast<double>(io.MouseDelta.x) / height,
+                                        static_cast<double>(io.MouseDelta.y) / height});
+    return (area.contains(at) && wheel(session, area.fraction(at))) || dragged;
 }
 
 }  // namespace
@@ -144,7 +152,7 @@ KeyChord parseKey(const std::string& text)
     return chord;
 }
 
-bool handleInput(Session& session, AppRequests& app, glm::uvec2 area, double seconds)
+bool handleInput(Session& session, AppRequests& app, const Area& area, double seconds)
 {
     const ImGuiIO& io = ImGui::GetIO();
     bool any = false;

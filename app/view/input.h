@@ -7,8 +7,9 @@
 
 namespace app {
 
-/// Between ImGui::NewFrame and ImGui::Render. True when the hand did something to the picture.
-bool handleInput(Session& session, AppRequests& app, glm::uvec2 area, double seconds);
+/// Between ImGui::NewFrame and ImGui::Render; `area` is the picture's. True when the hand did
+/// something to the picture.
+bool handleInput(Session& session, AppRequests& app, const Area& area, double seconds);
 
 /// "Ctrl+Shift+S" as its modifiers and its key; none when unknown.
 struct KeyChord {

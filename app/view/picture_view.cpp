@@ -17,6 +17,11 @@ ImagePointer part(const std::shared_ptr<const Owner>& owner, const core::Image& 
     return ImagePointer(owner, &image);
 }
 
+glm::vec4 corners(const Area& place)
+{
+    return {place.corner, place.size};
+}
+
 uint32_t mapOf(ColourMap map)
 {
     switch (map) {
@@ -99,11 +104,19 @@ DisplayInputs PictureView::inputs(const Session& session)
 
     const std::shared_ptr<const Picture> picture = session.picture();
     if (session.holdReference && session.reference()) {
-        inputs.a = part(session.reference(), session.reference()->mean);
+        const core::Image& mean = session.reference()->mean;
+        inputs.a = part(session.reference(), mean);
+        inputs.places.a = corners(session.placeOf({mean.width, mean.height}));
         return inputs;
     }
     if (!picture) return inputs;
     inputs.a = part(picture, picture->mean);
+    inputs.places.a = inputs.places.b = corners(session.placeOf(*picture));
+    if (picture->shaded && !session.comparing) s.exposure = 0;
+    if (picture->preview && picture->guide && !session.comparing && view.show == Show::color) {
+        inputs.b = picture->guide;
+        s.show = shared::kShowPreview;
+    }
     if (session.comparing)
         showCompare(inputs, session, picture);
     else if (view.show >= Show::depth && view.show <= Show::emitter)
@@ -128,9 +141,9 @@ void PictureView::showAov(DisplayInputs& inputs, Show show, const Picture& pictu
     switch (show) {
     case Show::depth: {
         inputs.a = part(picture.aovs, aovs.depth);
-        s.show = shared::kShowScalar;
+        s.show = shared::kShowDepth;
         const auto [low, high] = positiveRange(aovs.depth);
-        scale_ = {true, low, high, false, false, "distance (m)"};
+        scale_ = {true, low, high, false, false, "distance (m); dark grey: nothing hit"};
         break;
     }
     case Show::normal:
@@ -242,12 +255,14 @@ void PictureView::showAgainst(DisplayInputs& inputs, const Session& session, con
 void PictureView::showCompare(DisplayInputs& inputs, const Session& session,
                               const std::shared_ptr<const Picture>& live)
 {
-    const auto side = [&](size_t i) {
+    const auto side = [&](size_t i, ImagePointer& image, glm::vec4& place) {
         const std::shared_ptr<const Picture>& stored = session.slots[i].picture;
-        return stored ? part(stored, stored->mean) : part(live, live->mean);
+        const std::shared_ptr<const Picture>& picture = stored ? stored : live;
+        image = part(picture, picture->mean);
+        place = corners(session.placeOf(*picture));
     };
-    inputs.a = side(0);
-    inputs.b = side(1);
+    side(0, inputs.a, inputs.places.a);
+    side(1, inputs.b, inputs.places.b);
     inputs.settings.show = shared::kShowCompare;
     if (!session.slots[0].picture && !session.slots[1].picture)
         problem_ = "both sides are the live picture: [ keeps it as A, ] as B";

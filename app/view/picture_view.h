@@ -14,7 +14,8 @@ namespace app {
 class PictureView {
 public:
     /// The inputs of the display kernel for what the session shows now; images that did not change
-    /// keep their pointers. Without a picture `a` is empty.
+    /// keep their pointers. Without a picture `a` is empty. Where the area lies in the window is
+    /// left to the caller.
     DisplayInputs inputs(const Session& session);
 
     /// Of the last inputs().

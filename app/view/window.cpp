@@ -142,6 +142,10 @@ Window::Window(const std::string& title, glm::uvec2 size)
         auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
         for (int i = 0; i < count; ++i) self.drops_.emplace_back(files[i]);
     });
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
+        auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
+        if (action != GLFW_REPEAT) self.keys_.told(key, action == GLFW_PRESS, modifiers);
+    });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
         static_cast<Window*>(glfwGetWindowUserPointer(window))->onCursor({x, y});
     });
@@ -339,6 +343,7 @@ void Window::onCursor(glm::dvec2 position)
 
 void Window::applyInjected()
 {
+    keys_.apply();
     pointer_.apply();
 }
 

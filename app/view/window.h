@@ -62,7 +62,7 @@ public:
     void injectWheel(double steps);
     void injectDrop(const std::filesystem::path& file);
     /// Hands ImGui the injected cursor and buttons, which its GLFW back end would ask the display
-    /// for. Called by Gui between the two NewFrames.
+    /// for, and keys that were too quick for it. Called by Gui between the two NewFrames.
     void applyInjected();
 
 private:
@@ -71,6 +71,7 @@ private:
     GLFWwindow* window_ = nullptr;
     std::vector<std::filesystem::path> drops_;
     SentPointer pointer_;
+    KeyLatch keys_;
     std::optional<glm::dvec2> handCursor_;
 };
 

@@ -8,16 +8,24 @@ namespace core {
 
 namespace {
 
-glm::vec3 valueAt(const Image* image, bool second, uint32_t x, uint32_t y,
-                  const shared::DisplaySettings& s)
+/// Zero where there is no image, or none at this place: then `pixel` is kBeside.
+glm::vec3 valueOf(const Image* image, uint32_t pixel)
 {
-    if (image == nullptr) return glm::vec3(0);
-    const uint32_t pixel =
-        second ? shared::displayIndex(x, y, s.widthB, s.heightB, s.stepBx, s.stepBy)
-               : shared::displayIndex(x, y, s.widthA, s.heightA, s.stepAx, s.stepAy);
-    const size_t i = size_t(pixel) * image->channels;
-    const float* p = &image->pixels[i];
+    if (image == nullptr || pixel == shared::kBeside) return glm::vec3(0);
+    const float* p = &image->pixels[size_t(pixel) * image->channels];
     return image->channels == 1 ? glm::vec3(*p) : glm::vec3(p[0], p[1], p[2]);
+}
+
+/// Of kShowPreview: the value of a, smooth between pixels that `alike` says are of one surface.
+glm::vec3 smoothed(const Image& a, const shared::DisplaySettings& s, uint32_t x, uint32_t y,
+                   uint32_t alike)
+{
+    glm::uvec4 pixels;
+    glm::vec4 weights;
+    shared::displayCorners(s, x, y, alike, pixels, weights);
+    glm::vec3 sum(0);
+    for (int i = 0; i < 4; ++i) sum += weights[i] * valueOf(&a, pixels[i]);
+    return sum;
 }
 
 DisplaySize sizeOf(const Image* image)
@@ -35,7 +43,7 @@ float ratio(uint32_t image, uint32_t output)
 }  // namespace
 
 shared::DisplaySettings displaySizes(shared::DisplaySettings s, uint32_t width, uint32_t height,
-                                     DisplaySize a, DisplaySize b)
+                                     DisplaySize a, DisplaySize b, const DisplayPlaces& places)
 {
     s.width = width;
     s.height = height;
@@ -45,10 +53,15 @@ shared::DisplaySettings displaySizes(shared::DisplaySettings s, uint32_t width, 
     s.widthB = b.x;
     s.heightB = b.y;
     s.channelsB = b.z;
-    s.stepAx = ratio(a.x, width);
-    s.stepAy = ratio(a.y, height);
-    s.stepBx = ratio(b.x, width);
-    s.stepBy = ratio(b.y, height);
+    const auto place = [](uint32_t image, uint32_t output, float corner, float share, float& step,
+                          float& from) {
+        step = ratio(image, output) / share;
+        from = -corner / share * static_cast<float>(image);
+    };
+    place(a.x, width, places.a.x, places.a.z, s.stepAx, s.fromAx);
+    place(a.y, height, places.a.y, places.a.w, s.stepAy, s.fromAy);
+    place(b.x, width, places.b.x, places.b.z, s.stepBx, s.fromBx);
+    place(b.y, height, places.b.y, places.b.w, s.stepBy, s.fromBy);
     return s;
 }
 
@@ -65,16 +78,18 @@ Image stretched(const Image& image, glm::uvec2 size)
     Image result(size.x, size.y, 3);
     for (uint32_t y = 0; y < size.y; ++y)
         for (uint32_t x = 0; x < size.x; ++x) {
-            const glm::vec3 value = valueAt(&image, false, x, y, s);
+            const glm::vec3 value = valueOf(&image, shared::displayIndexA(s, x, y));
             for (int c = 0; c < 3; ++c) result.at(x, y)[c] = value[c];
         }
     return result;
 }
 
 std::vector<uint8_t> displayImage(const Image* a, const Image* b,
-                                  const shared::DisplaySettings& settings)
+                                  const shared::DisplaySettings& settings,
+                                  const DisplayPlaces& places)
 {
-    const shared::DisplaySettings s = displaySizes(settings, settings.width, settings.height, a, b);
+    const shared::DisplaySettings s =
+        displaySizes(settings, settings.width, settings.height, sizeOf(a), sizeOf(b), places);
     CHECK(s.width > 0 && s.height > 0);
     if (s.widthA == 0) a = nullptr;
     if (s.widthB == 0) b = nullptr;
@@ -83,8 +98,15 @@ std::vector<uint8_t> displayImage(const Image* a, const Image* b,
         for (size_t row = begin; row < end; ++row) {
             const auto y = static_cast<uint32_t>(row);
             for (uint32_t x = 0; x < s.width; ++x) {
-                const glm::vec3 colour = shared::displayColour(s, x, valueAt(a, false, x, y, s),
-                                                               valueAt(b, true, x, y, s));
+                const uint32_t pixelA = a != nullptr ? shared::displayIndexA(s, x, y) : 0;
+                const uint32_t pixelB = b != nullptr ? shared::displayIndexB(s, x, y) : 0;
+                glm::vec3 value = valueOf(a, pixelA);
+                if (s.show == shared::kShowPreview && shared::displayGuided(s) &&
+                    pixelA != shared::kBeside)
+                    value = smoothed(*a, s, x, y, static_cast<uint32_t>(valueOf(b, pixelB).x));
+                const glm::vec3 colour =
+                    shared::displayColour(s, x, value, valueOf(b, pixelB),
+                                          pixelA == shared::kBeside, pixelB == shared::kBeside);
                 const uint32_t packed = shared::displayPack(colour);
                 uint8_t* out = &bytes[(row * s.width + x) * 4];
                 for (uint32_t c = 0; c < 4; ++c) out[c] = static_cast<uint8_t>(packed >> (8 * c));

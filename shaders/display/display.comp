@@ -40,16 +40,30 @@ void main()
     if (p.x >= settings.width || p.y >= settings.height) return;
     vec3 a = vec3(0.0);
     vec3 b = vec3(0.0);
+    bool besideA = false;
+    bool besideB = false;
     if (settings.channelsA != 0u) {
-        const uint i = settings.channelsA * displayIndex(p.x, p.y, settings.widthA, settings.heightA, settings.stepAx,
-                                                         settings.stepAy);
+        const uint pixel = displayIndexA(settings, p.x, p.y);
+        besideA = pixel == kBeside;
+        const uint i = besideA ? 0u : settings.channelsA * pixel;
         a = settings.channelsA == 1u ? vec3(imageA[i]) : vec3(imageA[i], imageA[i + 1u], imageA[i + 2u]);
     }
     if (settings.channelsB != 0u) {
-        const uint i = settings.channelsB * displayIndex(p.x, p.y, settings.widthB, settings.heightB, settings.stepBx,
-                                                         settings.stepBy);
+        const uint pixel = displayIndexB(settings, p.x, p.y);
+        besideB = pixel == kBeside;
+        const uint i = besideB ? 0u : settings.channelsB * pixel;
         b = settings.channelsB == 1u ? vec3(imageB[i]) : vec3(imageB[i], imageB[i + 1u], imageB[i + 2u]);
     }
-    const uint packed = displayPack(displayColour(settings, p.x, a, b));
+    if (kShow == kShowPreview && displayGuided(settings) && !besideA) {
+        uvec4 pixels;
+        vec4 weights;
+        displayCorners(settings, p.x, p.y, uint(b.x), pixels, weights);
+        a *= weights.x;
+        for (int i = 1; i < 4; ++i) {
+            const uint at = 3u * pixels[i];
+            a += weights[i] * vec3(imageA[at], imageA[at + 1u], imageA[at + 2u]);
+        }
+    }
+    const uint packed = displayPack(displayColour(settings, p.x, a, b, besideA, besideB));
     outputPixels[p.y * settings.width + p.x] = kSwapped != 0u ? displaySwap(packed) : packed;
 }

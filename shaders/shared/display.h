@@ -19,6 +19,8 @@ SHARED_CONST uint kShowId = 4u;  // whole numbers as colours that are told apart
 SHARED_CONST uint kShowDifference = 5u;
 SHARED_CONST uint kShowError = 6u;    // error of a against b through the colour map, 0 to high
 SHARED_CONST uint kShowCompare = 7u;  // left of the slider a, right of it b, both as radiance
+SHARED_CONST uint kShowDepth = 8u;    // as kShowScalar; 0 is no distance: nothing was hit
+SHARED_CONST uint kShowPreview = 9u;  // radiance of few pixels, smooth within each surface of b
 
 SHARED_CONST uint kMapViridis = 0u;
 SHARED_CONST uint kMapMagma = 1u;
@@ -28,9 +30,10 @@ SHARED_CONST uint kErrorAbsolute = 0u;
 SHARED_CONST uint kErrorRelative = 1u;
 SHARED_CONST uint kErrorSquared = 2u;
 
-/// `width`, `height` of the output; images of other sizes are stretched over it (nearest pixel). An
-/// image of width 0 is absent: without a the output is the background, and what compares shows a
-/// alone without b. A value that is NaN is magenta in every view.
+/// `width`, `height` of the output; images of other sizes are stretched over it, or over a part of
+/// it (nearest pixel), beside which there is the background. An image of width 0 is absent: without
+/// a the output is the background, and what compares shows a alone without b. A value that is NaN
+/// is magenta in every view.
 struct DisplaySettings {
     uint width, height;
     uint widthA, heightA, channelsA;
@@ -44,7 +47,10 @@ struct DisplaySettings {
     uint logarithmic;                      // of kShowScalar: the scale between low and high
     float slider;                          // of kShowCompare, in [0, 1]
     float stepAx, stepAy, stepBx, stepBy;  // pixels of an image per pixel of the output
+    float fromAx, fromAy, fromBx, fromBy;  // pixels of an image at the output's corner
 };
+
+SHARED_CONST uint kBeside = 0xffffffffu;  // no pixel of the image
 
 SHARED_CONST float kErrorFloor = 0.01f;  // of kErrorRelative and kErrorSquared, as in relMSE
 
@@ -53,12 +59,28 @@ SHARED_FN bool displayIsNan(float x)
     return (floatAsUint(x) & 0x7fffffffu) > 0x7f800000u;  // isnan may be optimised away
 }
 
-/// Index of the pixel of an image of `w` x `h` that is shown at (x, y) of the output.
-SHARED_FN uint displayIndex(uint x, uint y, uint w, uint h, float stepX, float stepY)
+/// Index of the pixel of an image of `w` x `h` that is shown at (x, y) of the output, or kBeside.
+SHARED_FN uint displayIndex(uint x, uint y, uint w, uint h, vec2 pace, vec2 from)
 {
-    uint column = min(uint((float(x) + 0.5f) * stepX), w - 1u);
-    uint row = min(uint((float(y) + 0.5f) * stepY), h - 1u);
+    vec2 at = vec2((float(x) + 0.5f) * pace.x + from.x, (float(y) + 0.5f) * pace.y + from.y);
+    if (!(at.x >= 0.0f && at.y >= 0.0f && at.x <= float(w) && at.y <= float(h))) {
+        return kBeside;
+    }
+    uint column = min(uint(at.x), w - 1u);
+    uint row = min(uint(at.y), h - 1u);
     return row * w + column;
+}
+
+SHARED_FN uint displayIndexA(DisplaySettings s, uint x, uint y)
+{
+    return displayIndex(x, y, s.widthA, s.heightA, vec2(s.stepAx, s.stepAy),
+                        vec2(s.fromAx, s.fromAy));
+}
+
+SHARED_FN uint displayIndexB(DisplaySettings s, uint x, uint y)
+{
+    return displayIndex(x, y, s.widthB, s.heightB, vec2(s.stepBx, s.stepBy),
+                        vec2(s.fromBx, s.fromBy));
 }
 
 SHARED_FN vec3 srgbEncode3(vec3 c)
@@ -148,18 +170,59 @@ SHARED_FN vec3 displayId(float id)
     return value * (vec3(1.0f - saturation) + saturation * pure);
 }
 
+/// Where no surface was hit, in a view of distances: no colour of any map but grey's.
+SHARED_FN vec3 displayNothing()
+{
+    return vec3(0.17f, 0.17f, 0.18f);
+}
+
 SHARED_FN vec3 displayRadiance(DisplaySettings s, vec3 radiance)
 {
     return srgbEncode3(toneMap(expose(radiance, s.exposure), s.tone));
 }
 
+/// Of kShowPreview: whether b is a guide to a. Bit 3 (dy + 1) + dx + 1 of its values says whether
+/// the pixel and its neighbour at (dx, dy) show one surface.
+SHARED_FN bool displayGuided(DisplaySettings s)
+{
+    return s.channelsA == 3u && s.channelsB == 1u && s.widthA == s.widthB && s.heightA == s.heightB;
+}
+
+/// Of kShowPreview: the four pixels of a around (x, y) of the output, the one that it lies in
+/// first, and their bilinear weights, which sum up to one. `alike` is the guide there: who is of
+/// another surface leaves its weight to the first.
+SHARED_FN void displayCorners(DisplaySettings s, uint x, uint y, uint alike, OUT(uvec4) pixels,
+                              OUT(vec4) weights)
+{
+    vec2 at =
+        vec2((float(x) + 0.5f) * s.stepAx + s.fromAx, (float(y) + 0.5f) * s.stepAy + s.fromAy);
+    uint column = min(uint(max(at.x, 0.0f)), s.widthA - 1u);
+    uint row = min(uint(max(at.y, 0.0f)), s.heightA - 1u);
+    float tx = at.x - float(column) - 0.5f;
+    float ty = at.y - float(row) - 0.5f;
+    int dx = tx < 0.0f ? -1 : 1;
+    int dy = ty < 0.0f ? -1 : 1;
+    tx = min(abs(tx), 0.5f);
+    ty = min(abs(ty), 0.5f);
+    uint pixel = row * s.widthA + column;
+    int down = dy * int(s.widthA);
+    bool aside = ((alike >> uint(4 + dx)) & 1u) != 0u;
+    bool below = ((alike >> uint(4 + 3 * dy)) & 1u) != 0u;
+    bool across = ((alike >> uint(4 + 3 * dy + dx)) & 1u) != 0u;
+    pixels =
+        uvec4(pixel, aside ? uint(int(pixel) + dx) : pixel, below ? uint(int(pixel) + down) : pixel,
+              across ? uint(int(pixel) + down + dx) : pixel);
+    weights = vec4((1.0f - tx) * (1.0f - ty), tx * (1.0f - ty), (1.0f - tx) * ty, tx * ty);
+}
+
 /// The sRGB-encoded colour of an output pixel of column x, from the values that the images have
-/// there (images of one channel: thrice the same).
-SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b)
+/// there (images of one channel: thrice the same); `besideA`, `besideB`: they have none there.
+SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b, bool besideA, bool besideB)
 {
     const vec3 magenta = vec3(1.0f, 0.0f, 1.0f);
+    const vec3 background = vec3(0.07f, 0.075f, 0.085f);
     if (s.widthA == 0u) {
-        return vec3(0.07f, 0.075f, 0.085f);
+        return background;
     }
     uint show = s.show;
     if (s.widthB == 0u && (show == kShowDifference || show == kShowError || show == kShowCompare)) {
@@ -175,13 +238,22 @@ SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b)
         }
         if (float(x) + 0.5f > s.slider * float(s.width)) {
             a = b;
+            besideA = besideB;
         }
         show = kShowRadiance;
+    } else if (show == kShowDifference || show == kShowError) {
+        besideA = besideA || besideB;
+    }
+    if (besideA) {
+        return background;
     }
     float value = s.channel == 0u ? a.x : s.channel == 1u ? a.y : a.z;
-    if (show == kShowScalar || show == kShowId) {
+    if (show == kShowScalar || show == kShowId || show == kShowDepth) {
         if (displayIsNan(value)) {
             return magenta;
+        }
+        if (show == kShowDepth && !(value > 0.0f)) {
+            return displayNothing();
         }
         return show == kShowId
                    ? displayId(value)

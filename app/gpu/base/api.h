@@ -32,7 +32,7 @@ namespace gpu {
     X(CreateCommandPool) X(DestroyCommandPool) X(AllocateCommandBuffers) X(BeginCommandBuffer) X(EndCommandBuffer) \
     X(ResetCommandBuffer) X(CmdBindPipeline) X(CmdBindDescriptorSets) X(CmdPushConstants) X(CmdDispatch) \
     X(CmdDispatchIndirect) X(CmdPipelineBarrier) X(CmdCopyBuffer) X(CmdCopyBufferToImage) X(CmdCopyImageToBuffer) \
-    X(CmdFillBuffer) X(CmdUpdateBuffer) X(CmdBeginRenderPass) X(CmdEndRenderPass) \
+    X(CmdFillBuffer) X(CmdUpdateBuffer) X(CmdClearColorImage) X(CmdBeginRenderPass) X(CmdEndRenderPass) \
     /* queues and time */ \
     X(QueueSubmit) X(QueueWaitIdle) X(CreateFence) X(DestroyFence) X(WaitForFences) X(GetFenceStatus) X(ResetFences) \
     X(CreateSemaphore) X(DestroySemaphore) X(CreateQueryPool) X(DestroyQueryPool) X(GetQueryPoolResults) \

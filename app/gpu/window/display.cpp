@@ -14,15 +14,17 @@ static_assert(sizeof(shared::DisplaySettings) <= 128);
 DisplayChoices choicesOf(const shared::DisplaySettings& s, bool swapped)
 {
     const bool two = s.show == shared::kShowDifference || s.show == shared::kShowError ||
-                     s.show == shared::kShowCompare;
+                     s.show == shared::kShowCompare || s.show == shared::kShowPreview;
     DisplayChoices c;
     c.show = two && s.widthB == 0 ? shared::kShowRadiance : s.show;
-    const bool radiance = c.show == shared::kShowRadiance || c.show == shared::kShowCompare;
-    const bool mapped = c.show == shared::kShowScalar || c.show == shared::kShowError;
+    const bool radiance = c.show == shared::kShowRadiance || c.show == shared::kShowCompare ||
+                          c.show == shared::kShowPreview;
+    const bool mapped = c.show == shared::kShowScalar || c.show == shared::kShowError ||
+                        c.show == shared::kShowDepth;
     if (radiance) c.tone = s.tone;
     if (mapped) c.map = s.map;
     if (c.show == shared::kShowError) c.errorKind = s.errorKind;
-    if (c.show == shared::kShowScalar && s.logarithmic != 0) c.logarithmic = 1;
+    if (mapped && c.show != shared::kShowError && s.logarithmic != 0) c.logarithmic = 1;
     c.channelsA = s.channelsA;
     if (two) c.channelsB = s.channelsB;
     c.swapped = swapped ? 1 : 0;
@@ -97,9 +99,11 @@ void Display::setSize(uint32_t width, uint32_t height)
     height_ = height;
 }
 
-void Display::record(VkCommandBuffer commands, shared::DisplaySettings settings, bool swapped)
+void Display::record(VkCommandBuffer commands, shared::DisplaySettings settings, bool swapped,
+                     const core::DisplayPlaces& places)
 {
-    settings = core::displaySizes(settings, width_, height_, inputs_[0].size, inputs_[1].size);
+    settings =
+        core::displaySizes(settings, width_, height_, inputs_[0].size, inputs_[1].size, places);
     const Pipeline& pipeline = kernel_.pipeline(choicesOf(settings, swapped));
     barrier(commands);
     kernel_.dispatch(commands, pipeline, {nullptr, nullptr, &set_}, settings, (width_ + 7) / 8,

@@ -31,7 +31,8 @@ public:
     /// Runs the kernel; the sizes of `settings` are filled in. `swapped`: B8G8R8A8 instead of
     /// R8G8B8A8. What follows may copy the output; a copy that an earlier command buffer makes of
     /// it comes first.
-    void record(VkCommandBuffer commands, shared::DisplaySettings settings, bool swapped);
+    void record(VkCommandBuffer commands, shared::DisplaySettings settings, bool swapped,
+                const core::DisplayPlaces& places = {});
 
     /// Rows from the top, four bytes per pixel, of the order that record() was given.
     const Buffer& output() const { return output_; }

@@ -1,7 +1,9 @@
 // See input.h.
 #include "app/view/imgui/input.h"
 
+#include <algorithm>
 #include <map>
+#include <utility>
 
 #include "core/base/check.h"
 
@@ -89,6 +91,9 @@ void sendCharacter(unsigned character)
 
 #if IMGUI_VERSION_NUM >= 18700
 
+void KeyLatch::told(int, bool, int) {}
+void KeyLatch::apply() {}
+
 void sendKey(UiKey key, bool down)
 {
     // The GLFW back end asks the display about modifiers, which knows nothing of what is sent.
@@ -112,6 +117,42 @@ void SentPointer::apply()
 }
 
 #else
+
+void KeyLatch::told(int key, bool down, int modifiers)
+{
+    if (key < 0 || key >= static_cast<int>(std::size(ImGui::GetIO().KeysDown))) return;
+    std::erase(down_, key);
+    if (!down) return;
+    down_.push_back(key);
+    pressed_.push_back({key, modifiers});
+}
+
+void KeyLatch::apply()
+{
+    ImGuiIO& io = ImGui::GetIO();
+    const auto isDown = [this](int key) { return std::ranges::count(down_, key) > 0; };
+    const bool let = !held_.empty();
+    for (const int key : std::exchange(held_, {}))
+        if (!isDown(key)) io.KeysDown[key] = false;
+    const auto either = [&](int left, int right) {
+        return io.KeysDown[left] || io.KeysDown[right];
+    };
+    if (let) {  // those of the hand again
+        io.KeyCtrl = either(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL);
+        io.KeyShift = either(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT);
+        io.KeyAlt = either(GLFW_KEY_LEFT_ALT, GLFW_KEY_RIGHT_ALT);
+        io.KeySuper = either(GLFW_KEY_LEFT_SUPER, GLFW_KEY_RIGHT_SUPER);
+    }
+    for (const Press& press : std::exchange(pressed_, {})) {
+        if (isDown(press.key)) continue;
+        io.KeysDown[press.key] = true;
+        held_.push_back(press.key);
+        io.KeyCtrl = io.KeyCtrl || (press.modifiers & GLFW_MOD_CONTROL) != 0;
+        io.KeyShift = io.KeyShift || (press.modifiers & GLFW_MOD_SHIFT) != 0;
+        io.KeyAlt = io.KeyAlt || (press.modifiers & GLFW_MOD_ALT) != 0;
+        io.KeySuper = io.KeySuper || (press.modifiers & GLFW_MOD_SUPER) != 0;
+    }
+}
 
 void sendKey(UiKey key, bool down)
 {

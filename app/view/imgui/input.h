@@ -6,6 +6,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <glm/glm.hpp>
 #include <imgui.h>
@@ -32,6 +33,25 @@ void sendCharacter(unsigned character);
 
 /// The wheel turned, forward if positive.
 void sendWheel(double steps);
+
+/// Keys that go down and up again between two frames. ImGui before 1.87 keeps a state, not a queue,
+/// and would not see them: each is held for one frame, with the modifiers that it came with.
+class KeyLatch {
+public:
+    /// Of every key, as GLFW tells it.
+    void told(int key, bool down, int modifiers);
+
+    /// Between the back end's NewFrame and ImGui's.
+    void apply();
+
+private:
+    struct Press {
+        int key = 0, modifiers = 0;
+    };
+    std::vector<Press> pressed_;  // since the last frame
+    std::vector<int> held_;       // here, in the last frame
+    std::vector<int> down_;       // in truth
+};
 
 /// A cursor and buttons that are not the display's.
 class SentPointer {

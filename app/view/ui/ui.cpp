@@ -1,22 +1,21 @@
-// The panel and everything else over the picture: what is drawn in which order, and where the panel
-// stands. The parts are in ui_*.cpp.
+// The panel and everything else around the picture: what is drawn in which order. Where it stands
+// is decided in app/session/window_layout.h; the parts are in ui_*.cpp.
 #include "app/view/ui/ui.h"
 
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <utility>
 
+#include "app/view/imgui/windows.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
 namespace {
 
-/// In letters: a smaller window shows the picture alone.
-const ImVec2 kLeastWindow{14, 8};
-
 struct Section {
     const char* title;
-    bool open;  // at first
+    bool SectionParams::*open;
     void (*draw)(const UiContext&);
     bool (*there)(const UiContext&);
 };
@@ -31,16 +30,16 @@ bool animated(const UiContext& c)
 }
 
 constexpr Section kSections[] = {
-    {"Scene", true, drawSceneSection, always},
-    {"Method", true, drawMethodSection, always},
-    {"View", true, drawViewSection, always},
-    {"Camera", false, drawCameraSection, always},
-    {"Animation", true, drawAnimationSection, animated},
-    {"Camera path", false, drawPathSection, always},
-    {"Compare", false, drawCompareSection, always},
-    {"Reference", false, drawReferenceSection, always},
-    {"Stop when", false, drawLimitsSection, always},
-    {"Save", false, drawSaveSection, always},
+    {"Scene", &SectionParams::scene, drawSceneSection, always},
+    {"Method", &SectionParams::method, drawMethodSection, always},
+    {"View", &SectionParams::view, drawViewSection, always},
+    {"Camera", &SectionParams::camera, drawCameraSection, always},
+    {"Animation", &SectionParams::animation, drawAnimationSection, animated},
+    {"Camera path", &SectionParams::path, drawPathSection, always},
+    {"Compare", &SectionParams::compare, drawCompareSection, always},
+    {"Reference", &SectionParams::reference, drawReferenceSection, always},
+    {"Stop when", &SectionParams::limits, drawLimitsSection, always},
+    {"Save", &SectionParams::save, drawSaveSection, always},
 };
 
 struct HeadButton {
@@ -48,18 +47,22 @@ struct HeadButton {
     std::string whyNot = {};
 };
 
-/// Buttons that share the width of the line evenly.
+/// Buttons that share the width of the line: each has room for its word, what is left is shared.
 void drawHeadRow(const UiContext& c, std::initializer_list<HeadButton> buttons)
 {
     const float gap = ImGui::GetStyle().ItemInnerSpacing.x;
     const auto count = static_cast<float>(buttons.size());
-    const float width = (ImGui::GetContentRegionAvail().x - (count - 1) * gap) / count;
+    float words = 0;
+    for (const HeadButton& button : buttons) words += ImGui::CalcTextSize(button.label).x;
+    const float room = ImGui::GetContentRegionAvail().x - (count - 1) * gap;
+    const float spare = std::max(room - words, 0.0f) / count;
     bool first = true;
     for (const HeadButton& button : buttons) {
         if (!first) ImGui::SameLine(0, gap);
         first = false;
         actionButton(c, button.label, button.action, button.whyNot,
-                     nlohmann::ordered_json::object(), std::max(width, 1.0f));
+                     nlohmann::ordered_json::object(),
+                     ImGui::CalcTextSize(button.label).x + std::max(spare, 1.0f));
     }
 }
 
@@ -74,42 +77,50 @@ void drawHead(const UiContext& c)
     ImGui::Spacing();
 }
 
-/// Where the panel may stand: at the left edge, as high as the window, as wide as the user drags it
-/// within limits. In a window too small for both it starts collapsed. True when it is open.
-bool beginPanel(const UiContext& c)
+/// The edge between panel and picture, which the hand may drag.
+void drawPanelEdge(const UiContext& c)
 {
-    UiState& state = c.state;
-    const bool resized = state.area != c.frame.area;
-    const float most = std::max(c.window.x - 6 * c.em, 4 * c.em);
-    const float least = std::min(14 * c.em, most);
-    const float usual =
-        std::clamp(0.38f * c.window.x, least, std::max(least, std::min(25 * c.em, most)));
-    const float width = state.chosenWidth > 0 ? std::clamp(state.chosenWidth, least, most) : usual;
-    ImGui::SetNextWindowPos(ImVec2(0, 0));
-    ImGui::SetNextWindowSize(ImVec2(width, c.window.y),
-                             resized ? ImGuiCond_Always : ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSizeConstraints(ImVec2(least, c.window.y), ImVec2(most, c.window.y));
-    ImGui::SetNextWindowCollapsed(c.window.x < 32 * c.em, ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowBgAlpha(c.session.settings.panels.opacity);
-    const bool visible =
-        ImGui::Begin("Rekindle###panel", nullptr,
-                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus);
-    const bool open = visible && !ImGui::IsWindowCollapsed();
-    if (open && !resized && state.panelWidth > 0 &&
-        std::abs(ImGui::GetWindowWidth() - state.panelWidth) > 0.5f)
-        state.chosenWidth = ImGui::GetWindowWidth();
-    state.panelWidth = open ? ImGui::GetWindowWidth() : 0;
-    state.overlayTop = open ? 0 : ImGui::GetWindowHeight();
-    return visible;
+    PanelParams& panels = c.session.settings.panels;
+    const Area& panel = c.frame.layout.panel;
+    const bool left = panels.side == PanelSide::left;
+    const float edge = left ? panel.end().x : panel.corner.x, reach = 0.3f * c.em;
+    ImGui::SetNextWindowPos(ImVec2(left ? edge - reach : std::max(edge - reach, 0.0f), 0));
+    ImGui::SetNextWindowSize(ImVec2(2 * reach, c.window.y));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
+    if (ImGui::Begin("##edge", nullptr, kOverlay | ImGuiWindowFlags_NoBackground)) {
+        ImGui::InvisibleButton("##line", ImGui::GetWindowSize());
+        const bool held = ImGui::IsItemActive();
+        if (held)
+            panels.width = panelWidthAt(ImGui::GetIO().MousePos.x, c.window.x, c.em, panels.side);
+        if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left))
+            panels.width = 0;
+        if (held || ImGui::IsItemHovered()) {
+            ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+            ImGui::GetWindowDrawList()->AddLine(ImVec2(edge, 0), ImVec2(edge, c.window.y),
+                                                ImGui::GetColorU32(ImGuiCol_CheckMark), 2);
+        }
+    }
+    ImGui::End();
+    ImGui::PopStyleVar(2);
 }
 
 void drawPanel(const UiContext& c)
 {
+    const Area& place = c.frame.layout.panel;
+    if (place.empty()) return;
+    ImGui::SetNextWindowPos(ImVec2(place.corner.x, place.corner.y));
+    ImGui::SetNextWindowSize(ImVec2(place.size.x, place.size.y));
+    ImGui::SetNextWindowBgAlpha(1);
     ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
-    if (beginPanel(c)) {
+    bool open = true;
+    constexpr ImGuiWindowFlags kFlags =
+        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
+    if (ImGui::Begin("Rekindle###panel", &open, kFlags)) {
         drawHead(c);
         for (const Section& s : kSections) {
-            if (!s.there(c) || !section(s.title, s.open)) continue;
+            if (!s.there(c) || !section(s.title, c.session.settings.sections.*s.open)) continue;
             ImGui::PushID(s.title);
             s.draw(c);
             ImGui::Spacing();
@@ -118,6 +129,19 @@ void drawPanel(const UiContext& c)
     }
     ImGui::End();
     ImGui::PopStyleVar();
+    if (!open) c.act("fold-panel");
+    drawPanelEdge(c);
+}
+
+/// What Esc closes first; false when nothing is open.
+bool closeSomething(const UiContext& c)
+{
+    if (closeInnermostPopup()) return true;
+    UiState& state = c.state;
+    for (PathBox* box : {&state.scene, &state.reference, &state.path, &state.picture})
+        if (std::exchange(box->open, false)) return true;
+    return std::exchange(state.openBox, false) ||
+           std::exchange(c.session.settings.panels.help, false);
 }
 
 }  // namespace
@@ -132,30 +156,49 @@ const std::vector<std::string>& Ui::unknownActions() const
 
 void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
 {
-    const UiContext c{
-        session, app, frame, *state_, ImGui::GetFontSize(), ImGui::GetIO().DisplaySize};
-    if (c.window.x < kLeastWindow.x * c.em || c.window.y < kLeastWindow.y * c.em) return;
+    const UiContext c{session,
+                      app,
+                      frame,
+                      *state_,
+                      ImGui::GetFontSize(),
+                      ImGui::GetIO().DisplaySize,
+                      frame.layout.picture};
+    if (!state_->recalled) {
+        const std::string& places = session.settings.places;
+        recallPlaces(places.data(), static_cast<unsigned>(places.size()));
+        state_->recalled = true;
+    }
+    if (std::exchange(app.escape, false) && !closeSomething(c)) escapeFrom(session, app);
+    if (!hasRoomForText(frame.layout.window, c.em)) return;
     const PanelParams& panels = session.settings.panels;
-    state_->statusHeight = 0;
     if (panels.panel) {
         drawStatusLine(c);
         drawCompareSlider(c);
+        drawCaption(c);
         drawColourBar(c);
         drawPanel(c);
         drawPlotWindow(c);
         drawProfilerWindow(c);
         drawLogWindow(c);
     } else {
-        state_->panelWidth = state_->overlayTop = 0;
+        state_->captionEnd = frame.layout.picture.corner.y;
         drawCompareSlider(c);
     }
     drawProgress(c);
-    drawToasts(c);
     drawHelpWindow(c);
     drawOpenBox(c);
+    drawToasts(c);
     drawQuitQuestion(c);
     drawInspector(c);
-    state_->area = frame.area;
+    state_->layout = frame.layout;
+    keepPlaces(session);
+}
+
+void Ui::keepPlaces(Session& session, bool now)
+{
+    if (now) ImGui::GetIO().WantSaveIniSettings = true;
+    if (const std::string places = changedPlaces(); !places.empty())
+        session.settings.places = places;
 }
 
 }  // namespace app

@@ -20,7 +20,7 @@ struct UiState;
 
 /// What the loop knows and the session does not.
 struct UiFrame {
-    glm::uvec2 area{0};                        // of the window, pixels
+    WindowLayout layout;                       // as the window is laid out in this frame
     std::span<const gpu::DeviceInfo> devices;  // as gpu::listDevices() gave them; may be empty
     std::span<const float> frameTimes;         // of the last frames, seconds, oldest first
     double inputSeconds = 0;    // from the last input to the first picture that shows it
@@ -37,8 +37,11 @@ public:
 
     /// Between ImGui::NewFrame and ImGui::Render. Edits the session's parts; what only the loop can
     /// do goes to `app`. A window with room for hardly a letter shows the picture alone. Takes
-    /// `askQuit` (asks, then sets `quit`) and `openPathBox` and clears them.
+    /// `askQuit` (asks, then sets `quit`), `openPathBox` and `escape` and clears them.
     void draw(Session& session, AppRequests& app, const UiFrame& frame);
+
+    /// Where the hand has put the windows goes to the settings; before the end `now`.
+    void keepPlaces(Session& session, bool now = false);
 
     /// Names of actions that a button asked for and that do not exist: for tests, which demand that
     /// there are none.

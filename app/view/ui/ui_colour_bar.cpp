@@ -62,12 +62,11 @@ void drawScale(const UiContext& c, float width)
 void drawColourBar(const UiContext& c)
 {
     if (!c.frame.scale.shown && c.frame.problem.empty()) return;
-    const float room = c.window.x - c.state.panelWidth;
-    const float width = std::min(24 * c.em, room - 3 * c.em);
+    const float width = std::min(24 * c.em, c.picture.size.x - 3 * c.em);
     if (width < 8 * c.em) return;
     ImGui::SetNextWindowPos(
-        ImVec2(c.state.panelWidth + 0.7f * c.em, c.window.y - c.state.statusHeight - 0.7f * c.em),
-        ImGuiCond_Always, ImVec2(0, 1));
+        ImVec2(c.picture.corner.x + 0.7f * c.em, c.picture.end().y - 0.7f * c.em), ImGuiCond_Always,
+        ImVec2(0, 1));
     ImGui::SetNextWindowBgAlpha(0.72f);
     if (ImGui::Begin("##colour bar", nullptr, kOverlay | ImGuiWindowFlags_AlwaysAutoResize)) {
         if (!c.frame.problem.empty())

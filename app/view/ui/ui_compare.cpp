@@ -109,12 +109,13 @@ void drawReferenceSection(const UiContext& c)
     rowReset(false, {});
     std::string why;
     if (!c.session.document()) why = "there is no scene";
-    if (c.session.coreThread().active()) why = "the core thread is busy: cancel what it does first";
+    if (c.session.coreThread().active())
+        why = "something else runs in the background: cancel it first";
     actionButton(c, "Render in the background", "reference", why,
                  {{"spp", c.state.referenceSamples}});
     sameLineIfRoom(buttonWidth("Drop"));
     actionButton(c, "Drop", "drop-reference", c.session.reference() ? "" : "there is no reference");
-    if (pathInput(c.state.reference, "file", "or an EXR of this view; Enter loads", {".exr"})) {
+    if (pathInput(c.state.reference, "file", "or an .exr of this view", {".exr"})) {
         c.act("load-reference", {{"file", c.state.reference.text}});
     }
     ImGui::PopID();

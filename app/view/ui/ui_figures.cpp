@@ -145,7 +145,8 @@ void pictureFigures(const Picture& picture)
         figure(detail.name.c_str(), word != nullptr ? *word : digitsText(*number),
                "of this method");
     }
-    figure("build", secondsText(s.buildSeconds), "the acceleration structure of the scene");
+    figure("build", secondsText(s.buildSeconds),
+           "the tree of boxes through which rays find triangles");
     figure("compile", secondsText(s.compileSeconds), "kernels specialised on the scene");
     figure("read back", secondsText(s.readbackSeconds), "from the device to where it can be shown");
     figure("device memory", bytesText(s.peakDeviceBytes), "of the renderer, at its peak");
@@ -154,7 +155,7 @@ void pictureFigures(const Picture& picture)
 void threadFigures(const UiContext& c)
 {
     const RenderThreadStatus status = c.session.rendering();
-    figure("render thread", status.stage.empty() ? "-" : status.stage, "what it does now");
+    figure("renderer", status.stage.empty() ? "-" : status.stage, "what it does now");
     figure("preview",
            secondsText(status.previewSeconds) +
                format(", scale %.2f", static_cast<double>(status.previewScale)),
@@ -175,7 +176,7 @@ void threadFigures(const UiContext& c)
 
 std::string whyNoPlot(const UiContext& c)
 {
-    const bool room = c.window.x - c.state.panelWidth >= 36 * c.em && c.window.y >= 24 * c.em;
+    const bool room = c.picture.size.x >= 36 * c.em && c.picture.size.y >= 22 * c.em;
     return room ? "" : "the window is too small for it";
 }
 
@@ -183,8 +184,8 @@ void drawPlotWindow(const UiContext& c)
 {
     bool& open = c.session.settings.panels.plot;
     if (!open || !whyNoPlot(c).empty()) return;
-    const ImVec2 size(std::min(27 * c.em, 0.42f * c.window.x),
-                      std::min(17 * c.em, 0.42f * c.window.y));
+    const ImVec2 size(std::min(27 * c.em, 0.42f * c.picture.size.x),
+                      std::min(17 * c.em, 0.42f * c.picture.size.y));
     if (beginFloating(c, "Error over time###plot", &open, size, ImVec2(1, 1))) {
         const Convergence& convergence = c.session.convergence();
         drawFit(convergence.present());

@@ -86,8 +86,11 @@ void drawInspector(const UiContext& c)
 {
     const ImGuiIO& io = ImGui::GetIO();
     const auto picture = shownPicture(c);
-    if (!io.KeyAlt || !picture || io.WantCaptureMouse || c.window.x <= 0 || c.window.y <= 0) return;
-    const float u = io.MousePos.x / c.window.x, v = io.MousePos.y / c.window.y;
+    if (!io.KeyAlt || !picture || io.WantCaptureMouse) return;
+    const Area place = c.session.placeOf(*picture);
+    const glm::vec2 inArea(c.picture.fraction({io.MousePos.x, io.MousePos.y}));
+    const float u = (inArea.x - place.corner.x) / place.size.x;
+    const float v = (inArea.y - place.corner.y) / place.size.y;
     if (!(u >= 0 && u < 1 && v >= 0 && v < 1)) return;
     const float* radiance = valueAt(picture->mean, u, v);
     if (radiance == nullptr) return;

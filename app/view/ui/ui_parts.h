@@ -44,11 +44,11 @@ struct UiState {
     bool openBox = false, inspector = false, logAtEnd = true;
     uint64_t loggedNotices = 0;
     std::vector<std::string> unknownActions;
-    glm::uvec2 area{0};
-    float panelWidth = 0;   // as drawn last; 0: hidden or collapsed
-    float chosenWidth = 0;  // of the panel, by the user's hand; 0: never touched
-    float statusHeight = 0;
-    float overlayTop = 0;   // below what stands at the top left of the picture
+    bool recalled = false;            // the places of windows
+    std::string search;               // in the list of keys
+    std::vector<std::string> losses;  // by quitting, as the question tells them
+    float captionEnd = 0;             // lower end of the caption on the picture
+    WindowLayout layout;              // of the frame before
     ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
 };
 
@@ -59,6 +59,7 @@ struct UiContext {
     UiState& state;
     float em = 13;        // height of a letter
     ImVec2 window{0, 0};  // size
+    const Area& picture;  // what the window has for it: overlays stay inside
 
     /// Runs an action; what it refuses becomes a notice.
     void act(const char* action,
@@ -90,8 +91,12 @@ void sameLineIfRoom(float width);
 /// The width of a button with this text.
 float buttonWidth(const char* label);
 
-/// A collapsible section; `open` at first. Push an id of the same name around its contents.
-bool section(const char* title, bool open);
+/// A collapsible section, whose state is kept in `open`. Push an id of the same name around its
+/// contents.
+bool section(const char* title, bool& open);
+
+/// Text on the picture, on a dark ground, with its upper left corner at `place`.
+void labelOnPicture(const UiContext& c, ImVec2 place, const std::string& text);
 
 /// Small text in the colour of disabled things, wrapped.
 void dimText(const std::string& text);
@@ -143,6 +148,7 @@ void drawSaveSection(const UiContext& c);
 
 void drawCompareSlider(const UiContext& c);
 void drawStatusLine(const UiContext& c);
+void drawCaption(const UiContext& c);
 void drawColourBar(const UiContext& c);
 void drawProgress(const UiContext& c);
 void drawToasts(const UiContext& c);

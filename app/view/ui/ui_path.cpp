@@ -179,7 +179,8 @@ void drawExport(const UiContext& c)
     c.state.exportSamples = std::clamp<uint64_t>(c.state.exportSamples, 1, 1u << 30);
     std::string why;
     if (track.keys().size() < 2) why = "a path needs two keys";
-    if (c.session.coreThread().active()) why = "the core thread is busy: cancel what it does first";
+    if (c.session.coreThread().active())
+        why = "something else runs in the background: cancel it first";
     actionButton(c, "Export frames", "export-path", why,
                  {{"file", c.state.exportPattern}, {"spp", c.state.exportSamples}});
     ImGui::PopID();

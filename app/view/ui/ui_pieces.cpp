@@ -4,6 +4,7 @@
 
 #include "app/files/params_json.h"
 #include "app/files/path_completion.h"
+#include "app/view/imgui/input.h"
 #include "app/view/ui/ui_parts.h"
 #include "core/base/check.h"
 
@@ -66,16 +67,17 @@ void drawCompletions(PathBox& box, bool typing)
         box.open = false;
 }
 
-/// Keeps the present window's place relative to the edges that it belongs to, and all of it in
-/// sight.
+/// Keeps the present window's place relative to the edges of the picture that it belongs to, and
+/// all of it in sight.
 void holdInside(const UiContext& c, ImVec2 corner)
 {
     ImVec2 place = ImGui::GetWindowPos();
     const ImVec2 extent = ImGui::GetWindowSize();
     const ImVec2 fit(std::min(extent.x, c.window.x), std::min(extent.y, c.window.y));
-    if (c.state.area != c.frame.area && c.state.area.x > 0 && !ImGui::IsWindowAppearing()) {
-        place.x += (c.window.x - static_cast<float>(c.state.area.x)) * corner.x;
-        place.y += (c.window.y - static_cast<float>(c.state.area.y)) * corner.y;
+    const Area &before = c.state.layout.picture, &area = c.picture;
+    if (!(before == area) && !before.empty() && !ImGui::IsWindowAppearing()) {
+        place.x += area.corner.x - before.corner.x + (area.size.x - before.size.x) * corner.x;
+        place.y += area.corner.y - before.corner.y + (area.size.y - before.size.y) * corner.y;
     }
     const ImVec2 held(std::clamp(place.x, 0.0f, c.window.x - fit.x),
                       std::clamp(place.y, 0.0f, c.window.y - fit.y));
@@ -135,10 +137,21 @@ void sameLineIfRoom(float width)
         ImGui::SameLine();
 }
 
-bool section(const char* title, bool open)
+bool section(const char* title, bool& open)
 {
-    ImGui::SetNextItemOpen(open, ImGuiCond_FirstUseEver);
-    return ImGui::CollapsingHeader(title);
+    ImGui::SetNextItemOpen(open);
+    return open = ImGui::CollapsingHeader(title);
+}
+
+void labelOnPicture(const UiContext& c, ImVec2 place, const std::string& text)
+{
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const float side = 0.4f * c.em, above = 0.15f * c.em;
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.AddRectFilled({place.x - side, place.y - above},
+                       {place.x + size.x + side, place.y + size.y + above}, IM_COL32(0, 0, 0, 170),
+                       0.25f * c.em);
+    list.AddText(place, IM_COL32(240, 240, 240, 255), text.c_str());
 }
 
 void dimText(const std::string& text)
@@ -167,7 +180,7 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
         box.completedFor = box.text;
         box.open = true;
     }
-    if (entered) box.open = false;
+    if (entered || (typing && escapePressed(false))) box.open = false;
     if (box.open) drawCompletions(box, typing);
     ImGui::PopID();
     if (!entered || box.text.empty()) return false;
@@ -220,19 +233,18 @@ std::shared_ptr<const Picture> shownPicture(const UiContext& c)
 
 bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 size, ImVec2 corner)
 {
-    const float left = c.state.panelWidth, bottom = c.window.y - c.state.statusHeight,
-                gap = c.em * 0.6f;
-    const ImVec2 room(std::max(c.window.x - left - 2 * gap, 60.0f),
-                      std::max(bottom - 2 * gap, 40.0f));
+    const float gap = c.em * 0.6f;
+    const ImVec2 room(std::max(c.picture.size.x - 2 * gap, 60.0f),
+                      std::max(c.picture.size.y - 2 * gap, 40.0f));
     size = {std::min(size.x, room.x), std::min(size.y, room.y)};
-    const ImVec2 place(left + gap + (room.x - size.x) * corner.x,
-                       gap + (room.y - size.y) * corner.y);
+    const ImVec2 place(c.picture.corner.x + gap + (room.x - size.x) * corner.x,
+                       c.picture.corner.y + gap + (room.y - size.y) * corner.y);
     ImGui::SetNextWindowSize(size, ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowPos(place, ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowSizeConstraints(
         ImVec2(std::min(8 * c.em, room.x), std::min(5 * c.em, room.y)),
         ImVec2(c.window.x, c.window.y));
-    ImGui::SetNextWindowBgAlpha(std::max(c.session.settings.panels.opacity, 0.96f));
+    ImGui::SetNextWindowBgAlpha(c.session.settings.panels.opacity);
     const bool visible = ImGui::Begin(title, open, ImGuiWindowFlags_NoCollapse);
     holdInside(c, corner);
     return visible;

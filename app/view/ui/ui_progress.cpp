@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/view/imgui/windows.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
@@ -22,7 +23,8 @@ struct Strip {
 
 void addJob(const core::JobStatus& job, std::vector<Strip>& strips)
 {
-    if (!job.active()) return;
+    // Not worth reading; poses of an animation come all the time.
+    if (!job.active() || job.seconds < 0.5 || job.name == kPoseJob) return;
     strips.push_back({job.name, job.state == core::JobState::waiting ? "waiting" : job.stage,
                       job.fraction, job.seconds, true});
 }
@@ -39,7 +41,8 @@ std::vector<Strip> presentStrips(const UiContext& c)
     }
     const RenderThreadStatus status = c.session.rendering();
     const bool quiet = status.stage.empty() || status.stage == "idle" || status.stage == "render";
-    if (!quiet && !status.rendering && status.error.empty()) {
+    // A camera that moves begins a picture many times a second.
+    if (!quiet && !status.rendering && status.error.empty() && !c.session.isMoving()) {
         strips.push_back({"renderer", status.stage, status.fraction, -1, false});
     }
     return strips;
@@ -91,13 +94,14 @@ bool drawToast(const UiContext& c, const Toast& toast, float width, float& botto
                           : toast.notice.severity == Severity::warning
                               ? kWarningColour
                               : ImGui::GetStyleColorVec4(ImGuiCol_Text);
-    ImGui::SetNextWindowPos(ImVec2(c.window.x - 0.7f * c.em, bottom), ImGuiCond_Always,
+    ImGui::SetNextWindowPos(ImVec2(c.picture.end().x - 0.7f * c.em, bottom), ImGuiCond_Always,
                             ImVec2(1, 0));
     ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, c.window.y * 0.5f));
     ImGui::SetNextWindowBgAlpha(0.96f);
     ImGui::PushStyleVar(ImGuiStyleVar_Alpha, std::max(alpha, 0.02f));
     const std::string id = "##toast" + std::to_string(toast.notice.number);
     if (ImGui::Begin(id.c_str(), nullptr, kNote)) {
+        bringToFront();
         ImGui::PushStyleColor(ImGuiCol_Text, colour);
         ImGui::PushTextWrapPos(width - ImGui::GetStyle().WindowPadding.x);
         ImGui::TextUnformatted((toast.notice.text + timesText(toast.notice)).c_str());
@@ -124,11 +128,11 @@ void drawProgress(const UiContext& c)
     const std::vector<Strip> strips = presentStrips(c);
     c.state.progress = ImVec2(0, 0);
     if (strips.empty()) return;
-    const float room = c.window.x - c.state.panelWidth - 1.4f * c.em;
+    const float room = c.picture.size.x - 1.4f * c.em;
     const float width =
         std::min(34 * c.em, std::max(room - 2 * ImGui::GetStyle().WindowPadding.x, 12 * c.em));
     ImGui::SetNextWindowPos(
-        ImVec2(c.state.panelWidth + 0.7f * c.em, c.state.overlayTop + 0.7f * c.em));
+        ImVec2(c.picture.corner.x + 0.7f * c.em, c.state.captionEnd + 0.7f * c.em));
     ImGui::SetNextWindowBgAlpha(0.96f);
     if (ImGui::Begin("##progress", nullptr, kNote)) {
         for (size_t i = 0; i < strips.size(); ++i) {
@@ -146,9 +150,9 @@ void drawToasts(const UiContext& c)
 {
     takeNotices(c);
     std::vector<Toast>& toasts = c.state.toasts;
-    const float room = c.window.x - c.state.panelWidth - 1.4f * c.em;
+    const float room = c.picture.size.x - 1.4f * c.em;
     const float width = std::min({28 * c.em, std::max(room, 14 * c.em), c.window.x - 1.4f * c.em});
-    const bool besideProgress = c.window.x - width - 1.4f * c.em > c.state.progress.x;
+    const bool besideProgress = c.picture.end().x - width - 1.4f * c.em > c.state.progress.x;
     float bottom = 0.7f * c.em + (besideProgress ? 0 : c.state.progress.y);
     size_t shown = 0;
     for (size_t i = toasts.size(); i-- > 0 && shown < kMostToasts && bottom < 0.7f * c.window.y;

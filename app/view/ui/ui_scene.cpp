@@ -82,8 +82,7 @@ void drawSceneSection(const UiContext& c)
     } else {
         dimText(c.session.loading().active() ? "loading..." : "no scene");
     }
-    if (pathInput(c.state.scene, "scene", "path of a .gltf or .glb, Enter loads",
-                  {".gltf", ".glb"})) {
+    if (pathInput(c.state.scene, "scene", "a .gltf or .glb", {".gltf", ".glb"})) {
         c.act("load", {{"file", c.state.scene.text}});
     }
     drawRecent(c);
@@ -94,8 +93,7 @@ void drawSceneSection(const UiContext& c)
 void drawSaveSection(const UiContext& c)
 {
     const std::string none = shownPicture(c) ? "" : "there is no picture yet";
-    if (pathInput(c.state.picture, "picture", "name.exr or name.png; Enter saves",
-                  {".exr", ".png"})) {
+    if (pathInput(c.state.picture, "picture", "name.exr or .png", {".exr", ".png"})) {
         c.act("save", {{"file", c.state.picture.text}});
     }
     actionButton(c, "Save EXR", "save", none);

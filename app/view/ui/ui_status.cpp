@@ -34,14 +34,15 @@ StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThr
                 9};
     }
     if (picture->preview) {
-        const std::string help = format("coarse while the camera moves: %u x %u pixels",
-                                        picture->mean.width, picture->mean.height);
-        return {"preview", help, kWarningColour, 9};
+        const std::string help =
+            format("coarse while the camera moves: %u x %u pixels%s", picture->mean.width,
+                   picture->mean.height, picture->shaded ? ", lit from the camera" : "");
+        return {picture->shaded ? "preview, shaded" : "preview", help, kWarningColour, 9};
     }
     if (picture->finished) return {"done", "a limit is reached", kGoodColour, 9};
     if (status.rendering) return {"rendering", "samples are being taken", textColour(), 9};
-    return {status.stage.empty() ? "waiting" : status.stage, "what the render thread does",
-            dimColour(), 9};
+    return {status.stage.empty() ? "waiting" : status.stage, "what the renderer does", dimColour(),
+            9};
 }
 
 void errorItem(const Picture& picture, const Reference* reference, std::vector<StatusItem>& items)
@@ -90,6 +91,13 @@ std::vector<StatusItem> statusItems(const UiContext& c)
     const RenderThreadStatus status = c.session.rendering();
     std::vector<StatusItem> items{stateItem(c, picture.get(), status)};
     if (!picture) return items;
+    if (c.session.insideSolid()) {
+        items.push_back({"inside a surface",
+                         "the camera is inside something solid: wherever it looks it sees the back "
+                         "of a surface  [" +
+                             keyOf("previous-view") + ", " + keyOf("home") + "]",
+                         kWarningColour, 9});
+    }
     const ImVec4 text = textColour(), dim = dimColour();
     items.push_back(
         {countText(static_cast<double>(picture->samples)) + " spp", "samples per pixel", text, 8});
@@ -134,36 +142,36 @@ void drawSlotLabel(const UiContext& c, size_t side, float x)
     const Slot& slot = c.session.slots[side];
     std::string text =
         std::string(side == 0 ? "A: " : "B: ") + (slot.picture ? slot.label : "live");
-    const float gap = 0.7f * c.em, left = c.state.panelWidth;
-    const float room = side == 0 ? x - left - 2 * gap : c.window.x - x - 2 * gap;
+    const float gap = 0.7f * c.em;
+    const float room =
+        side == 0 ? x - c.picture.corner.x - 2 * gap : c.picture.end().x - x - 2 * gap;
     if (ImGui::CalcTextSize(text.c_str()).x > room) text.resize(1);
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     if (size.x > room) return;
-    const ImVec2 place(side == 0 ? x - gap - size.x : x + gap,
-                       c.window.y - c.state.statusHeight - 2.2f * c.em);
-    ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    list.AddRectFilled({place.x - 0.4f * gap, place.y - 2},
-                       {place.x + size.x + 0.4f * gap, place.y + size.y + 2},
-                       IM_COL32(0, 0, 0, 150), 3);
-    list.AddText(place, IM_COL32(240, 240, 240, 255), text.c_str());
+    const ImVec2 place(side == 0 ? x - gap - size.x : x + gap, c.picture.end().y - 2.2f * c.em);
+    labelOnPicture(c, place, text);
 }
 
 }  // namespace
 
 void drawStatusLine(const UiContext& c)
 {
-    const float left = c.state.panelWidth, height = ImGui::GetFrameHeight() + 0.3f * c.em;
-    c.state.statusHeight = height;
-    ImGui::SetNextWindowPos(ImVec2(left, c.window.y - height));
-    ImGui::SetNextWindowSize(ImVec2(std::max(c.window.x - left, 1.0f), height));
-    ImGui::SetNextWindowBgAlpha(0.72f);
-    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.7f * c.em, 0.15f * c.em));
+    const Area& place = c.frame.layout.status;
+    ImGui::SetNextWindowPos(ImVec2(place.corner.x, place.corner.y));
+    ImGui::SetNextWindowSize(ImVec2(place.size.x, place.size.y));
+    ImGui::SetNextWindowBgAlpha(1);
+    const float above = std::max(0.5f * (place.size.y - ImGui::GetFrameHeight()), 0.0f);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.7f * c.em, above));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
     ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0.0f);
     ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
     if (ImGui::Begin("##status", nullptr, kOverlay)) {
         std::vector<StatusItem> items = statusItems(c);
         const float gap = 1.2f * c.em;
+        if (c.frame.layout.panel.empty()) {
+            actionButton(c, "Panel", "fold-panel");
+            ImGui::SameLine(0, gap);
+        }
         fitItems(items, ImGui::GetContentRegionAvail().x, gap);
         ImGui::AlignTextToFramePadding();
         for (size_t i = 0; i < items.size(); ++i) {
@@ -176,24 +184,52 @@ void drawStatusLine(const UiContext& c)
     ImGui::PopStyleVar(4);
 }
 
+void drawCaption(const UiContext& c)
+{
+    c.state.captionEnd = c.picture.corner.y;
+    const auto picture = shownPicture(c);
+    const Session& session = c.session;
+    const ViewParams& view = session.settings.view;
+    std::string text;
+    if (session.holdReference && session.reference()) {
+        const Reference& reference = *session.reference();
+        text = "reference: " + reference.origin;
+        if (reference.samples > 0) text += ", " + std::to_string(reference.samples) + " spp";
+    } else if (picture && !session.comparing && view.show != Show::color &&
+               c.frame.problem.empty()) {
+        const auto maps = core::methodNamed(picture->params.method.id()).maps;
+        text = view.show == Show::methodMap && !maps.empty()
+                   ? maps[std::min(size_t(view.methodMap), maps.size() - 1)].name
+                   : std::string(captionOf(view.show));
+        text += "  [" + keyOf("show-color") + ": the picture]";
+    }
+    if (text.empty()) return;
+    const float gap = 0.7f * c.em, room = c.picture.size.x - 3 * gap;
+    while (text.size() > 4 && ImGui::CalcTextSize(text.c_str()).x > room)
+        text = text.substr(0, text.size() - 4) + "...";
+    labelOnPicture(c, {c.picture.corner.x + 1.5f * gap, c.picture.corner.y + gap}, text);
+    c.state.captionEnd = c.picture.corner.y + gap + ImGui::GetTextLineHeight();
+}
+
 void drawCompareSlider(const UiContext& c)
 {
     if (!c.session.comparing || c.session.holdReference || !shownPicture(c)) return;
     float& at = c.session.settings.view.compareAt;
-    const float x = at * c.window.x, reach = 0.6f * c.em;
+    const float x = c.picture.corner.x + at * c.picture.size.x, reach = 0.6f * c.em;
     drawSlotLabel(c, 0, x);
     drawSlotLabel(c, 1, x);
-    ImGui::SetNextWindowPos(ImVec2(x - reach, 0));
-    ImGui::SetNextWindowSize(ImVec2(2 * reach, std::max(c.window.y - c.state.statusHeight, 1.0f)));
+    ImGui::SetNextWindowPos(ImVec2(x - reach, c.picture.corner.y));
+    ImGui::SetNextWindowSize(ImVec2(2 * reach, c.picture.size.y));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
     if (ImGui::Begin("##slider", nullptr, kOverlay | ImGuiWindowFlags_NoBackground)) {
         ImGui::InvisibleButton("##line", ImGui::GetWindowSize());
         const bool held = ImGui::IsItemActive();
         if (held)
-            at = std::clamp(ImGui::GetIO().MousePos.x / std::max(c.window.x, 1.0f), 0.0f, 1.0f);
+            at = std::clamp((ImGui::GetIO().MousePos.x - c.picture.corner.x) / c.picture.size.x,
+                            0.0f, 1.0f);
         if (held || ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
-        const ImVec2 grip(x, c.window.y / 2);
+        const ImVec2 grip(x, c.picture.corner.y + c.picture.size.y / 2);
         ImDrawList& list = *ImGui::GetWindowDrawList();
         list.PushClipRectFullScreen();
         list.AddCircleFilled(grip, 0.75f * c.em, IM_COL32(20, 22, 26, 200));

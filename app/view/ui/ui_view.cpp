@@ -54,10 +54,12 @@ void drawViewSection(const UiContext& c)
     group("Maps and errors");
     some({"map", "error-kind", "error-range"});
     group("Resolution and motion");
-    some({"picture-scale", "moving-rate", "moving-depth", "frame-limit"});
+    some({"picture-scale", "moving", "moving-rate", "moving-depth", "frame-limit"});
+    group("Mouse");
+    some({"wheel"});
     group("Window");
     editParams(c.session.settings.panels, options, [](const core::Field& field) {
-        return among(field, {"ui-scale", "opacity"});  // the others have buttons at the top
+        return among(field, {"panel-side", "ui-scale", "opacity"});  // others have buttons
     });
 }
 

@@ -1,27 +1,107 @@
 // Windows over the picture: keys, messages, the box to open a file, the question before quitting.
 #include <algorithm>
+#include <utility>
 
+#include "app/session/losses.h"
 #include "app/view/imgui/input.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
 namespace {
 
-void keyRow(const char* key, const char* help)
+/// A key and what it does.
+struct KeyHelp {
+    std::string key, help;
+};
+struct KeyGroup {
+    std::string title;
+    std::vector<KeyHelp> keys;
+};
+
+std::vector<KeyGroup> keyGroups()
 {
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "%s", key);
-    ImGui::TableNextColumn();
-    ImGui::TextWrapped("%s", help);
+    std::vector<KeyGroup> groups{
+        {"Mouse",
+         {{"left", "orbit; while flying, look around"},
+          {"middle", "orbit, while flying, too"},
+          {"right", "pan"},
+          {"wheel", "towards what is under the cursor (or the pivot: View, wheel); while flying, "
+                    "speed"},
+          {"double click", "turn about what is there, and focus on it"},
+          {"Ctrl-click", "on a slider of the panel: type the value"},
+          {"drop a file",
+           "a scene, a .png to return to its view, a reference (.exr), a camera path "
+           "(.json)"}}},
+        {"Held",
+         {{"W A S D Q E", "while flying: move; Shift four times as fast, Ctrl a quarter"},
+          {"Shift", "shows the reference"},
+          {"Alt", "values of the pixel under the mouse"}}}};
+    for (const ActionGroup& group : actionGroups()) {
+        KeyGroup made{group.title, {}};
+        for (const Action& action : group.actions)
+            if (action.key[0] != '\0') made.keys.push_back({action.key, action.help});
+        if (!made.keys.empty()) groups.push_back(std::move(made));
+    }
+    return groups;
 }
 
-void heading(const char* text)
+std::string lower(std::string text)
 {
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
+    for (char& c : text)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return text;
+}
+
+/// Leaves what has the words in it; a title that has them keeps all of its keys.
+void search(std::vector<KeyGroup>& groups, const std::string& words)
+{
+    const std::string wanted = lower(words);
+    const auto has = [&](const std::string& text) {
+        return lower(text).find(wanted) != std::string::npos;
+    };
+    for (KeyGroup& group : groups) {
+        if (has(group.title)) continue;
+        std::erase_if(group.keys, [&](const KeyHelp& k) { return !has(k.key) && !has(k.help); });
+    }
+    std::erase_if(groups, [](const KeyGroup& group) { return group.keys.empty(); });
+}
+
+void drawKeyGroup(const UiContext& c, const KeyGroup& group)
+{
+    dimText(group.title);
+    if (!ImGui::BeginTable(group.title.c_str(), 2)) return;
+    ImGui::TableSetupColumn("##key", ImGuiTableColumnFlags_WidthFixed, 7.5f * c.em);
+    ImGui::TableSetupColumn("##help", ImGuiTableColumnFlags_WidthStretch);
+    for (const KeyHelp& key : group.keys) {
+        ImGui::TableNextRow();
+        ImGui::TableNextColumn();
+        ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "%s", key.key.c_str());
+        ImGui::TableNextColumn();
+        ImGui::TextWrapped("%s", key.help.c_str());
+    }
+    ImGui::EndTable();
     ImGui::Spacing();
-    dimText(text);
+}
+
+/// Groups go one after the other into columns of about the same length.
+void drawKeyColumns(const UiContext& c, const std::vector<KeyGroup>& groups)
+{
+    const int columns =
+        std::clamp(static_cast<int>(ImGui::GetContentRegionAvail().x / (20 * c.em)), 1, 3);
+    size_t rows = 0, done = 0;
+    for (const KeyGroup& group : groups) rows += group.keys.size() + 2;
+    if (!ImGui::BeginTable("##columns", columns)) return;
+    int column = 0;
+    ImGui::TableNextColumn();
+    for (const KeyGroup& group : groups) {
+        const size_t middle = done + (group.keys.size() + 2) / 2;
+        const int wanted =
+            static_cast<int>(middle * static_cast<size_t>(columns) / std::max<size_t>(rows, 1));
+        for (; column < std::min(wanted, columns - 1); ++column) ImGui::TableNextColumn();
+        drawKeyGroup(c, group);
+        done += group.keys.size() + 2;
+    }
+    ImGui::EndTable();
 }
 
 ImVec4 severityColour(Severity severity)
@@ -41,27 +121,17 @@ void drawHelpWindow(const UiContext& c)
 {
     bool& open = c.session.settings.panels.help;
     if (!open) return;
-    if (beginFloating(c, "Keys and mouse###help", &open, ImVec2(32 * c.em, 34 * c.em),
-                      ImVec2(0.5f, 0.4f)) &&
-        ImGui::BeginTable("##keys", 2)) {
-        ImGui::TableSetupColumn("##key", ImGuiTableColumnFlags_WidthFixed, 8 * c.em);
-        ImGui::TableSetupColumn("##help", ImGuiTableColumnFlags_WidthStretch);
-        heading("Mouse");
-        keyRow("left", "orbit; while flying, look around");
-        keyRow("middle, right", "pan");
-        keyRow("wheel", "towards the pivot, away from it; while flying, speed");
-        keyRow("double click", "turn about what is there, and focus on it");
-        keyRow("Ctrl-click", "on a slider of the panel: type the value");
-        keyRow("drop a file",
-               "a scene, a .png to return to its view, a reference (.exr), a camera path (.json)");
-        heading("Keys");
-        for (const Action& action : actions()) {
-            if (action.key[0] != '\0') keyRow(action.key, action.help);
-        }
-        keyRow("W A S D Q E", "while flying: move; Shift four times as fast, Ctrl a quarter");
-        keyRow("hold Shift", "shows the reference");
-        keyRow("hold Alt", "values of the pixel under the mouse");
-        ImGui::EndTable();
+    if (beginFloating(c, "Keys and mouse###help", &open, ImVec2(64 * c.em, 38 * c.em),
+                      ImVec2(0.5f, 0.4f))) {
+        ImGui::SetNextItemWidth(std::min(20 * c.em, ImGui::GetContentRegionAvail().x));
+        if (ImGui::IsWindowAppearing()) c.state.search.clear();
+        textInput("##search", "search", c.state.search);
+        ImGui::BeginChild("##keys");
+        std::vector<KeyGroup> groups = keyGroups();
+        search(groups, c.state.search);
+        if (groups.empty()) dimText("no key does that");
+        drawKeyColumns(c, groups);
+        ImGui::EndChild();
     }
     ImGui::End();
 }
@@ -133,6 +203,7 @@ void drawQuitQuestion(const UiContext& c)
 {
     if (c.app.askQuit) {
         c.app.askQuit = false;
+        c.state.losses = lossesOf(c.session);
         ImGui::OpenPopup("Quit?###quit");
     }
     ImGui::SetNextWindowPos(ImVec2(c.window.x / 2, c.window.y / 2), ImGuiCond_Always,
@@ -140,10 +211,16 @@ void drawQuitQuestion(const UiContext& c)
     constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_AlwaysAutoResize |
                                         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings;
     if (!ImGui::BeginPopupModal("Quit?###quit", nullptr, kFlags)) return;
-    ImGui::TextUnformatted("The picture is lost unless it was saved.");
+    ImGui::PushTextWrapPos(std::min(34 * c.em, c.window.x - 4 * c.em));
+    ImGui::TextUnformatted("This would be lost:");
+    for (const std::string& loss : c.state.losses) ImGui::BulletText("%s", loss.c_str());
+    ImGui::PopTextWrapPos();
     ImGui::Spacing();
-    actionButton(c, "Quit", "quit", {}, {}, 6 * c.em);
-    ImGui::SameLine();
+    const std::string saved = c.session.unsavedSeconds() > 0 ? "" : "the picture is saved already";
+    actionButton(c, "Save and quit", "save-and-quit", saved);
+    sameLineIfRoom(6 * c.em);
+    actionButton(c, "Quit", "quit-now", {}, nlohmann::ordered_json::object(), 6 * c.em);
+    sameLineIfRoom(6 * c.em);
     const bool stay = ImGui::Button("Stay", ImVec2(6 * c.em, 0));
     // The key that asked is still down in the first frame: it must not answer as well.
     const bool escape = !ImGui::IsWindowAppearing() && escapePressed(false);

@@ -218,6 +218,77 @@ TEST(Navigation, DollyComesNearerButNeverThrough)
     EXPECT_LT(glm::length(n.camera().position), 1e6 * 5);
 }
 
+/// The height of a camera's own frame is the whole picture's, or its width is.
+TEST(Navigation, ACamerasOwnFrameIsSeenWhole)
+{
+    for (const bool orthographic : {false, true}) {
+        core::Camera camera = someCamera(orthographic);
+        camera.aspect = 2;
+        const dvec3 right = glm::cross(camera.forward, camera.up);
+        const double half = orthographic ? camera.ymag : std::tan(0.5 * camera.yfov);
+        const dvec3 corner =
+            camera.position + camera.forward + half * (2.0 * right + 1.0 * camera.up);
+        for (const double aspect : {0.5, 1.0, 1.5, 2.0, 3.0}) {
+            const core::Camera view = app::framed(camera, aspect);
+            const dvec2 at = shown(view, corner);
+            EXPECT_NEAR(std::max(at.x / (0.5 * aspect), -at.y / 0.5), 1, 1e-9) << aspect;
+            EXPECT_EQ(view.position, camera.position);
+            if (aspect >= 2) {
+                EXPECT_EQ(view, camera) << "wider pictures show more at the sides";
+            }
+            EXPECT_EQ(app::framed(view, aspect), view) << "once is enough: " << aspect;
+        }
+        EXPECT_EQ(app::framed(camera, 0), camera);
+        EXPECT_EQ(app::framed(camera, kNan), camera);
+        EXPECT_EQ(app::framed(camera, 1.9999), camera) << "a picture has whole pixels";
+    }
+}
+
+TEST(Navigation, TheWheelKeepsWhatIsUnderTheCursorThere)
+{
+    for (const bool orthographic : {false, true})
+        for (const double aspect : {0.0, 0.6, 1.8}) {
+            Navigation n = navigation(someCamera(orthographic));
+            n.setAspect(aspect);
+            const dvec2 cursor(0.8, 0.3);
+            const dvec3 point = n.pointAt(cursor);
+            const double shape = aspect > 0 ? aspect : 1;
+            const dvec2 there = (cursor - 0.5) * dvec2(shape, 1);
+            EXPECT_LE(glm::distance(shown(n.view(), point), there), 1e-9);
+            const core::Camera before = n.camera();
+            const dvec3 pivot = n.pivot();
+            for (const double steps : {1.0, 3.0, -2.5, 5.0}) {
+                n.dollyTo(point, steps);
+                EXPECT_LE(glm::distance(shown(n.view(), point), there), 1e-9);
+            }
+            n.dollyTo(point, -6.5);
+            expectSame(n.camera(), before, 1e-9);
+            EXPECT_LE(glm::distance(n.pivot(), pivot), 1e-9);
+            for (int i = 0; i < 500; ++i) n.dollyTo(point, 10);
+            EXPECT_GT(glm::dot(point - n.camera().position, before.forward), 0) << "never through";
+            n.dollyTo({kNan, 0, 0}, 1);
+            n.dollyTo(point, kNan);
+            EXPECT_LE(axisError(n.camera()), 1e-9);
+        }
+}
+
+TEST(Navigation, GoesBackToAViewAndStandsWhereItIsTold)
+{
+    Navigation n = navigation(someCamera());
+    const app::Viewpoint before = n.viewpoint();
+    n.orbit(0.2, 0.1);
+    n.dolly(4);
+    n.go(before);
+    EXPECT_EQ(n.viewpoint(), before);
+    n.stand({1, 2, 3}, {1, 2.5, -1});
+    EXPECT_EQ(n.camera().position, dvec3(1, 2, 3));
+    EXPECT_LE(glm::length(shown(n.camera(), {1, 2.5, -1})), 1e-9);
+    EXPECT_NEAR(glm::cross(n.camera().forward, n.camera().up).y, 0, 1e-9) << "upright";
+    n.stand({1, 2, 3}, {1, 2, 3});
+    n.stand({1, kNan, 3}, {1, 2, 3});
+    EXPECT_EQ(n.camera().position, dvec3(1, 2, 3));
+}
+
 TEST(Navigation, DollyMagnifiesOrthographicCameras)
 {
     Navigation n = navigation(someCamera(true));
@@ -298,7 +369,8 @@ TEST(Navigation, FramingShowsAllOfASphere)
         for (const double aspect : {0.0, 0.5, 1.7}) {
             Navigation n = navigation(someCamera(orthographic));
             const dvec3 forward = n.camera().forward;
-            n.frame(centre, radius, aspect);
+            n.setAspect(aspect);
+            n.frame(centre, radius);
             const core::Camera& c = n.camera();
             EXPECT_EQ(c.forward, forward);
             EXPECT_EQ(n.pivot(), centre);

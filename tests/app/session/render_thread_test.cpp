@@ -240,6 +240,27 @@ TEST_F(RenderThread, WhileTheCameraMovesPicturesAreSmallAndNoneIsLost)
     EXPECT_EQ(newest()->samples, 2u);
 }
 
+TEST_F(RenderThread, ShadedMotionTracesNoPathsAndARestingPictureIsOneOfPaths)
+{
+    start();
+    order.size = {64, 36};
+    order.params.sppLimit = 1;
+    order.moving = true;
+    order.movingShows = app::Moving::shaded;
+    for (int frame = 0; frame < 5; ++frame) {
+        order.camera.position.x = frame;
+        post();
+        ASSERT_TRUE(until([&] { return newest() && newest()->generation >= generation; }));
+        EXPECT_TRUE(newest()->preview);
+    }
+    EXPECT_EQ(book.get(&Book::advances), 0);
+    order.moving = false;
+    const auto picture = (post(), finished());
+    EXPECT_FALSE(picture->preview || picture->shaded);
+    EXPECT_GT(book.get(&Book::advances), 0);
+    EXPECT_EQ(picture->samples, 1u);
+}
+
 TEST_F(RenderThread, ASlowPictureIsPrecededByACoarseOne)
 {
     start();

@@ -15,57 +15,12 @@
 #include "app/view/random_walk.h"
 #include "core/base/check.h"
 #include "core/image/metrics.h"
+#include "tests/support/session_steps.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 
-namespace fs = std::filesystem;
-using app::Session;
-using Json = nlohmann::ordered_json;
-
-const fs::path kAssets = fs::path(REKINDLE_SOURCE_DIR) / "assets";
-constexpr glm::uvec2 kArea(48, 32);
-
-app::SessionOptions options(const std::string& scene)
-{
-    app::SessionOptions o;
-    if (!scene.empty()) o.scene.file = kAssets / scene;
-    o.render.device = app::DeviceKind::cpu;
-    o.quiet = true;
-    return o;
-}
-
-/// Updates as a window would, until `done` or a minute has gone.
-testing::AssertionResult until(Session& session, const std::function<bool()>& done)
-{
-    for (int i = 0; i < 6000; ++i) {
-        session.update(0.01, kArea);
-        if (done()) return testing::AssertionSuccess();
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return testing::AssertionFailure() << "a minute has gone";
-}
-
-bool settled(const Session& session)
-{
-    const auto picture = session.picture();
-    return session.document() && !session.loading().active() && picture &&
-           picture->generation >= session.generation() && !picture->preview &&
-           picture->fullSize == kArea;
-}
-
-void act(Session& session, const std::string& name, const Json& arguments = Json::object())
-{
-    app::AppRequests requests;
-    app::runAction(name, session, requests, arguments);
-}
-
-bool told(const Session& session, const std::string& text)
-{
-    for (const app::Notice& notice : session.notices.list())
-        if (notice.text.find(text) != std::string::npos) return true;
-    return false;
-}
+using namespace tests;
 
 TEST(Session, LoadsASceneAndShowsItFromItsCamera)
 {
@@ -274,21 +229,6 @@ TEST(Session, KeepsSettingsAndCamerasBetweenRuns)
     EXPECT_LT(glm::distance(session.navigation.camera().position, kept.position), 1e-9);
     ASSERT_FALSE(session.settings.recentFiles.empty());
     EXPECT_EQ(fs::path(session.settings.recentFiles[0]).filename(), "cornell-diffuse.gltf");
-}
-
-TEST(Session, TurnsAboutWhatIsClicked)
-{
-    Session session(options("cornell-diffuse.gltf"));
-    ASSERT_TRUE(until(session, [&] { return settled(session); }));
-    act(session, "focus", {{"x", 0.5}, {"y", 0.5}});
-    const glm::dvec3 pivot = session.navigation.pivot();
-    const core::Camera& camera = session.navigation.camera();
-    const glm::dvec3 ahead = glm::normalize(pivot - camera.position);
-    EXPECT_GT(glm::dot(ahead, camera.forward), 0.999)
-        << "the middle of the picture lies straight ahead";
-    for (const float extent :
-         {session.document()->world->boundsLow.z - static_cast<float>(pivot.z)})
-        EXPECT_LE(extent, 1e-3f);
 }
 
 TEST(Session, ExportsAPath)

@@ -66,14 +66,30 @@ Settings someSettings()
               .pictureScale = 0.1f,
               .frameLimit = 144,
               .movingRate = 17.5f,
-              .movingDepth = 5};
+              .movingDepth = 5,
+              .moving = app::Moving::shaded,
+              .wheel = app::Wheel::pivot};
     s.panels = {.panel = false,
                 .help = true,
                 .log = true,
                 .plot = false,
                 .profiler = true,
+                .side = app::PanelSide::right,
+                .fold = app::PanelFold::folded,
+                .width = 31.25f,
                 .uiScale = 1.5f,
                 .opacity = 0.3f};
+    s.sections = {.scene = false,
+                  .method = false,
+                  .view = false,
+                  .camera = true,
+                  .animation = false,
+                  .path = true,
+                  .compare = true,
+                  .reference = true,
+                  .limits = true,
+                  .save = true};
+    s.places = "[Window][Messages###log]\nPos=40,50\nSize=300,200\n";
     s.keepParams(core::PathParams{.maxDepth = 17,
                                   .rouletteDepth = 5,
                                   .seed = 4294967295u,
@@ -115,6 +131,7 @@ TEST(Settings, RoundTripToTheBit)
     };
     differ(s.view, defaults.view);
     differ(s.panels, defaults.panels);
+    differ(s.sections, defaults.sections);
     differ(s.paramsOf("path"), defaults.paramsOf("path"));
     app::writeSettings(file, s);
     EXPECT_EQ(read(file), s);

@@ -67,9 +67,9 @@ TEST_F(GoldenView, FramesAreThoseThatWereLookedAt)
         {"do":"set","name":"picture-scale","value":0.5},
         {"wait":"finished","timeout":600}, {"wait":"seconds","value":8}, {"wait":"frames","value":4},
         {"do":"screenshot","file":"panel.png"}, {"wait":"seconds","value":10},
+        {"do":"panel"}, {"wait":"seconds","value":0.5}, {"wait":"finished","timeout":600},
         {"do":"reference","spp":16}, {"wait":"reference","value":16,"timeout":600}, {"wait":"job"},
-        {"do":"panel"}, {"do":"show-error"},
-        {"wait":"seconds","value":0.5}, {"wait":"frames","value":4},
+        {"do":"show-error"}, {"wait":"seconds","value":0.5}, {"wait":"frames","value":4},
         {"do":"screenshot","file":"error.png"}]})");
     const Result result = finish(start({"view", kScene, "--script", "script.json", "--no-settings",
                                         "--size", "640x360", "--device", "cpu"}),

@@ -73,6 +73,34 @@ TEST_F(WindowTest, ShowsFramesAndReadsThemBack)
     EXPECT_EQ(display->pixel(20, 20), (std::array<uint8_t, 3>{188, 124, 63}));
 }
 
+TEST_F(WindowTest, ThePictureHasItsAreaAndNothingIsBesideIt)
+{
+    Window window("test", {640, 360});
+    Gui gui(window, {.validation = true});
+    DisplayInputs inputs = inputsOf(flat(64, 36, {0.5f, 0.2f, 0.05f}));
+    inputs.corner = {200, 0};
+    inputs.size = {440, 330};
+    for (int i = 0; i < 3; ++i) frame(window, gui, inputs, nothing);
+    glm::uvec2 size;
+    std::vector<uint8_t> bytes = gui.readFrame(size);
+    ASSERT_EQ(size, glm::uvec2(640, 360));
+    const auto red = [&](uint32_t x, uint32_t y) { return int(bytes[(size_t(y) * 640 + x) * 4]); };
+    for (const auto& [x, y] : {std::pair(200u, 0u), {639u, 0u}, {200u, 329u}, {639u, 329u}})
+        EXPECT_EQ(red(x, y), 188) << x << ' ' << y;
+    for (const auto& [x, y] : {std::pair(199u, 0u), {0u, 359u}, {200u, 330u}, {639u, 330u}})
+        EXPECT_LT(red(x, y), 20) << x << ' ' << y;
+    bytes = gui.readPicture(size);
+    EXPECT_EQ(size, glm::uvec2(440, 330));
+    inputs.corner = {600, 300};  // sticks out, as it may while a window shrinks
+    for (int i = 0; i < 2; ++i) frame(window, gui, inputs, nothing);
+    bytes = gui.readFrame(size);
+    EXPECT_EQ(red(600, 300), 188);
+    EXPECT_LT(red(599, 300), 20);
+    EXPECT_LT(red(600, 299), 20);
+    gui.readPicture(size);
+    EXPECT_EQ(size, glm::uvec2(40, 60));
+}
+
 int dispatches = 0;
 
 TEST_F(WindowTest, RunsTheKernelOnlyWhenInputsChange)

@@ -97,7 +97,7 @@ TEST_F(DisplayTest, KernelEqualsTheText)
         for (const uint32_t channels : {1u, 3u}) {
             const Image a = randomImage(31, 17, channels, 1 + channels, odd);
             const Image b = randomImage(64, 40, 4 - channels, 11 + channels, odd);
-            for (uint32_t show = 0; show <= shared::kShowCompare; ++show) {
+            for (uint32_t show = 0; show <= shared::kShowPreview; ++show) {
                 // Of map, kind of error, curve and channel at once; each is a kernel that has to be
                 // compiled.
                 for (uint32_t choice = channels == 1 ? 2 : 0; choice < (channels == 1 ? 3 : 4);
@@ -120,7 +120,114 @@ TEST_F(DisplayTest, KernelEqualsTheText)
         }
     }
     compare(nullptr, nullptr, settingsOf(shared::kShowRadiance, 0, 0), "nothing");
-    EXPECT_EQ(views, 2 * 8 * (1 + 1 + 4 + 1) + 1);
+    EXPECT_EQ(views, 2 * 10 * (1 + 1 + 4 + 1) + 1);
+    // Beside the output's edges, inside of it, and not at all
+    const Image a = randomImage(31, 17, 3, 21, false), b = randomImage(64, 40, 3, 22, false);
+    for (const uint32_t show : {shared::kShowRadiance, shared::kShowCompare, shared::kShowError})
+        for (const glm::vec4& place : {glm::vec4(0.25f, 0, 0.5f, 1), {-0.1f, -0.2f, 1.2f, 1.4f}}) {
+            DisplaySettings s = settingsOf(show, 67, 45);
+            s.slider = 0.5f;
+            const core::DisplayPlaces places{place, {0, 0.3f, 1, 0.4f}};
+            display.setImage(0, &a);
+            display.setImage(1, &b);
+            display.setSize(67, 45);
+            device.submit([&](VkCommandBuffer c) { display.record(c, s, false, places); });
+            std::vector<uint8_t> gpu(size_t(67) * 45 * 4);
+            display.output().read(std::as_writable_bytes(std::span(gpu)));
+            const std::vector<uint8_t> cpu = core::displayImage(&a, &b, s, places);
+            size_t far = 0;
+            for (size_t i = 0; i < cpu.size(); ++i)
+                far += std::abs(int(cpu[i]) - int(gpu[i])) > 1 ? 1u : 0u;
+            EXPECT_EQ(far, 0u) << show;
+        }
+}
+
+/// Four columns of pixels, the first two of one surface.
+TEST_F(DisplayTest, PreviewsAreSmoothWithinASurfaceAndSharpBetweenSurfaces)
+{
+    Image a(4, 2, 3), guide(4, 2, 1);
+    constexpr uint32_t kLeft = 0b001001001, kRight = 0b100100100, kSame = 0b010010010;
+    for (uint32_t y = 0; y < 2; ++y)
+        for (uint32_t x = 0; x < 4; ++x) {
+            for (int c = 0; c < 3; ++c) a.at(x, y)[c] = 0.1f + 0.1f * static_cast<float>(x);
+            const uint32_t rows = y == 0 ? 0b111111000 : 0b000111111;
+            const uint32_t bits = kSame | (x == 0 ? kRight : x == 1 ? kLeft : 0u);
+            *guide.at(x, y) = static_cast<float>(bits & rows);
+        }
+    DisplaySettings s = settingsOf(shared::kShowPreview, 40, 20);
+    s.tone = shared::kToneLinear;
+    const std::vector<uint8_t> bytes = core::displayImage(&a, &guide, s);
+    const auto at = [&](uint32_t x) {
+        return static_cast<double>(
+            shared::srgbDecode(static_cast<float>(bytes[(10 * 40 + x) * 4]) / 255));
+    };
+    for (uint32_t x = 0; x < 5; ++x) EXPECT_NEAR(at(x), 0.1, 0.005) << "the picture's edge";
+    for (uint32_t x = 5; x < 15; ++x)
+        EXPECT_NEAR(at(x), 0.1 + 0.1 * (x + 0.5 - 5) / 10, 0.005) << "one surface: a ramp";
+    for (uint32_t x = 15; x < 20; ++x) EXPECT_NEAR(at(x), 0.2, 0.005) << "up to its edge";
+    for (uint32_t x = 20; x < 30; ++x) EXPECT_NEAR(at(x), 0.3, 0.005) << "another surface";
+    for (uint32_t x = 30; x < 40; ++x) EXPECT_NEAR(at(x), 0.4, 0.005);
+
+    gpu::Device device({.validation = true});
+    gpu::Display display(device);
+    const Image noise = randomImage(31, 17, 3, 31, false);
+    Image surfaces(31, 17, 1);
+    std::mt19937 random(7);
+    for (uint32_t y = 0; y < 17; ++y)
+        for (uint32_t x = 0; x < 31; ++x) {
+            uint32_t inside = 0x1ff;  // no bit leads out of the image
+            if (x == 0) inside &= ~kLeft;
+            if (x == 30) inside &= ~kRight;
+            if (y == 0) inside &= 0b111111000;
+            if (y == 16) inside &= 0b000111111;
+            *surfaces.at(x, y) = static_cast<float>((random() | 16) & inside);
+        }
+    display.setImage(0, &noise);
+    display.setImage(1, &surfaces);
+    s = settingsOf(shared::kShowPreview, 67, 45);
+    const std::vector<uint8_t> cpu = core::displayImage(&noise, &surfaces, s),
+                               gpu = onDevice(device, display, s, false);
+    size_t far = 0;
+    for (size_t i = 0; i < cpu.size(); ++i)
+        far += std::abs(int(cpu[i]) - int(gpu[i])) > 1 ? 1u : 0u;
+    EXPECT_EQ(far, 0u);
+}
+
+TEST_F(DisplayTest, BesideAPictureIsTheBackground)
+{
+    Image a(2, 2, 3);
+    for (size_t i = 0; i < a.pixels.size(); ++i) a.pixels[i] = static_cast<float>(1 + i / 3) / 4;
+    DisplaySettings s = settingsOf(shared::kShowColour, 8, 4);
+    const std::vector<uint8_t> bytes =
+        core::displayImage(&a, nullptr, s, {.a = {0.25f, 0, 0.5f, 1}, .b = {}});
+    const auto at = [&](uint32_t x, uint32_t y) { return int(bytes[(y * 8 + x) * 4]); };
+    const auto is = [](float value) {
+        return static_cast<int>(shared::srgbEncode(value) * 255 + 0.5f);
+    };
+    for (uint32_t y = 0; y < 4; ++y) {
+        for (const uint32_t x : {0u, 1u, 6u, 7u}) EXPECT_EQ(at(x, y), int(0.07f * 255 + 0.5f));
+        for (uint32_t x = 2; x < 6; ++x)
+            EXPECT_EQ(at(x, y), is(static_cast<float>(1 + (x - 2) / 2 + 2 * (y / 2)) / 4));
+    }
+}
+
+TEST_F(DisplayTest, WhereNothingWasHitIsNotWhatIsNear)
+{
+    Image depth(3, 1, 1);
+    depth.pixels = {0, 1, 2};
+    DisplaySettings s = settingsOf(shared::kShowDepth, 3, 1);
+    s.low = 1;
+    s.high = 2;
+    const auto colour = [&](uint32_t map, size_t pixel) {
+        s.map = map;
+        const std::vector<uint8_t> bytes = core::displayImage(&depth, nullptr, s);
+        return std::array<uint8_t, 3>{bytes[4 * pixel], bytes[4 * pixel + 1], bytes[4 * pixel + 2]};
+    };
+    for (const uint32_t map : {shared::kMapViridis, shared::kMapMagma, shared::kMapGrey}) {
+        EXPECT_NE(colour(map, 0), colour(map, 1));
+        EXPECT_EQ(colour(map, 0), colour(shared::kMapViridis, 0));
+        EXPECT_NE(colour(map, 1), colour(map, 2));
+    }
 }
 
 TEST_F(DisplayTest, RedAndBlueAreExchangedForWindowsThatWantIt)
@@ -242,7 +349,7 @@ std::array<int, 3> shownAs(DisplaySettings s, glm::vec3 a, glm::vec3 b)
 TEST(DisplayColour, NothingHidesNan)
 {
     const std::array<int, 3> magenta{255, 0, 255};
-    for (uint32_t show = 0; show <= shared::kShowCompare; ++show) {
+    for (uint32_t show = 0; show <= shared::kShowPreview; ++show) {
         DisplaySettings s = settingsOf(show, 1, 1);
         s.channel = 1;
         EXPECT_EQ(shownAs(s, {1, kNan, 1}, {1, 1, 1}), magenta) << show;

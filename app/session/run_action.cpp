@@ -1,0 +1,71 @@
+// Finding actions, and what they do when nothing else is open. The table is in actions.cpp.
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "app/base/nearest.h"
+#include "app/session/actions.h"
+#include "core/base/check.h"
+
+namespace app {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<ActionGroup> actionGroups()
+{
+    // Each begins with the action named.
+    constexpr std::array<std::pair<const char*, std::string_view>, 7> kFirst{
+        {{"Picture", "pause"},
+         {"Camera", "focus"},
+         {"Camera path", "add-key"},
+         {"Comparison", "compare"},
+         {"Files", "open"},
+         {"Parameters", "set"},
+         {"Window", "help"}}};
+    const std::span<const Action> all = actions();
+    const auto place = [&](std::string_view name) {
+        return static_cast<size_t>(std::ranges::find(all, name, &Action::name) - all.begin());
+    };
+    std::vector<ActionGroup> groups;
+    for (size_t i = 0; i < kFirst.size(); ++i) {
+        const size_t begin = place(kFirst[i].second);
+        const size_t end = i + 1 < kFirst.size() ? place(kFirst[i + 1].second) : all.size();
+        groups.push_back({kFirst[i].first, all.subspan(begin, end - begin)});
+    }
+    return groups;
+}
+
+void escapeFrom(Session& s, AppRequests& app)
+{
+    const bool working = s.loading().active() || s.coreThread().active() ||
+                         s.equalTime().running() || s.track.playing();
+    if (working)
+        s.cancel();
+    else if (s.flying)
+        s.flying = false;
+    else
+        app.leave = true;
+}
+
+void runAction(const std::string& name, Session& session, AppRequests& app, const Json& arguments)
+{
+    std::vector<std::string> names;
+    for (const Action& action : actions()) {
+        if (name == action.name) {
+            action.run({session, app, arguments});
+            return;
+        }
+        names.emplace_back(action.name);
+    }
+    throw core::Error("there is no action \"" + name + "\"" + suggestion(name, names),
+                      core::ExitCode::commandLine);
+}
+
+void runAction(const std::string& name, Session& session, AppRequests& app)
+{
+    runAction(name, session, app, Json::object());
+}
+
+}  // namespace app

@@ -1,0 +1,36 @@
+// What is around a place: whether one stands in a room, or inside something solid. A few dozen rays
+// through core::pick, on the thread that asks.
+#pragma once
+
+#include <optional>
+
+#include <glm/glm.hpp>
+
+#include "core/scene/world.h"
+
+namespace app {
+
+/// Metres from `position` along `direction` (of length 1) to the first surface; nothing when there
+/// is none. Alpha is not looked at.
+std::optional<double> distanceAlong(const core::World& world, glm::dvec3 position,
+                                    glm::dvec3 direction);
+
+/// Whether the place is inside a closed surface: all of 64 directions meet something, and at least
+/// three quarters of them its back. (Of 12 cameras in 8 interiors as they are found, whatever their
+/// materials say of sides, none sees more than one seventh of backs.) A ray that leads outside, or
+/// enough fronts, end it early: outside it costs next to nothing. An empty room whose walls are
+/// wound the wrong way round cannot be told from a solid, nor a place in two solids at once from
+/// the open.
+bool insideSolid(const core::World& world, glm::dvec3 position);
+
+/// A room as it is seen from within.
+struct Room {
+    glm::dvec3 middle{0};  // mean of what is seen in all directions
+    double radius = 0;     // mean distance of that from the middle, metres
+};
+
+/// The room around the place; nothing when it is not in the scene's bounds or more than a quarter
+/// of 64 directions lead out into the open.
+std::optional<Room> roomAround(const core::World& world, glm::dvec3 position);
+
+}  // namespace app

@@ -1,0 +1,173 @@
+// The viewer without its window: ways back to a view, what is kept between runs, what leaving would
+// lose.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/session/losses.h"
+#include "tests/support/session_steps.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace tests;
+
+TEST(Session, HomeAndBackLeadWhereOneCameFrom)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const core::Camera home = session.navigation.camera();
+    double now = 0;
+    const auto rest = [&] {
+        for (now = 0; now < 1; now += 0.01) session.update(0.01, kArea);
+        return session.navigation.camera();
+    };
+    act(session, "orbit", {{"dx", 0.1}, {"dy", 0.05}});
+    const core::Camera first = rest();
+    act(session, "focus");
+    const core::Camera second = rest();
+    EXPECT_NE(first, second);
+    act(session, "previous-view");
+    EXPECT_EQ(session.navigation.camera(), first);
+    act(session, "previous-view");
+    EXPECT_EQ(session.navigation.camera(), home);
+    act(session, "next-view");
+    act(session, "next-view");
+    EXPECT_EQ(session.navigation.camera(), second);
+    act(session, "next-view");
+    EXPECT_TRUE(told(session, "no other view"));
+    act(session, "home");
+    EXPECT_EQ(session.navigation.camera(), home);
+    act(session, "previous-view");
+    EXPECT_EQ(session.navigation.camera(), second) << "home is a view that one can come back from";
+}
+
+TEST(Session, LookingAtTheWholeRoomDoesNotLeaveIt)
+{
+    Session session(options("hall.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const core::World& world = *session.document()->world;
+    const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);
+    const auto inside = [&](glm::dvec3 p) {
+        return glm::all(glm::greaterThan(p, low)) && glm::all(glm::lessThan(p, high));
+    };
+    ASSERT_TRUE(inside(session.navigation.camera().position)) << "the test needs a room";
+    for (int i = 0; i < 8; ++i) {
+        act(session, "focus");
+        EXPECT_TRUE(inside(session.navigation.camera().position)) << i;
+        EXPECT_FALSE(session.insideSolid());
+        act(session, "look", {{"dx", 0.3}, {"dy", 0.02 * i}});
+        act(session, "fly", {{"forward", 1}, {"seconds", 0.1}});
+        if (!inside(session.navigation.camera().position)) act(session, "home");
+    }
+    session.navigation.set(core::lookAt(3.0 * high, {0, 0, 0}, {0, 1, 0}, 0.7),
+                           static_cast<double>(world.radius));
+    act(session, "focus");
+    EXPECT_FALSE(inside(session.navigation.camera().position)) << "from outside all of it is seen";
+}
+
+TEST(Session, TheWheelGoesWhereTheSettingSays)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "dolly", {{"steps", 2}, {"x", 0.3}, {"y", 0.8}});
+    const glm::dvec3 aside = session.navigation.camera().position;
+    act(session, "home");
+    const core::Camera home = session.navigation.camera();
+    EXPECT_GT(glm::length(glm::cross(aside - home.position, home.forward)), 0.01);
+    act(session, "set", {{"name", "wheel"}, {"value", "pivot"}});
+    act(session, "dolly", {{"steps", 2}, {"x", 0.3}, {"y", 0.8}});
+    const glm::dvec3 ahead = session.navigation.camera().position - home.position;
+    EXPECT_LT(glm::length(glm::cross(ahead, session.navigation.pivot() - home.position)), 1e-9);
+}
+
+TEST(Session, TheCamerasFrameFitsIntoANarrowArea)
+{
+    Session session(options("animated.gltf"));  // made for 16:9
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const double aspect = double(kArea.x) / kArea.y;
+    const core::Camera& own = session.navigation.camera();
+    ASSERT_GT(own.aspect, aspect);
+    EXPECT_NEAR(std::tan(0.5 * session.picture()->camera.yfov) * aspect,
+                std::tan(0.5 * own.yfov) * own.aspect, 1e-9);
+    EXPECT_EQ(session.placeOf(*session.picture()), (app::Area{{0, 0}, {1, 1}}));
+}
+
+TEST(Session, LettersOfOneRunAreNotKept)
+{
+    const tests::TemporaryFolder folder;
+    app::SessionOptions o = options("");
+    o.settings = folder / "settings.json";
+    const auto scale = [&](float given, double set) {
+        o.uiScale = given;
+        Session session(o);
+        const float shown = session.settings.panels.uiScale;
+        if (set > 0) act(session, "set", {{"name", "ui-scale"}, {"value", set}});
+        return shown;
+    };
+    EXPECT_EQ(scale(0, 1.5), 0);
+    EXPECT_EQ(scale(2, 0), 2);
+    EXPECT_EQ(scale(0, 0), 1.5f) << "the 2 was for one run";
+    EXPECT_EQ(scale(2, 1.25), 2);
+    EXPECT_EQ(scale(0, 0), 1.25f) << "what the hand sets is kept";
+}
+
+TEST(Session, SectionsOfThePanelAreKept)
+{
+    const tests::TemporaryFolder folder;
+    app::SessionOptions o = options("");
+    o.settings = folder / "settings.json";
+    {
+        Session session(o);
+        act(session, "set", {{"name", "section-camera"}, {"value", true}});
+        act(session, "set", {{"name", "panel-side"}, {"value", "right"}});
+    }
+    const Session session(o);
+    EXPECT_TRUE(session.settings.sections.camera);
+    EXPECT_EQ(session.settings.panels.side, app::PanelSide::right);
+}
+
+TEST(Session, LeavingAsksForWhatTookLongAndIsNotSaved)
+{
+    const tests::TemporaryFolder folder;
+    Session session(options("cornell-diffuse.gltf"));
+    EXPECT_TRUE(app::lossesOf(session).empty());
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_TRUE(app::lossesOf(session).empty()) << "a moment's work";
+    EXPECT_GT(session.unsavedSeconds(), 0);
+    auto stored = std::make_shared<app::Picture>(*session.picture());
+    stored->seconds = 59;
+    session.slots[0] = {stored, "A"};
+    EXPECT_TRUE(app::lossesOf(session).empty());
+    stored->seconds = 61;
+    ASSERT_EQ(app::lossesOf(session).size(), 1u);
+    EXPECT_EQ(app::lossesOf(session)[0], "picture A: 61 seconds of rendering");
+    act(session, "set", {{"name", "spp-limit"}, {"value", 3}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    act(session, "save", {{"file", (folder / "kept.exr").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "kept.exr: saved"); }));
+    EXPECT_EQ(session.unsavedSeconds(), 0);
+    act(session, "restart");
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    EXPECT_GE(session.unsavedSeconds(), 0);
+    EXPECT_EQ(app::spanText(75.4), "75 seconds");
+    EXPECT_EQ(app::spanText(180), "3 minutes");
+    EXPECT_EQ(app::spanText(9000), "2.5 hours");
+}
+
+TEST(Session, TurnsAboutWhatIsClicked)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "focus", {{"x", 0.5}, {"y", 0.5}});
+    const glm::dvec3 pivot = session.navigation.pivot();
+    const core::Camera& camera = session.navigation.camera();
+    const glm::dvec3 ahead = glm::normalize(pivot - camera.position);
+    EXPECT_GT(glm::dot(ahead, camera.forward), 0.999)
+        << "the middle of the picture lies straight ahead";
+    for (const float extent :
+         {session.document()->world->boundsLow.z - static_cast<float>(pivot.z)})
+        EXPECT_LE(extent, 1e-3f);
+}
+
+}  // namespace

@@ -1,0 +1,203 @@
+// What the hand does to the panel: keys, lists, boxes, the edge, windows that are moved.
+#include <gtest/gtest.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include "app/view/imgui/windows.h"
+#include "app/view/ui/ui_parts.h"
+#include "tests/support/desk.h"
+
+namespace {
+
+using namespace tests;
+
+TEST(Ui, QuestionBeforeQuitting)
+{
+    Desk desk(deskOptions());
+    desk.requests.askQuit = true;
+    desk.frames(3);
+    EXPECT_FALSE(desk.requests.askQuit);
+    EXPECT_FALSE(desk.requests.quit);
+    EXPECT_TRUE(desk.windows().contains("Quit?###quit"));
+    desk.key(kEscape);
+    EXPECT_FALSE(desk.windows().contains("Quit?###quit"));
+    EXPECT_FALSE(desk.requests.quit || desk.requests.leave);
+}
+
+/// Esc as the window's loop takes it: the key runs the action, unless ImGui wants the keyboard.
+void escape(Desk& desk)
+{
+    desk.requests.escape = true;
+    desk.frames(2);
+    EXPECT_FALSE(desk.requests.escape);
+}
+
+TEST(Ui, EscClosesWhatIsOpenBeforeItLeaves)
+{
+    Desk desk(deskOptions());
+    desk.session.settings.panels.help = true;
+    desk.requests.openPathBox = true;
+    desk.frames(3);
+    desk.type("/");  // there is always something to complete it to
+    escape(desk);
+    EXPECT_TRUE(desk.windows().contains("Open a scene###open")) << "the list first";
+    escape(desk);
+    EXPECT_FALSE(desk.windows().contains("Open a scene###open"));
+    EXPECT_TRUE(desk.session.settings.panels.help);
+    escape(desk);
+    EXPECT_FALSE(desk.session.settings.panels.help);
+    desk.session.flying = true;
+    escape(desk);
+    EXPECT_FALSE(desk.session.flying);
+    EXPECT_FALSE(desk.requests.leave);
+    escape(desk);
+    EXPECT_TRUE(desk.requests.leave);
+}
+
+TEST(Ui, EscClosesAnOpenList)
+{
+    Desk desk(deskOptions());
+    const auto frame = [&](bool open, bool close) {
+        ImGui::NewFrame();
+        const bool closed = close && app::closeInnermostPopup();
+        if (open) ImGui::OpenPopup("a list");
+        const bool shown = ImGui::BeginPopup("a list");
+        if (shown) ImGui::EndPopup();
+        ImGui::Render();
+        return std::pair(shown, closed);
+    };
+    ImGui::GetIO().DeltaTime = 1 / 60.0f;
+    EXPECT_TRUE(frame(true, false).first);
+    EXPECT_TRUE(frame(false, false).first);
+    EXPECT_EQ(frame(false, true), std::pair(false, true));
+    EXPECT_EQ(frame(false, true), std::pair(false, false));
+}
+
+TEST(Ui, PathBoxOpensWithoutThePanel)
+{
+    Desk desk(deskOptions());
+    desk.session.settings.panels.panel = false;
+    desk.requests.openPathBox = true;
+    desk.frames(3);
+    EXPECT_FALSE(desk.requests.openPathBox);
+    EXPECT_TRUE(desk.windows().contains("Open a scene###open"));
+    EXPECT_TRUE(ImGui::GetIO().WantCaptureKeyboard) << "what is typed goes to the line";
+}
+
+TEST(Ui, PathBoxCompletesAndLoads)
+{
+    Desk desk(deskOptions());
+    desk.session.settings.panels.panel = false;
+    desk.requests.openPathBox = true;
+    desk.frames(3);
+    desk.type(REKINDLE_SOURCE_DIR "/assets/animated.g");
+    desk.key(kTab);
+    desk.frames(2);
+    desk.key(kEnter);
+    EXPECT_FALSE(desk.windows().contains("Open a scene###open"));
+    EXPECT_TRUE(desk.framesUntil([&] { return desk.session.document() != nullptr; }));
+    EXPECT_EQ(desk.session.document()->file.filename(), "animated.gltf");
+}
+
+TEST(Ui, WholeNumbersCanBeTyped)
+{
+    Desk desk(deskOptions());
+    uint64_t value = 0;
+    for (int i = 0; i < 12; ++i) {
+        ImGui::GetIO().DeltaTime = 1 / 60.0f;
+        if (i == 7) ImGui::GetIO().AddInputCharactersUTF8("64");
+        ImGui::NewFrame();
+        ImGui::Begin("typed");
+        if (i == 2) ImGui::SetKeyboardFocusHere();
+        app::countInput("##value", value, "no limit");
+        ImGui::End();
+        ImGui::Render();
+    }
+    EXPECT_EQ(value, 64u) << "what is typed replaces the 0, which was selected";
+}
+
+TEST(Ui, WindowsComeBackWhereTheyWerePut)
+{
+    std::string places;
+    {
+        Desk desk(deskOptions());
+        desk.session.settings.panels.log = true;
+        desk.frames(3);
+        ImGui::SetWindowPos("Messages###log", {501, 203});
+        desk.frames(2);
+        desk.ui.keepPlaces(desk.session, true);
+        places = desk.session.settings.places;
+        EXPECT_NE(places.find("###log"), std::string::npos) << places;
+    }
+    for (const std::string& text :
+         {places, "[Window][###log]\nPos=99999999,-5\nSize=" + std::string(5000, '9'),
+          std::string("[[[[\n\0x]", 8)}) {
+        Desk desk(deskOptions());
+        desk.session.settings.panels.log = true;
+        desk.session.settings.places = text;
+        desk.frames(3);  // and wherever that is, it lies in the window
+        const ImGuiWindow* log = ImGui::FindWindowByName("Messages###log");
+        ASSERT_NE(log, nullptr);
+        if (text == places) {
+            EXPECT_EQ(log->Pos.x, 501);
+            EXPECT_EQ(log->Pos.y, 203);
+        }
+    }
+}
+
+TEST(Ui, ThePanelFoldsAndOpensAndTheSettingsKnow)
+{
+    Desk desk(deskOptions());
+    desk.frames(2);
+    EXPECT_TRUE(desk.windows().contains("Rekindle###panel"));
+    app::runAction("fold-panel", desk.session, desk.requests);
+    desk.frames(2);
+    EXPECT_FALSE(desk.windows().contains("Rekindle###panel"));
+    EXPECT_EQ(desk.loop.layout.picture.size.x, 1280);
+    app::runAction("fold-panel", desk.session, desk.requests);
+    app::runAction("panel-side", desk.session, desk.requests);
+    desk.frames(2);
+    const ImGuiWindow* panel = ImGui::FindWindowByName("Rekindle###panel");
+    EXPECT_EQ(panel->Pos.x + panel->Size.x, 1280);
+    EXPECT_EQ(panel->Pos.x, desk.loop.layout.picture.end().x);
+}
+
+#if IMGUI_VERSION_NUM < 18700
+TEST(Ui, KeysThatAreUpAgainBeforeTheNextFrameAreSeenOnce)
+{
+    Desk desk(deskOptions());
+    app::KeyLatch latch;
+    const app::UiKey s = *app::findKey("S"), t = *app::findKey("T");
+    constexpr int kCtrl = 2;  // GLFW_MOD_CONTROL
+    ImGuiIO& io = ImGui::GetIO();
+    const auto seen = [&](app::UiKey key) {
+        io.DeltaTime = 1 / 60.0f;
+        latch.apply();
+        ImGui::NewFrame();
+        const bool pressed = ImGui::IsKeyPressed(key, false);
+        ImGui::Render();
+        return pressed;
+    };
+    EXPECT_FALSE(seen(s));
+    latch.told(s, true, kCtrl);
+    latch.told(s, false, kCtrl);
+    EXPECT_TRUE(seen(s));
+    EXPECT_TRUE(io.KeyCtrl);
+    EXPECT_FALSE(seen(s));
+    EXPECT_FALSE(io.KeyCtrl);
+    latch.told(t, true, 0);  // held: the back end's state has it
+    io.KeysDown[t] = true;
+    EXPECT_TRUE(seen(t));
+    EXPECT_FALSE(seen(t));
+    EXPECT_TRUE(ImGui::IsKeyDown(t));
+    latch.told(t, false, 0);
+    io.KeysDown[t] = false;
+    EXPECT_FALSE(seen(t));
+    EXPECT_FALSE(ImGui::IsKeyDown(t));
+    latch.told(-1, true, 0);
+    latch.told(100000, true, 0);
+    EXPECT_FALSE(seen(t));
+}
+#endif
+
+}  // namespace
