@@ -31,6 +31,7 @@ SHARED_CONST uint kFeatureMetal = 1u << 16;  // metallic above zero: coloured co
 // More than one emitter: a choice has to be made
 SHARED_CONST uint kFeatureManyEmitters = 1u << 17;
 SHARED_CONST uint kFeatureAsksVisibility = 1u << 18;  // sample reuse, of old samples
+SHARED_CONST uint kFeatureGridChanges = 1u << 19;     // a hierarchy of more than one grid
 
 SHARED_CONST uint kNone = 0xffffffffu;
 
