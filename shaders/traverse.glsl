@@ -57,7 +57,7 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
             if ((node & kBvhLeaf) == 0u) {
                 BVH_STEP_DOWN(grid, node, nearest, boxBound(hit.t));
             }
-            if (node != kBvhDone) {
+            if (node < kBvhChange) {
                 uint slot = node & kBvhIndexMask;
                 uint end = slot + ((node >> kBvhCountShift) & kBvhCountMask);
                 do {
@@ -84,7 +84,7 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
                 top -= leafGoesOn ? 0 : 1;
                 node = anyHit && hit.slot != kNone ? kBvhDone : node;
             }
-        } while (node != kBvhDone && !waits);
+        } while (node < kBvhChange && !waits);
         if (FEATURE(kFeatureAlpha)) {
             if (waits) {
                 if (alphaPasses(scene, candidate.slot, candidate.barycentrics, alphaSeed)) hit = candidate;
@@ -92,7 +92,20 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
                 waits = false;
             }
         }
-    } while (FEATURE(kFeatureAlpha) && node != kBvhDone);
+        if (FEATURE(kFeatureGridChanges)) {
+            if (node >= kBvhChange && node != kBvhDone) {
+                uint change = 2u * (node & kBvhIndexMask);
+                uvec4 a = fetchNode(change);
+                uvec4 b = fetchNode(change + 1u);
+                grid = makeGridRayOf(r.origin, r.direction, a, b);
+                bool enters = a.w != kBvhDone;
+                uint popped = stack[top];
+                stack[top + 1] = node + 1u;  // the way back
+                top += enters ? (popped != kBvhDone ? 1 : 0) : -1;
+                node = enters ? a.w : popped;
+            }
+        }
+    } while (FEATURE(kFeatureAlpha | kFeatureGridChanges) && node != kBvhDone);
 }
 
 /// Nearest hit with tMin < t < tMax, tMin >= 0; false, and `hit` not meaningful, when there is none, or the ray is not

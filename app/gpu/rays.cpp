@@ -10,8 +10,8 @@ GpuRays::GpuRays(Device& device, const core::World& world, bool alpha)
     : device_(device), layouts_(device), scene_(device, layouts_, world, {}),
       frame_(device, layouts_), closest_(device, k_bench_closest, &layouts_),
       any_(device, k_bench_any, &layouts_), closestSet_(device, closest_.own()),
-      anySet_(device, any_.own()), constants_{alpha ? world.features
-                                                    : world.features & ~shared::kFeatureAlpha}
+      anySet_(device, any_.own()), constants_{alpha ? scene_.features()
+                                                    : scene_.features() & ~shared::kFeatureAlpha}
 {
     shared::FrameData frame{};
     frame.gridLow = scene_.gridLow();

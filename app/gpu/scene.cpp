@@ -163,6 +163,12 @@ void GpuScene::uploadPiece(uint32_t binding, const char* name, const core::Share
     buffers_[binding].write(std::as_bytes(items), first * sizeof(T));
 }
 
+uint32_t GpuScene::features() const
+{
+    const bool changes = bvh_ && bvh_->gridChanges() > 0;
+    return world_.features | (changes ? shared::kFeatureGridChanges : 0);
+}
+
 uint64_t GpuScene::bytes() const
 {
     uint64_t sum = 0;

@@ -29,7 +29,8 @@ public:
     /// Set 0 of the kernels that look at the scene.
     const DescriptorSet& set() const { return set_; }
 
-    uint32_t features() const { return world_.features; }
+    /// What kernels need to know of the world and of its hierarchy, as kFeature bits.
+    uint32_t features() const;
     glm::vec3 gridLow() const { return bvh_->gridLow; }
     glm::vec3 gridScale() const { return bvh_->gridScale; }
     double buildSeconds() const { return buildSeconds_; }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -113,22 +112,15 @@ Camera framingCamera(const World& world)
     return camera;
 }
 
-void warnAboutPrecision(World& world, float shortestEdge2)
+/// When one triangle in a thousand is affected: a few are specks that nobody sees.
+void warnAboutPrecision(World& world, uint64_t rough)
 {
-    const double shortest = std::sqrt(static_cast<double>(shortestEdge2));
-    double largest = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        largest = std::max({largest, std::abs(static_cast<double>(world.boundsLow[axis])),
-                            std::abs(static_cast<double>(world.boundsHigh[axis]))});
-    }
-    if (world.triangles.empty() || largest <= 1048576.0 * shortest) return;
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "the shortest edge is %.3g at coordinates up to %.3g: fewer than four bits of "
-                  "single precision "
-                  "are left for its shape — scenes this uneven show rounding",
-                  shortest / world.placement.scale, largest / world.placement.scale);
-    world.warnings.add("PRECISION", "", text);
+    if (rough == 0 || rough * 1000 < world.triangles.size()) return;
+    world.warnings.add("PRECISION", "",
+                       std::to_string(rough) + " of " + std::to_string(world.triangles.size()) +
+                           " triangles are smaller than a millionth of their distance from the "
+                           "scene's centre: fewer than four bits of single precision are left for "
+                           "their shape — they show rounding from close by");
 }
 
 }  // namespace
@@ -233,9 +225,9 @@ std::vector<int> sortedUnique(std::vector<int> values)
 /// What a finished world says about its precision, lights and cameras, in this order: the steps
 /// that every pose takes.
 void finishPose(World& world, const Topology& topology, const Scene& scene, const Pose& pose,
-                float shortestEdge2)
+                uint64_t rough)
 {
-    warnAboutPrecision(world, shortestEdge2);
+    warnAboutPrecision(world, rough);
     world.cameras.clear();
     world.features = topology.fixedFeatures;
     placeCameras(world, scene, pose);
@@ -276,7 +268,7 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, co
         layOutMaterials(*world, *scene, topology->usedMaterials);
     }
     findEmission(*world, *topology, *scene);
-    finishPose(*world, *topology, *scene, pose, extent.shortestEdge2);
+    finishPose(*world, *topology, *scene, pose, extent.rough);
     world->bvh = std::make_shared<LastMade<SharedArray<glm::vec3>, Bvh>>();
     world->topology = std::move(topology);
     world->scene = kept(std::move(scene));
@@ -321,7 +313,7 @@ std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& from,
                             from.get());
     }
     warnAboutDropped(world->warnings, scene, topology);
-    finishPose(*world, topology, scene, pose, extent->shortestEdge2);
+    finishPose(*world, topology, scene, pose, extent->rough);
     return world;
 }
 

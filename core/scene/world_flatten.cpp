@@ -268,7 +268,11 @@ void Extent::add(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c)
     high = glm::max(high, glm::max(a, glm::max(b, c)));
     radius2 = std::max({radius2, glm::dot(a, a), glm::dot(b, b), glm::dot(c, c)});
     const glm::vec3 ab = b - a, bc = c - b, ca = a - c;
-    shortestEdge2 = std::min({shortestEdge2, glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
+    // By the longest edge: a sliver is as thin as it should be, to within what nobody sees.
+    const float longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
+    const glm::vec3 far = glm::max(glm::abs(a), glm::max(glm::abs(b), glm::abs(c)));
+    const float place = std::max({far.x, far.y, far.z});
+    rough += longest2 * 0x1p40f < place * place ? 1 : 0;
 }
 
 void Extent::add(const Extent& other)
@@ -276,7 +280,7 @@ void Extent::add(const Extent& other)
     low = glm::min(low, other.low);
     high = glm::max(high, other.high);
     radius2 = std::max(radius2, other.radius2);
-    shortestEdge2 = std::min(shortestEdge2, other.shortestEdge2);
+    rough += other.rough;
 }
 
 std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnings& warnings)

@@ -31,8 +31,8 @@ struct Dropped {
 struct Extent {
     glm::vec3 low{std::numeric_limits<float>::infinity()},
         high{-std::numeric_limits<float>::infinity()};
-    float radius2 = 0;  // of vertices from the origin
-    float shortestEdge2 = std::numeric_limits<float>::infinity();
+    float radius2 = 0;   // of vertices from the origin
+    uint64_t rough = 0;  // triangles of which single precision leaves fewer than four bits
 
     void add(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c);
     void add(const Extent& other);

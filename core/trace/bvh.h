@@ -1,6 +1,7 @@
 // The flat BVH2 that the GPU traverses: both children of a node in 32 bytes on a 16-bit grid, built
-// by binned SAH with spatial splits; what an animation moves is a tree of its own, refitted from
-// pose to pose. The CPU traversal of the same nodes serves picking and tests.
+// by binned SAH with spatial splits. What is far smaller than the scene has a grid of its own, and
+// what an animation moves a tree of its own, refitted from pose to pose. The CPU traversal of the
+// same nodes serves picking and tests.
 //   Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007 (binning);
 //   Stich, Friedrich, Dietrich, "Spatial splits in bounding volume hierarchies", 2009.
 #pragma once
@@ -37,6 +38,7 @@ struct BvhPart {
     SharedArray<uint32_t> slots;       // the triangle in each slot
     glm::vec3 low{1}, high{-1};        // bounds; empty when low exceeds high
     uint32_t depth = 0;                // of its deepest node in the whole, from 1
+    uint32_t gridChanges = 0;          // finer grids within
     double cost = 0;                   // expected tests of a line, times half the whole's surface
 };
 
@@ -45,12 +47,20 @@ struct BvhPart {
 /// empty: over so few triangles that they fill one leaf both children of the root are that leaf,
 /// over none both are kBvhDone.
 ///
+/// A room on a plane of kilometres would lie in a few cells of one grid. So boxes may lie on a
+/// finer grid from some node on, and again below. The reference to such a subtree is a change of
+/// grid (see intersect.h): two nodes whose words hold floats. The first leads there: (low.xyz,
+/// reference to the subtree's root), (scale.xyz, kBvhDone); the one behind leads back: (low.xyz,
+/// kBvhDone) and (scale.xyz, kBvhDone) of the grid around. A traversal that enters pushes the way
+/// back, so that the change counts as a node in the depth. Most scenes have no change, and kernels
+/// are compiled without (kFeatureGridChanges).
+///
 /// Numbers of nodes and slots run through `moving` and then through `still`. Where triangles of
 /// both kinds exist, node 0 joins the two trees; a pose changes no word of `still`. `moving.nodes`
 /// ends with room for a tree that is built anew; both words of such nodes are zero.
 struct Bvh {
     BvhPart moving, still;
-    glm::vec3 gridLow{0};  // cell = (x - gridLow) * gridScale, 0 to 65535
+    glm::vec3 gridLow{0};  // at the root: cell = (x - gridLow) * gridScale, 0 to 65535
     glm::vec3 gridScale{1};
     uint32_t depth = 0;  // nodes on the longest way down; at most shared::kBvhMaxDepth
     // SAH cost: expected box-pair tests plus triangleCost times triangle tests of a line
@@ -63,6 +73,7 @@ struct Bvh {
     double movingRatio = 1;  // of moving.cost to movingLeast when that tree was built
 
     size_t nodeCount() const { return (moving.nodes.size() + still.nodes.size()) / 2; }
+    uint32_t gridChanges() const { return moving.gridChanges + still.gridChanges; }
     size_t slotCount() const { return moving.slots.size() + still.slots.size(); }
     /// Both words of a node.
     const shared::uvec4* node(uint32_t i) const

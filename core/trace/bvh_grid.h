@@ -10,11 +10,6 @@
 
 namespace core::bvh {
 
-inline Float4 asFloat4(const glm::vec3& v)
-{
-    return Float4{v.x, v.y, v.z, 0};
-}
-
 inline glm::vec3 asVec3(Float4 v)
 {
     return {v[0], v[1], v[2]};
@@ -35,7 +30,7 @@ struct Grid {
         const Float4 e = bounds.high - bounds.low;
         // A flat axis gets cells in proportion to the other axes and to its place, so that neither
         // the scale overflows nor a cell is finer than rounding can tell.
-        const float size = std::max({e[0], e[1], e[2]});
+        const float size = bounds.extent();
         float place = 0;
         for (int a = 0; a < 3; ++a) {
             place = std::max({place, std::abs(bounds.low[a]), std::abs(bounds.high[a])});
@@ -46,6 +41,22 @@ struct Grid {
             scale[a] = kCells / extent;
             low[a] = bounds.low[a] - extent / kCells;
         }
+    }
+
+    /// The longest edge of a cell.
+    float cell() const { return 1.0f / std::min({scale[0], scale[1], scale[2]}); }
+
+    /// Whether `count` references that fill the box are too small for this grid. Of a surface of n
+    /// triangles each has some 1 / sqrt(n) of its extent; boxes are rounded up by a cell, so with s
+    /// cells to the triangle a ray through the box makes some 2 / s + 1 / s^2 tests too many. A
+    /// finer grid costs about two on the way in and out. But kernels that can change grids take 2 %
+    /// longer for all rays: a small part of `all` references must have it far worse.
+    bool isCoarseFor(const Box& box, size_t count, size_t all) const
+    {
+        constexpr float kFiner = 16;  // times, or there is no point
+        if (box.empty() || cell() < kFiner * Grid(box).cell()) return false;
+        const float cells = count >= all / 64 ? 2.0f : 0.25f;
+        return box.extent() <= cells * cell() * std::sqrt(static_cast<float>(count));
     }
 
     /// Whether the box lies on the grid: outside, its records would not contain it.
@@ -83,14 +94,40 @@ private:
     }
 };
 
+/// Whether a reference leads to a change of grid.
+inline bool changesGrid(uint32_t reference)
+{
+    return reference >= shared::kBvhChange && reference != shared::kBvhDone;
+}
+
+/// The reference to the change of grid that begins at a node.
+inline uint32_t gridReference(size_t node)
+{
+    return shared::kBvhChange | static_cast<uint32_t>(node);
+}
+
+/// The two nodes of a change of grid (see Bvh), as four words: the way to `root`, whose boxes lie
+/// on `finer`, and the way back to what lies on `grid`.
+inline void writeGridChange(shared::uvec4* words, const Grid& finer, const Grid& grid,
+                            uint32_t root)
+{
+    const auto word = [](const glm::vec3& v, uint32_t w) {
+        return shared::uvec4(shared::floatAsUint(v.x), shared::floatAsUint(v.y),
+                             shared::floatAsUint(v.z), w);
+    };
+    words[0] = word(finer.low, root);
+    words[1] = word(finer.scale, shared::kBvhDone);
+    words[2] = word(grid.low, shared::kBvhDone);
+    words[3] = word(grid.scale, shared::kBvhDone);
+}
+
 /// Fills depth and cost of the whole from its parts.
 inline void sumUp(Bvh& bvh)
 {
-    Box bounds{asFloat4(bvh.still.low), asFloat4(bvh.still.high)};
+    Box bounds{load(bvh.still.low), load(bvh.still.high)};
     const bool joined = !bvh.still.slots.empty() && !bvh.moving.slots.empty();
     if (bounds.empty()) bounds = Box{};
-    if (!bvh.moving.slots.empty())
-        bounds.grow(Box{asFloat4(bvh.moving.low), asFloat4(bvh.moving.high)});
+    if (!bvh.moving.slots.empty()) bounds.grow(Box{load(bvh.moving.low), load(bvh.moving.high)});
     const double area = static_cast<double>(bounds.halfArea());
     const double cost = bvh.still.cost + bvh.moving.cost + (joined ? area : 0);
     bvh.cost = area > 0 ? static_cast<float>(cost / area) : 0.0f;

@@ -1,6 +1,7 @@
 // New boxes for an old tree: those of the leaves from their triangles, then upwards. Children are
 // numbered behind their parents, so one pass from the last node to the first suffices.
 #include <array>
+#include <numeric>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
@@ -37,21 +38,14 @@ public:
         return box;
     }
 
-    /// The nodes with their new boxes; cost and least cost of the tree (see Bvh).
+    /// The nodes with their new boxes; cost and least cost of the tree (see Bvh). What has a finer
+    /// grid gets it anew, over its new bounds.
     std::vector<uvec4> nodes(const bvh::Grid& grid, double& cost, double& least) const
     {
         std::vector<uvec4> nodes = bvh_.moving.nodes.toVector();
         cost = joined_ ? 0 : static_cast<double>(bounds().halfArea());
-        least = 0;
-        for (size_t node = 0; node < boxes_.size(); ++node) {
-            least += least_[node];
-            for (size_t k = 0; k < 2; ++k) {
-                if (isStill(node, k)) continue;
-                uvec4& word = nodes[2 * node + k];
-                cost += static_cast<double>(boxes_[node][k].halfArea()) * testsOf(word.w);
-                word = grid.record(boxes_[node][k], word.w);
-            }
-        }
+        least = std::accumulate(least_.begin(), least_.end(), 0.0);
+        writeNode(nodes, 0, grid, cost);
         return nodes;
     }
 
@@ -64,10 +58,16 @@ private:
         return k == 1 && child(node, 0) == child(node, 1);
     }
 
+    static bool isNode(uint32_t reference) { return (reference & shared::kBvhLeaf) == 0; }
+    static bool isLeaf(uint32_t reference)
+    {
+        return !isNode(reference) && !bvh::changesGrid(reference) && reference != shared::kBvhDone;
+    }
+
     /// Tests of a ray that enters the box of a child.
     double testsOf(uint32_t reference) const
     {
-        if ((reference & shared::kBvhLeaf) == 0) return 1;
+        if (!isLeaf(reference)) return 1;
         const uint32_t count = (reference >> shared::kBvhCountShift) & shared::kBvhCountMask;
         return static_cast<double>(bvh_.triangleCost) * count;
     }
@@ -76,8 +76,7 @@ private:
     {
         for (size_t k = 0; k < 2; ++k) {
             const uint32_t reference = child(node, k);
-            if ((reference & shared::kBvhLeaf) == 0 || isStill(node, k) || isRepeated(node, k))
-                continue;
+            if (!isLeaf(reference) || isStill(node, k) || isRepeated(node, k)) continue;
             const uint32_t count = (reference >> shared::kBvhCountShift) & shared::kBvhCountMask;
             const uint32_t first = reference & shared::kBvhIndexMask;
             for (uint32_t slot = first; slot < first + count; ++slot) {
@@ -89,14 +88,38 @@ private:
         }
     }
 
+    /// The way to a finer grid counts as a node whose first child is what lies on it.
     void fitInner(size_t node)
     {
         for (size_t k = 0; k < 2; ++k) {
             const uint32_t reference = child(node, k);
-            if ((reference & shared::kBvhLeaf) != 0 || isStill(node, k)) continue;
-            CHECK(reference > node && reference < boxes_.size());
-            boxes_[node][k] = boxes_[reference][0];
-            boxes_[node][k].grow(boxes_[reference][1]);
+            const bool changes = bvh::changesGrid(reference);
+            if ((!changes && !isNode(reference)) || isStill(node, k)) continue;
+            const uint32_t below = reference & shared::kBvhIndexMask;
+            CHECK(below > node && below < boxes_.size());
+            boxes_[node][k] = boxes_[below][0];
+            boxes_[node][k].grow(boxes_[below][1]);
+        }
+    }
+
+    /// Writes the records of a node and of all below, which lie on `grid`; adds to the cost.
+    void writeNode(std::vector<uvec4>& nodes, uint32_t node, const bvh::Grid& grid,
+                   double& cost) const
+    {
+        for (uint32_t k = 0; k < 2; ++k) {
+            if (isStill(node, k)) continue;
+            const Box& box = boxes_[node][k];
+            uvec4& record = nodes[2 * size_t(node) + k];
+            const uint32_t reference = record.w;
+            cost += static_cast<double>(box.halfArea()) * testsOf(reference);
+            record = grid.record(box, reference);
+            if (isNode(reference)) writeNode(nodes, reference, grid, cost);
+            if (!bvh::changesGrid(reference)) continue;
+            const uint32_t change = reference & shared::kBvhIndexMask;
+            const uint32_t root = child(change, 0);
+            const bvh::Grid finer(box);
+            bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);
+            writeNode(nodes, root, finer, cost);
         }
     }
 

@@ -1,4 +1,4 @@
-// Binned SAH for object and spatial splits; see bvh_split.h. Binning is parallel on large ranges:
+// Finding splits by binned SAH; see bvh_split.h. Binning is parallel on large ranges:
 // minima, maxima and counts do not depend on the order of work, so neither does the tree.
 #include "core/trace/bvh_split.h"
 
@@ -12,7 +12,6 @@
 namespace core::bvh {
 namespace {
 
-constexpr int kBins = 16;
 constexpr size_t kParallelBinning = 1u << 15;
 constexpr size_t kGrain = 1u << 13;
 
@@ -31,11 +30,6 @@ struct SpatialBins {
 Float4 splat(float x)
 {
     return Float4{x, x, x, x};
-}
-
-Float4 load(const glm::vec3& v)
-{
-    return Float4{v.x, v.y, v.z, 0};
 }
 
 /// Fewer bins for few references: their evaluation would cost more than it finds.
@@ -231,6 +225,34 @@ Split findObjectSplit(std::span<const Reference> references, const RangeBounds& 
     return best;
 }
 
+Split findSizeSplit(std::span<const Reference> references, const RangeBounds& bounds)
+{
+    const int largest = exponentOf(bounds.box.extent());
+    using Sizes = std::array<Bin, kBins>;
+    const Sizes sizes = reduceOver<Sizes>(
+        references,
+        [&](Sizes& bins, std::span<const Reference> part) {
+            for (const Reference& r : part) {
+                Bin& bin = bins[static_cast<size_t>(sizeBin(r, largest))];
+                bin.box.grow(r.box());
+                ++bin.count;
+            }
+        },
+        [](Sizes& a, const Sizes& b) {
+            for (size_t i = 0; i < kBins; ++i) {
+                a[i].box.grow(b[i].box);
+                a[i].count += b[i].count;
+            }
+        });
+    Split best;
+    best.kind = SplitKind::size;
+    best.largest = largest;
+    const auto countOf = [&](size_t i) { return sizes[i].count; };
+    const auto boxOf = [&](size_t i) -> const Box& { return sizes[i].box; };
+    if (sweep(kBins, boxOf, countOf, countOf, best)) best.axis = 0;
+    return best;
+}
+
 Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, const Box& bounds)
 {
     const std::array<Slabs, 3> slabs{Slabs(bounds, 0), Slabs(bounds, 1), Slabs(bounds, 2)};
@@ -254,137 +276,12 @@ Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, 
                 kBins, [&](size_t i) -> const Box& { return bins.box[a][i]; },
                 [&](size_t i) { return bins.enter[a][i]; },
                 [&](size_t i) { return bins.leave[a][i]; }, best)) {
+            best.kind = SplitKind::space;
             best.axis = axis;
             best.plane = slabs[a].plane(best.bin);
         }
     }
     return best;
-}
-
-size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left,
-                        RangeBounds& right)
-{
-    const auto isLeft = [&](const Reference& r) {
-        return static_cast<int>((r.centroidTwice()[split.axis] - split.origin) * split.scale) <
-               split.bin;
-    };
-    size_t l = 0, r = references.size();
-    while (true) {
-        while (l < r && isLeft(references[l])) left.grow(references[l++]);
-        while (l < r && !isLeft(references[r - 1])) right.grow(references[--r]);
-        if (l == r) return l;
-        std::swap(references[l], references[r - 1]);
-    }
-}
-
-size_t partitionSpace(const Mesh& mesh, std::span<Reference> all, Range& range, const Split& split,
-                      RangeBounds& left, RangeBounds& right)
-{
-    // First those on one side only; what is across gathers between them.
-    size_t l = range.begin, across = range.begin, r = range.end;
-    while (across < r) {
-        Reference& x = all[across];
-        if (x.high[split.axis] <= split.plane) {
-            left.grow(x);
-            std::swap(x, all[l++]);
-            ++across;
-        } else if (x.low[split.axis] >= split.plane) {
-            right.grow(x);
-            std::swap(x, all[--r]);
-        } else {
-            ++across;
-        }
-    }
-    // Each of the others is cut, or goes whole to the side where that costs less (Stich et
-    // al., 4.4).
-    float leftCount = static_cast<float>(split.leftCount),
-          rightCount = static_cast<float>(split.rightCount);
-    size_t i = l;
-    while (i < r) {
-        Reference& x = all[i];
-        const Box leftPart =
-            clipTriangle(mesh, x.triangle(), x.box(), split.axis, -kHuge, split.plane);
-        const Box rightPart =
-            clipTriangle(mesh, x.triangle(), x.box(), split.axis, split.plane, kHuge);
-        Box leftWhole = split.left, rightWhole = split.right;
-        leftWhole.grow(x.box());
-        rightWhole.grow(x.box());
-        const float a = split.left.halfArea(), b = split.right.halfArea();
-        float cut = a * leftCount + b * rightCount;
-        const float wholeLeft = leftWhole.halfArea() * leftCount + b * (rightCount - 1);
-        const float wholeRight = a * (leftCount - 1) + rightWhole.halfArea() * rightCount;
-        if (range.room() == 0) cut = kHuge;
-        const bool toLeft =
-            rightPart.empty() || (!leftPart.empty() && wholeLeft <= wholeRight && wholeLeft < cut);
-        const bool toRight = !toLeft && (leftPart.empty() || wholeRight < cut);
-        if (toLeft) {
-            rightCount -= 1;
-            left.grow(x);
-            ++i;
-        } else if (toRight) {
-            leftCount -= 1;
-            right.grow(x);
-            std::swap(x, all[--r]);
-        } else {
-            const Reference rightRef = Reference::make(rightPart, x.triangle());
-            x = Reference::make(leftPart, x.triangle());
-            left.grow(x);
-            right.grow(rightRef);
-            all[range.end++] = rightRef;
-            ++i;
-        }
-    }
-    return r;
-}
-
-size_t partitionMedian(std::span<Reference> references, const RangeBounds& bounds,
-                       RangeBounds& left, RangeBounds& right)
-{
-    const Float4 extent = bounds.centroids.high - bounds.centroids.low;
-    const int axis =
-        extent[0] >= extent[1] && extent[0] >= extent[2] ? 0 : (extent[1] >= extent[2] ? 1 : 2);
-    const size_t middle = references.size() / 2;
-    std::nth_element(references.begin(), references.begin() + static_cast<std::ptrdiff_t>(middle),
-                     references.end(), [axis](const Reference& a, const Reference& b) {
-                         const float ca = a.centroidTwice()[axis], cb = b.centroidTwice()[axis];
-                         return ca != cb ? ca < cb : a.triangle() < b.triangle();
-                     });
-    left = boundsOf(references.first(middle));
-    right = boundsOf(references.subspan(middle));
-    return middle;
-}
-
-Box clipTriangle(const Mesh& mesh, uint32_t triangle, const Box& box, int axis, float low,
-                 float high)
-{
-    const WorldTriangle& t = mesh.triangles[triangle];
-    const std::array<Float4, 3> v{load(mesh.positions[t.v0]), load(mesh.positions[t.v1]),
-                                  load(mesh.positions[t.v2])};
-    Box part;
-    for (size_t i = 0; i < 3; ++i) {
-        const Float4 a = v[i], b = v[i == 2 ? 0 : i + 1];
-        const float pa = a[axis], pb = b[axis];
-        if (pa >= low && pa <= high) part.grow(a);
-        for (const float plane : {low, high}) {
-            if ((pa < plane) == (pb < plane) || pa == plane) continue;
-            Float4 p = a + (b - a) * splat((plane - pa) / (pb - pa));
-            p[axis] = plane;
-            part.grow(p);
-        }
-    }
-    if (part.empty()) return part;
-    // The intersections are rounded: a few units in the last place of the largest coordinate cover
-    // that.
-    float magnitude = 0;
-    for (int i = 0; i < 3; ++i)
-        magnitude = std::max({magnitude, std::abs(part.low[i]), std::abs(part.high[i])});
-    const float pad = 4.0f * 1.2e-7f * magnitude;
-    part.low = part.low - splat(pad);
-    part.high = part.high + splat(pad);
-    Box inside = intersection(part, box);
-    inside.low[axis] = std::max(inside.low[axis], std::max(low, box.low[axis]));
-    inside.high[axis] = std::min(inside.high[axis], std::min(high, box.high[axis]));
-    return inside;
 }
 
 }  // namespace core::bvh

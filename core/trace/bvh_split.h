@@ -2,6 +2,7 @@
 // and carrying it out. A reference is a triangle with the bounds of all or a part of it.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <span>
@@ -40,6 +41,12 @@ struct Box {
         high = maximum(high, b.high);
     }
     bool empty() const { return !(low[0] <= high[0] && low[1] <= high[1] && low[2] <= high[2]); }
+    /// Length of the longest edge; negative when empty.
+    float extent() const
+    {
+        const Float4 e = high - low;
+        return std::max({e[0], e[1], e[2]});
+    }
     /// Half the surface; 0 when empty.
     float halfArea() const
     {
@@ -95,22 +102,47 @@ struct Range {
     size_t room() const { return capacity - end; }
 };
 
+/// Into sets of references by their centroids, or by their sizes, or by a plane that cuts them.
+enum class SplitKind { centroid, size, space };
+
 /// A candidate: cost is leftArea * leftCount + rightArea * rightCount. axis < 0: none found.
 struct Split {
     float cost = kHuge;
-    int axis = -1;
-    int bin = 0;                  // object: the left side holds the bins below
-    float origin = 0, scale = 0;  // object: bin = (doubled centroid - origin) * scale
-    float plane = 0;              // spatial: where it cuts
+    SplitKind kind = SplitKind::centroid;
+    int axis = -1;                // of a split by size 0
+    int bin = 0;                  // centroid, size: the left side holds the bins below
+    float origin = 0, scale = 0;  // centroid: bin = (doubled centroid - origin) * scale
+    float plane = 0;              // space: where it cuts
+    int largest = 0;              // size: exponentOf the largest extent
     size_t leftCount = 0, rightCount = 0;
     Box left, right;
 };
+
+constexpr int kBins = 16;  // at most
+
+/// A length as a power of two, counted as floats do.
+inline int exponentOf(float length)
+{
+    return static_cast<int>(std::bit_cast<uint32_t>(std::max(length, 0.0f)) >> 23);
+}
+
+/// The bin of a reference in a split by size. The last one holds extents with the exponent
+/// `largest`, each one before half as large ones.
+inline int sizeBin(const Reference& r, int largest)
+{
+    return std::clamp(kBins - 1 - (largest - exponentOf(r.box().extent())), 0, kBins - 1);
+}
 
 /// What the splits read besides references.
 struct Mesh {
     std::span<const glm::vec3> positions;
     std::span<const WorldTriangle> triangles;
 };
+
+inline Float4 load(const glm::vec3& v)
+{
+    return Float4{v.x, v.y, v.z, 0};
+}
 
 /// Bounds of a triangle.
 Box boundsOf(const Mesh& mesh, uint32_t triangle);
@@ -121,10 +153,13 @@ RangeBounds boundsOf(std::span<const Reference> references);
 /// Best split of the references into two sets by centroid.
 Split findObjectSplit(std::span<const Reference> references, const RangeBounds& bounds);
 
+/// Best split into small references, on the left, and large ones, by powers of two of the extent.
+Split findSizeSplit(std::span<const Reference> references, const RangeBounds& bounds);
+
 /// Best split of the box by a plane; references across it go to both sides.
 Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, const Box& bounds);
 
-/// Carries out an object split; returns where the right side begins.
+/// Carries out a split by centroid or size; returns where the right side begins.
 size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left,
                         RangeBounds& right);
 

@@ -13,12 +13,15 @@
 
 SHARED_BEGIN
 
-/// Words of a child reference: a leaf has bit 31, its triangle count in bits 27..30 and its first
-/// slot below.
+/// Words of a child reference: a leaf has bit 31, its triangle count (at most 14) in bits 27..30
+/// and its first slot below. From kBvhChange on there is nothing to test: a change of grid (see
+/// Bvh) has the number of the node that describes it below these bits, and the last word is
+/// kBvhDone.
 SHARED_CONST uint kBvhLeaf = 0x80000000u;
 SHARED_CONST uint kBvhCountShift = 27u;
 SHARED_CONST uint kBvhCountMask = 15u;
 SHARED_CONST uint kBvhIndexMask = 0x07ffffffu;
+SHARED_CONST uint kBvhChange = 0xf8000000u;
 SHARED_CONST uint kBvhDone = 0xffffffffu;  // bottom of the stack; the children of an empty tree
 SHARED_CONST uint kBvhStackSize = 64u;     // the builder's depth is at most kBvhMaxDepth
 SHARED_CONST uint kBvhMaxDepth = 60u;
@@ -64,11 +67,20 @@ SHARED_FN GridRay makeGridRay(vec3 origin, vec3 direction, vec3 gridLow, vec3 gr
     d.z = abs(d.z) > tiny ? d.z : (d.z < 0.0f ? -tiny : tiny);
     r.inverse = vec3(1.0f) / d;
     // Rounding of the origin, of the product and of the difference, each half a unit in the last
-    // place of |o| or of 2^16.
-    float slack = 0.02f + 5e-7f * maxComponent(abs(o));
-    r.offsetLow = (o + vec3(slack)) * r.inverse;
-    r.offsetHigh = (o - vec3(slack)) * r.inverse;
+    // place of |o| or of 2^16; and how far the replaced component takes the ray on its way here.
+    vec3 far = abs(o);
+    vec3 slack = vec3(0.02f + 1e-12f * maxComponent(far)) + 5e-7f * far;
+    r.offsetLow = (o + slack) * r.inverse;
+    r.offsetHigh = (o - slack) * r.inverse;
     return r;
+}
+
+/// The same for the grid that the two words of a change of grid name.
+SHARED_FN GridRay makeGridRayOf(vec3 origin, vec3 direction, uvec4 low, uvec4 scale)
+{
+    return makeGridRay(origin, direction,
+                       vec3(uintAsFloat(low.x), uintAsFloat(low.y), uintAsFloat(low.z)),
+                       vec3(uintAsFloat(scale.x), uintAsFloat(scale.y), uintAsFloat(scale.z)));
 }
 
 /// tMin or tMax for intersectBox: the bits of a float, negative ones as zero.

@@ -33,6 +33,7 @@ SHARED_CONST uint kFeatureManyEmitters = 1u << 17;
 SHARED_CONST uint kFeatureEmitterTree = 1u << 18;  // so many that they are chosen by place, too
 SHARED_CONST uint kFeaturePanes = 1u << 19;  // thin smooth walls that light goes straight through
 SHARED_CONST uint kFeatureAsksVisibility = 1u << 20;  // sample reuse, of old samples
+SHARED_CONST uint kFeatureGridChanges = 1u << 21;     // a hierarchy of more than one grid
 
 SHARED_CONST uint kNone = 0xffffffffu;
 

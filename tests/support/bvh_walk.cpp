@@ -11,24 +11,44 @@ namespace tests {
 
 namespace {
 
-/// A box in cells, as a child record holds it.
-struct Cells {
-    glm::dvec3 low{0}, high{65535};
+/// A grid, by the words of a change or as the root has it.
+struct CellGrid {
+    glm::dvec3 low, scale;
+};
 
-    /// With the slack that makeGridRay adds on its side.
-    bool contains(glm::dvec3 p) const
+/// A box in world space, made of child records: with the slack that makeGridRay adds on its side.
+struct Bounds {
+    glm::dvec3 low{-1e300}, high{1e300};
+
+    void cut(const CellGrid& grid, const shared::uvec4& record)
     {
         constexpr double slack = 0.02;
-        return glm::all(glm::greaterThanEqual(p, low - slack)) &&
-               glm::all(glm::lessThanEqual(p, high + slack));
+        for (int a = 0; a < 3; ++a) {
+            const auto place = [&](double cell) { return cell / grid.scale[a] + grid.low[a]; };
+            low[a] = std::max(low[a], place((record[a] & 0xffffu) - slack));
+            high[a] = std::min(high[a], place((record[a] >> 16) + slack));
+        }
+    }
+    bool contains(glm::dvec3 p) const
+    {
+        return glm::all(glm::greaterThanEqual(p, low)) && glm::all(glm::lessThanEqual(p, high));
     }
 };
 
 /// One leaf's occurrence of a triangle, with the intersection of all boxes on the way down.
 struct Occurrence {
     uint32_t triangle;
-    Cells cells;
+    Bounds bounds;
 };
+
+CellGrid gridOf(const shared::uvec4* words)
+{
+    const auto vector = [](shared::uvec4 w) {
+        return glm::dvec3(shared::uintAsFloat(w.x), shared::uintAsFloat(w.y),
+                          shared::uintAsFloat(w.z));
+    };
+    return {vector(words[0]), vector(words[1])};
+}
 
 struct Walk {
     std::vector<Occurrence> occurrences;
@@ -36,11 +56,37 @@ struct Walk {
     std::vector<uint32_t> nodeUse;
     uint32_t depth = 0;
     uint32_t largestLeaf = 0;
+    uint32_t gridChanges = 0;
 };
 
-void walk(const core::Bvh& bvh, uint32_t reference, const Cells& cells, uint32_t depth, Walk& out)
+void walk(const core::Bvh& bvh, uint32_t reference, const CellGrid& grid, const Bounds& bounds,
+          uint32_t depth, Walk& out);
+
+/// A change of grid: two nodes, of which the second leads back to what is around.
+void walkChange(const core::Bvh& bvh, uint32_t reference, const CellGrid& grid,
+                const Bounds& bounds, uint32_t depth, Walk& out)
+{
+    const uint32_t node = reference & shared::kBvhIndexMask;
+    ASSERT_LT(node + 1, bvh.nodeCount());
+    ++out.nodeUse[node];
+    ++out.nodeUse[node + 1];
+    ++out.gridChanges;
+    const shared::uvec4 *there = bvh.node(node), *back = bvh.node(node + 1);
+    EXPECT_EQ(back[0].w, shared::kBvhDone);
+    const CellGrid around = gridOf(back);
+    EXPECT_EQ(around.low, grid.low);
+    EXPECT_EQ(around.scale, grid.scale);
+    walk(bvh, there[0].w, gridOf(there), bounds, depth + 1, out);
+}
+
+void walk(const core::Bvh& bvh, uint32_t reference, const CellGrid& grid, const Bounds& bounds,
+          uint32_t depth, Walk& out)
 {
     if (reference == shared::kBvhDone) return;
+    if (reference >= shared::kBvhChange) {
+        walkChange(bvh, reference, grid, bounds, depth, out);
+        return;
+    }
     if ((reference & shared::kBvhLeaf) != 0) {
         const uint32_t count = (reference >> shared::kBvhCountShift) & shared::kBvhCountMask;
         const uint32_t first = reference & shared::kBvhIndexMask;
@@ -49,7 +95,7 @@ void walk(const core::Bvh& bvh, uint32_t reference, const Cells& cells, uint32_t
         for (uint32_t i = first; i < first + count; ++i) {
             ASSERT_LT(i, bvh.slotCount());
             ++out.slotUse[i];
-            out.occurrences.push_back({bvh.triangle(i), cells});
+            out.occurrences.push_back({bvh.triangle(i), bounds});
         }
         return;
     }
@@ -58,12 +104,9 @@ void walk(const core::Bvh& bvh, uint32_t reference, const Cells& cells, uint32_t
     out.depth = std::max(out.depth, depth + 1);
     for (uint32_t k = 0; k < 2; ++k) {
         const shared::uvec4 child = bvh.node(reference)[k];
-        Cells inside = cells;
-        for (int a = 0; a < 3; ++a) {
-            inside.low[a] = std::max(inside.low[a], static_cast<double>(child[a] & 0xffffu));
-            inside.high[a] = std::min(inside.high[a], static_cast<double>(child[a] >> 16));
-        }
-        walk(bvh, child.w, inside, depth + 1, out);
+        Bounds inside = bounds;
+        inside.cut(grid, child);
+        walk(bvh, child.w, grid, inside, depth + 1, out);
     }
 }
 
@@ -75,7 +118,8 @@ void expectSound(const Mesh& mesh, const core::Bvh& bvh, const core::BvhOptions&
     Walk w;
     w.slotUse.resize(bvh.slotCount());
     w.nodeUse.resize(bvh.nodeCount());
-    walk(bvh, 0, {}, 0, w);
+    walk(bvh, 0, {glm::dvec3(bvh.gridLow), glm::dvec3(bvh.gridScale)}, {}, 0, w);
+    EXPECT_EQ(w.gridChanges, bvh.gridChanges());
     EXPECT_EQ(w.depth, bvh.depth);
     EXPECT_LE(bvh.depth, shared::kBvhMaxDepth);
     EXPECT_LE(w.largestLeaf, options.leafSize);
@@ -111,11 +155,10 @@ void expectSound(const Mesh& mesh, const core::Bvh& bvh, const core::BvhOptions&
             const glm::dvec3 p =
                 k == 0 ? a
                        : (k == 1 ? b : (k == 2 ? c : (1 - s) * a + s * (1 - u) * b + s * u * c));
-            const glm::dvec3 cell = (p - glm::dvec3(bvh.gridLow)) * glm::dvec3(bvh.gridScale);
             const bool covered =
                 std::any_of(w.occurrences.begin() + static_cast<std::ptrdiff_t>(begin),
                             w.occurrences.begin() + static_cast<std::ptrdiff_t>(i),
-                            [&](const Occurrence& o) { return o.cells.contains(cell); });
+                            [&](const Occurrence& o) { return o.bounds.contains(p); });
             ASSERT_TRUE(covered) << "triangle " << t << ", point " << k;
         }
     }

@@ -7,7 +7,8 @@
 namespace tests {
 
 /// Every triangle is reachable through boxes that contain it, every slot and every node that is in
-/// use has one parent, depth, leaves and duplicates are within their bounds. Triangles have points
+/// use has one parent, depth, leaves and duplicates are within their bounds, changes of grid lead
+/// there and back. Triangles have points
 /// of their surface tried at random.
 void expectSound(const Mesh& mesh, const core::Bvh& bvh, const core::BvhOptions& options);
 

@@ -1,6 +1,7 @@
 // See meshes.h.
 #include "tests/support/meshes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -161,6 +162,69 @@ Mesh lineMesh(uint32_t count, float ratio)
         if (!(x > 1e-18f && x < 1e18f)) x = 1;
     }
     return mesh;
+}
+
+Mesh onGround(Mesh mesh, float half, uint32_t cells)
+{
+    float floor = 0;
+    for (const glm::vec3& p : mesh.positions) floor = std::min(floor, p.y);
+    const auto at = [&](uint32_t i) {
+        return half * (2 * static_cast<float>(i) / static_cast<float>(cells) - 1);
+    };
+    for (uint32_t i = 0; i < cells; ++i) {
+        for (uint32_t j = 0; j < cells; ++j) {
+            const float y = floor - 0.01f;
+            const glm::vec3 a(at(i), y, at(j)), b(at(i + 1), y, at(j)), c(at(i + 1), y, at(j + 1)),
+                d(at(i), y, at(j + 1));
+            mesh.add(a, c, b);
+            mesh.add(a, d, c);
+        }
+    }
+    return mesh;
+}
+
+Mesh underDome(Mesh mesh, float radius, uint32_t rings)
+{
+    append(mesh, sphereMesh(rings, radius, 0, glm::vec3(0)));
+    return mesh;
+}
+
+std::vector<FarScene> farScenes()
+{
+    Mesh touching = sphereMesh(40, 0.0005f, 0.1f, glm::vec3(0));
+    append(touching, sphereMesh(40, 0.5f, 0, glm::vec3(0.5006f, 0, 0)));
+    return {{"ground", onGround(roomMesh(91), 5000, 1), 3, 5000},
+            {"many-squares", onGround(roomMesh(92), 5000, 40), 3, 5000},
+            {"dome", underDome(roomMesh(93), 2500, 20), 3, 2500},
+            {"three-scales", onGround(std::move(touching), 10000, 1), 0.001f, 1}};
+}
+
+float distanceError(const Mesh& mesh, uint32_t triangle, glm::vec3 origin, glm::vec3 direction)
+{
+    const core::WorldTriangle& t = mesh.triangles[triangle];
+    const glm::dvec3 a = mesh.positions[t.v0], b = mesh.positions[t.v1], c = mesh.positions[t.v2];
+    const glm::dvec3 o = origin;
+    const double far =
+        std::max({glm::distance(a, o), glm::distance(b, o), glm::distance(c, o), glm::length(o)});
+    const double cosine = glm::dot(glm::normalize(glm::cross(b - a, c - a)), glm::dvec3(direction));
+    return static_cast<float>(16 * 0x1p-24 * far / std::max(std::abs(cosine), 1e-6));
+}
+
+std::shared_ptr<const core::World> worldOf(const Mesh& mesh)
+{
+    auto world = std::make_shared<core::World>();
+    std::vector<glm::vec3> positions = mesh.positions;
+    positions.emplace_back(0);
+    world->positions = std::move(positions);
+    world->triangles = mesh.triangles;
+    world->materials = std::vector<shared::Material>(1);
+    world->boundsLow = glm::vec3(3e38f);
+    world->boundsHigh = glm::vec3(-3e38f);
+    for (const glm::vec3& p : mesh.positions) {
+        world->boundsLow = glm::min(world->boundsLow, p);
+        world->boundsHigh = glm::max(world->boundsHigh, p);
+    }
+    return world;
 }
 
 }  // namespace tests

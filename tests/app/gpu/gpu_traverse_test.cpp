@@ -1,6 +1,6 @@
 // The traversal kernel on the device: the triangles that Embree finds (T17), nothing slips through
-// closed surfaces (T15), rays that are not finite hit nothing, degenerate scenes (N24). Validation
-// is on.
+// closed surfaces (T15), scenes of several scales (T34), rays that are not finite hit nothing,
+// degenerate scenes (N24). Validation is on.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,6 +19,7 @@ using glm::vec3;
 using gpu::DeviceHit;
 using gpu::DeviceRay;
 using tests::Mesh;
+using tests::worldOf;
 
 /// One device for all tests, never taken down: when static objects go, the validation layer's own
 /// may be gone already.
@@ -26,23 +27,6 @@ gpu::Device& device()
 {
     static gpu::Device* const instance = new gpu::Device({.index = -1, .validation = true});
     return *instance;
-}
-
-std::shared_ptr<const core::World> worldOf(const Mesh& mesh)
-{
-    auto world = std::make_shared<core::World>();
-    std::vector<vec3> positions = mesh.positions;
-    positions.emplace_back(0);
-    world->positions = std::move(positions);
-    world->triangles = mesh.triangles;
-    world->materials = std::vector<shared::Material>(1);
-    world->boundsLow = vec3(3e38f);
-    world->boundsHigh = vec3(-3e38f);
-    for (const vec3& p : mesh.positions) {
-        world->boundsLow = glm::min(world->boundsLow, p);
-        world->boundsHigh = glm::max(world->boundsHigh, p);
-    }
-    return world;
 }
 
 class Random {
@@ -139,6 +123,68 @@ TEST_F(GpuTraverse, FindsWhatEmbreeFinds)
 TEST_F(GpuTraverse, SlowFindsWhatEmbreeFinds)
 {
     expectSameHitsEverywhere(1000000);
+}
+
+/// From and to places of both scales, the small one first and most often.
+std::vector<DeviceRay> raysAmong(const tests::FarScene& scene, size_t count, uint32_t seed)
+{
+    Random random(seed);
+    std::vector<DeviceRay> rays(count);
+    for (DeviceRay& ray : rays) {
+        const auto place = [&] {
+            const float r = random() < 0.7f ? scene.nearRadius : scene.farRadius;
+            return 2.0f * r * (random.cube() - 0.5f);
+        };
+        ray.origin = place();
+        ray.direction = glm::normalize(place() - ray.origin);
+    }
+    return rays;
+}
+
+/// T34 on the device: what the CPU finds in the same tree, and Embree's triangle, or a distance
+/// that differs by rounding; that of a triangle of kilometres is of millimetres.
+TEST_F(GpuTraverse, FarGeometry)
+{
+    const size_t count = 50000;
+    for (const tests::FarScene& scene : tests::farScenes()) {
+        SCOPED_TRACE(scene.name);
+        const auto world = worldOf(scene.mesh);
+        const core::Bvh bvh = core::buildBvh(world->positions, world->triangles);
+        ASSERT_GT(bvh.gridChanges(), 0u);
+        gpu::GpuRays onDevice(device(), *world, true);
+        const core::EmbreeRays embree(world);
+        const std::vector<DeviceRay> rays = raysAmong(scene, count, 151);
+        onDevice.setRays(rays);
+        onDevice.traceClosest();
+        const std::vector<DeviceHit> hits = onDevice.hits();
+        onDevice.traceAny();
+        const std::vector<DeviceHit> blocked = onDevice.hits();
+        std::vector<DeviceHit> expected(count);
+        embree.closest1(rays, expected);
+        size_t found = 0, unlikeEmbree = 0, unlikeCpu = 0, unlikeAny = 0;
+        for (size_t i = 0; i < count; ++i) {
+            const uint32_t triangle = hits[i].triangle;
+            const bool hit = triangle != shared::kNone;
+            found += hit;
+            unlikeAny += (blocked[i].triangle == 1) != hit;
+            const auto near = [&](float t) {
+                return std::abs(hits[i].t - t) <= tests::distanceError(scene.mesh, triangle,
+                                                                       rays[i].origin,
+                                                                       rays[i].direction);
+            };
+            core::BvhHit cpu;
+            const bool cpuHit =
+                core::traceClosest(bvh, world->positions, world->triangles, rays[i].origin,
+                                   rays[i].direction, 0, shared::kInfinity, cpu);
+            unlikeCpu += hit != cpuHit || (hit && !near(cpu.t));
+            const bool other = expected[i].triangle != shared::kNone;
+            unlikeEmbree += hit != other || (hit && !near(expected[i].t));
+        }
+        EXPECT_GT(found, count / 4);
+        EXPECT_LE(unlikeEmbree, 1 + count / 10000) << "of " << count;
+        EXPECT_LE(unlikeCpu, 1 + count / 100000) << "of " << count;
+        EXPECT_EQ(unlikeAny, 0u) << "closest and any hit disagree about whether there is one";
+    }
 }
 
 TEST_F(GpuTraverse, FewTriangles)

@@ -93,6 +93,24 @@ TEST(Placement, WarnsWhenSinglePrecisionRunsOut)
     EXPECT_EQ(countOf(b.world()->warnings, "PRECISION"), 1u);
 }
 
+/// Nobody sees one speck among thousands of triangles, nor that a sliver is a little too wide.
+TEST(Placement, SpecksAndSliversAreNoMatterOfPrecision)
+{
+    const auto warnings = [](int specks, int slivers) {
+        SceneBuilder b;
+        const int grey = b.material(lambert(glm::vec3(0.5f)));
+        for (int i = 0; i < 1200; ++i)
+            b.quad({-40, 0.01f * static_cast<float>(i), -40}, {80, 0, 0}, {0, 0, 80}, grey);
+        for (int i = 0; i < specks; ++i)
+            b.quad({30, 1, 20 + static_cast<float>(i)}, {1e-5f, 0, 0}, {0, 0, 1e-5f}, grey);
+        for (int i = 0; i < slivers; ++i)
+            b.quad({30, 1, 20 + static_cast<float>(i)}, {1, 0, 0}, {0, 0, 1e-5f}, grey);
+        return countOf(b.world()->warnings, "PRECISION");
+    };
+    EXPECT_EQ(warnings(1, 15), 0u);
+    EXPECT_EQ(warnings(2, 0), 1u);
+}
+
 TEST(Placement, ScalesWhatHasALength)
 {
     SceneBuilder b = boxUnder(glm::scale(glm::dmat4(1), glm::dvec3(1000)));
