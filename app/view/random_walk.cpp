@@ -2,6 +2,9 @@
 // that a walk of ten thousand steps ends.
 #include "app/view/random_walk.h"
 
+#include <algorithm>
+#include <array>
+
 #include <nlohmann/json.hpp>
 
 #include "app/base/json_file.h"
@@ -136,10 +139,10 @@ void RandomWalk::step(Session& session, AppRequests& app)
 {
     const std::span<const Action> all = actions();
     const Action* action = &all[below(all.size())];
-    // Not quit, and nothing that names files by the time of day.
-    while (std::string_view(action->name) == "quit" ||
-           std::string_view(action->name) == "screenshot-picture")
-        action = &all[below(all.size())];
+    // Nothing that may quit, and nothing that names files by the time of day.
+    constexpr std::array<std::string_view, 5> kNever{"quit", "quit-now", "save-and-quit", "escape",
+                                                     "screenshot-picture"};
+    while (std::ranges::count(kNever, action->name) > 0) action = &all[below(all.size())];
     const Json given = arguments(action->name);
     last_ = std::string(action->name) + ' ' + jsonText(given);
     try {

@@ -48,21 +48,27 @@ struct HeadButton {
 };
 
 /// Buttons that share the width of the line: each has room for its word, what is left is shared.
+/// Where the words have no room in one line they take more.
 void drawHeadRow(const UiContext& c, std::initializer_list<HeadButton> buttons)
 {
     const float gap = ImGui::GetStyle().ItemInnerSpacing.x;
     const auto count = static_cast<float>(buttons.size());
-    float words = 0;
-    for (const HeadButton& button : buttons) words += ImGui::CalcTextSize(button.label).x;
-    const float room = ImGui::GetContentRegionAvail().x - (count - 1) * gap;
+    const auto least = [&](const HeadButton& button) {
+        return ImGui::CalcTextSize(button.label).x + 0.5f * c.em;
+    };
+    float words = (count - 1) * gap;
+    for (const HeadButton& button : buttons) words += least(button);
+    const float room = ImGui::GetContentRegionAvail().x;
     const float spare = std::max(room - words, 0.0f) / count;
+    const bool fits = words <= room;
     bool first = true;
     for (const HeadButton& button : buttons) {
-        if (!first) ImGui::SameLine(0, gap);
+        const float width = fits ? least(button) + spare : buttonWidth(button.label);
+        if (!first && fits) ImGui::SameLine(0, gap);
+        if (!first && !fits) sameLineIfRoom(width);
         first = false;
         actionButton(c, button.label, button.action, button.whyNot,
-                     nlohmann::ordered_json::object(),
-                     ImGui::CalcTextSize(button.label).x + std::max(spare, 1.0f));
+                     nlohmann::ordered_json::object(), width);
     }
 }
 

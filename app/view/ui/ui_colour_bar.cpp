@@ -41,10 +41,19 @@ void drawScale(const UiContext& c, float width)
                                      left);
     }
     ImGui::Dummy(ImVec2(width, height));
-    constexpr int kNumbers = 5;
+    int numbers = 5;  // fewer where they would touch
+    for (; numbers > 2; --numbers) {
+        float room = 0;
+        for (int i = 0; i < numbers; ++i)
+            room +=
+                c.em + ImGui::CalcTextSize(
+                           digitsText(scaleValue(c.frame.scale, double(i) / (numbers - 1))).c_str())
+                           .x;
+        if (room <= width) break;
+    }
     const float top = ImGui::GetCursorScreenPos().y;
-    for (int i = 0; i < kNumbers; ++i) {
-        const float t = static_cast<float>(i) / (kNumbers - 1);
+    for (int i = 0; i < numbers; ++i) {
+        const float t = static_cast<float>(i) / static_cast<float>(numbers - 1);
         const std::string text = digitsText(scaleValue(c.frame.scale, static_cast<double>(t)));
         const float half = ImGui::CalcTextSize(text.c_str()).x / 2;
         const float x =

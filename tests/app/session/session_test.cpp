@@ -321,6 +321,7 @@ void walk(int steps, uint64_t seed)
     for (int i = 0; i < steps; ++i) {
         const auto start = std::chrono::steady_clock::now();
         walk.step(session, requests);
+        ASSERT_FALSE(requests.quit) << walk.last();
         session.update(0.02, kArea);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
         longest = std::max(longest, took.count());
