@@ -89,7 +89,8 @@ TEST_P(GpuPath, SlowAgreesWithCpu)
 {
     const Case c = GetParam();
     const double factor = std::max(c.detectable / 0.01, 1.0);  // to see 1 %, with a tenth to spare
-    expectAgreement(c.name, asset(c.name), static_cast<uint32_t>(1.1 * factor * factor * c.samples) + 1,
+    expectAgreement(c.name, asset(c.name),
+                    static_cast<uint32_t>(1.1 * factor * factor * c.samples) + 1,
                     std::min(c.detectable, 0.01), independent(1));
 }
 
