@@ -23,7 +23,7 @@ SHARED_FN uint noDeparture()
     return kAllSides | (uint(kScaleOne) << 24u);
 }
 
-/// A unit normal in 24 bits; off by 5e-4 rad at most.
+/// A unit normal in 24 bits; off by 1.1e-3 rad at most.
 SHARED_FN uint packReceiver(vec3 normal)
 {
     const vec2 p = octEncode(normal) * (0.5f * kDepartureGrid) + vec2(0.5f * kDepartureGrid + 0.5f);

@@ -44,7 +44,7 @@ SHARED_FN float sineOf(float cosine)
 SHARED_CONST float kUnitGrain = 5.9604644775390625e-8f;  // 2^-24
 SHARED_CONST float kCoarseGrain = 3.814697265625e-6f;    // 2^-18
 
-// The normal is known to 5e-4 rad, and the sphere to rounding.
+// The normal is known to 1e-3 rad, and the sphere to rounding.
 SHARED_CONST float kHorizonSlack = 2.0e-3f;
 
 /// What the emitters of a child are thought to bring to p, on the side of `normal` if `oneSided`; 0

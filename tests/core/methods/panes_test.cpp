@@ -39,14 +39,13 @@ core::Material pane(const glm::vec3& tint = glm::vec3(1))
     return m;
 }
 
-/// A grey floor around the origin under horizontal walls, seen from below them. It is larger than
-/// they are: what they reflect does not get past it.
+/// A grey floor around the origin under horizontal walls, seen from below them.
 struct House {
     SceneBuilder builder;
 
-    House()
+    explicit House(float size = 8)
     {
-        builder.quad({-9000, 0, 9000}, {18000, 0, 0}, {0, 0, -18000},
+        builder.quad({-size, 0, size}, {2 * size, 0, 0}, {0, 0, -2 * size},
                      builder.material(lambert(glm::vec3(static_cast<float>(kAlbedo)))));
         builder.camera({0.02, 0.05, 0.03}, {0, 0, 0}, 0.002);
     }
@@ -118,7 +117,7 @@ class PanesBy : public testing::TestWithParam<Strategy> {};
 
 TEST_P(PanesBy, ConstantEnvironment)
 {
-    House house;
+    House house(9000);  // what the wall reflects does not get past the floor
     house.addWall(0.5f, pane());
     house.builder.constantEnvironment(glm::vec3(1));
     double irradiance = 0;
