@@ -140,11 +140,12 @@ TEST_F(VulkanFails, ALossWhileRenderingNamesTheWork)
         renderer->advance({.samples = 3}, {});
         if (kernel == core::Kernel::megakernel) continue;
         faults.fail<&Api::WaitForFences>(VK_ERROR_DEVICE_LOST);
+        // How many tiles a piece has depends on how fast the device was before.
         expectSays(
             errorOf(core::ExitCode::deviceLost, [&] { renderer->advance({.samples = 1}, {}); }),
             {deviceName(), "vkWaitForFences",
-             "bounces of " + std::to_string(world->triangles.size()) + " triangles",
-             "tiles 0 to 14 of 15", "samples 3 to 3"});
+             "bounces of " + std::to_string(world->triangles.size()) + " triangles", "tiles 0 to ",
+             " of 15, ", "samples 3 to 3"});
     }
 }
 
