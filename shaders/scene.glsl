@@ -18,6 +18,7 @@ layout(set = kSetScene, binding = kBindEmitterCdf) uniform samplerBuffer emitter
 layout(set = kSetScene, binding = kBindEnvironment) uniform samplerBuffer environmentTexels;
 layout(set = kSetScene, binding = kBindEnvironmentCdf) uniform samplerBuffer environmentCdf;
 layout(set = kSetScene, binding = kBindEmitterTree) uniform usamplerBuffer emitterTreeWords;
+layout(set = kSetScene, binding = kBindInstances) uniform usamplerBuffer instanceWords;
 
 const SceneView scene = SceneView(0u);  // for the functions that take one
 
@@ -35,6 +36,16 @@ uvec4 fetchTriangleIndices(SceneView view, uint triangle)
 vec4 fetchTriangleVertex(SceneView view, uint slot, uint k)
 {
     return uintBitsToFloat(texelFetch(triangleWords, int(3u * slot + k)));
+}
+
+bool hasInstances(SceneView view)
+{
+    return FEATURE(kFeatureInstances);
+}
+
+uvec4 fetchInstanceWord(SceneView view, uint word)
+{
+    return texelFetch(instanceWords, int(word));
 }
 
 bool hasVertexAttributes(SceneView view)

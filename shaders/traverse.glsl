@@ -37,6 +37,46 @@ struct Ray {
         node = hitA || hitB ? (aFirst ? a.w : b.w) : popped;         \
     } while ((node & kBvhLeaf) == 0u)
 
+/// The ray in the space of the triangles that it is among: the world or a prototype, whose slots are `offset` away from
+/// the slots of the instance, counted from 1 (0: of none).
+struct LocalRay {
+    vec3 origin;
+    vec3 direction;
+    uint offset;
+    uint instance;
+};
+
+/// Follows a change of grid or of space (core/trace/bvh.h): `node` becomes where it leads to, `grid` what lies there;
+/// `back` the way back, or kBvhDone where this was one.
+void followChange(Ray r, inout uint node, inout LocalRay ray, inout GridRay grid, inout ShearRay shear, out uint back)
+{
+    uint change = 2u * (node & kBvhIndexMask);
+    uvec4 a = fetchNode(change);
+    uvec4 b = fetchNode(change + 1u);
+    back = a.w == kBvhDone ? kBvhDone : node + 1u;
+    if (FEATURE(kFeatureInstances) && b.w != kBvhDone) {
+        ray = LocalRay(r.origin, r.direction, 0u, 0u);
+        if (b.w == kBvhInstance) {
+            uvec4 c = fetchNode(change + 2u);
+            uvec4 d = fetchNode(change + 3u);
+            vec3 row0 = uintBitsToFloat(a.xyz);
+            vec3 row1 = uintBitsToFloat(b.xyz);
+            vec3 row2 = uintBitsToFloat(c.xyz);
+            ray.origin = vec3(dot(row0, r.origin), dot(row1, r.origin), dot(row2, r.origin)) + uintBitsToFloat(d.xyz);
+            ray.direction = vec3(dot(row0, r.direction), dot(row1, r.direction), dot(row2, r.direction));
+            ray.offset = c.w;
+            ray.instance = d.w;
+            back = node + 2u;
+            uint root = 2u * (a.w & kBvhIndexMask);
+            a = fetchNode(root);
+            b = fetchNode(root + 1u);
+        }
+        shear = makeShearRay(ray.origin, ray.direction);
+    }
+    node = a.w;
+    grid = makeGridRayOf(ray.origin, ray.direction, a, b);
+}
+
 /// Both traversals; `anyHit` is a literal, so each is compiled for itself. hit.t holds tMax at first, hit.slot kNone.
 /// A hit that needs the alpha test stops its lane, which goes on where it was once all lanes have stopped or are done:
 /// the test, which costs as much as several triangles even when no lane wants it, is then run a few times per ray
@@ -45,6 +85,7 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
 {
     GridRay grid = makeGridRay(r.origin, r.direction, frame.gridLow, frame.gridScale);
     ShearRay shear = makeShearRay(r.origin, r.direction);
+    LocalRay ray = LocalRay(r.origin, r.direction, 0u, 0u);
     int nearest = boxBound(r.tMin);
     uint stack[kBvhStackSize];
     int top = 0;
@@ -76,7 +117,7 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
                     }
                     hit.t = found ? t : hit.t;
                     hit.barycentrics = found ? barycentrics : hit.barycentrics;
-                    hit.slot = found ? slot : hit.slot;
+                    hit.slot = found ? slot + ray.offset : hit.slot;
                     ++slot;
                 } while (slot < end && !waits);
                 bool leafGoesOn = waits && slot < end;
@@ -87,25 +128,26 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
         } while (node < kBvhChange && !waits);
         if (FEATURE(kFeatureAlpha)) {
             if (waits) {
-                if (alphaPasses(scene, candidate.slot, candidate.barycentrics, alphaSeed)) hit = candidate;
+                if (alphaPasses(scene, candidate.slot, ray.instance, candidate.barycentrics, alphaSeed)) {
+                    hit = candidate;
+                    hit.slot += ray.offset;
+                }
                 node = anyHit && hit.slot != kNone ? kBvhDone : node;
                 waits = false;
             }
         }
-        if (FEATURE(kFeatureGridChanges)) {
+        if (FEATURE(kFeatureGridChanges | kFeatureInstances)) {
             if (node >= kBvhChange && node != kBvhDone) {
-                uint change = 2u * (node & kBvhIndexMask);
-                uvec4 a = fetchNode(change);
-                uvec4 b = fetchNode(change + 1u);
-                grid = makeGridRayOf(r.origin, r.direction, a, b);
-                bool enters = a.w != kBvhDone;
+                uint back;
+                followChange(r, node, ray, grid, shear, back);
+                bool enters = back != kBvhDone;
                 uint popped = stack[top];
-                stack[top + 1] = node + 1u;  // the way back
+                stack[top + 1] = back;
                 top += enters ? (popped != kBvhDone ? 1 : 0) : -1;
-                node = enters ? a.w : popped;
+                node = enters ? node : popped;
             }
         }
-    } while (FEATURE(kFeatureAlpha | kFeatureGridChanges) && node != kBvhDone);
+    } while (FEATURE(kFeatureAlpha | kFeatureGridChanges | kFeatureInstances) && node != kBvhDone);
 }
 
 /// Nearest hit with tMin < t < tMax, tMin >= 0; false, and `hit` not meaningful, when there is none, or the ray is not

@@ -42,8 +42,12 @@ completion-residual-unpaid@core/many_lights/matching.cpp@static_cast<float>(1 / 
 completion-rate-stays@core/many_lights/matching.cpp@basis_.matchesSamples(key_)) raiseRate();@basis_.matchesSamples(key_)) {}@Matching*
 completion-unknown-untraced@core/many_lights/matching.cpp@rest_[w] = matters[w] & ~known[w];@rest_[w] = 0;@Matching*
 completion-pivot-lost@core/many_lights/gauss_jordan.cpp@if (getBit(this->column(k), pivot))@if (false)@GaussJordan*
-bvh-no-way-back@core/trace/bvh_traverse.h@stack[++top] = node + 1;@@BvhFar*
+bvh-no-way-back@core/trace/bvh_traverse.h@stack[++top] = back;@@BvhFar*
 bvh-device-no-way-back@shaders/traverse.glsl@enters ? (popped != kBvhDone ? 1 : 0) : -1;@enters ? 0 : -1;@GpuTraverse.Far*
+instance-alpha-alike@shaders/shared/surface.h@triangle + instance * 0x9e3779b1u@triangle@InstancedRays.EachInst*
+instance-not-back@core/trace/bvh_traverse.h@ray = LocalRay(origin, direction);@@InstancedRays.Own*
+instance-slots-device@shaders/traverse.glsl@hit.slot = found ? slot + ray.offset : hit.slot;@hit.slot = found ? slot : hit.slot;@*InstancesLook*
+instance-mirrored@core/scene/world_geometry.cpp@if (mirrored) std::swap(w.v1, w.v2);@@Instances.Show*:World*
 bvh-one-grid@core/trace/bvh_grid.h@count >= all / 64 ? 2.0f : 0.25f@0.0f@BvhFar*
 bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= bounds.box.extent()@false@BvhFar*
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*

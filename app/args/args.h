@@ -208,6 +208,12 @@ bool hasExtension(const std::filesystem::path& file, std::string_view extension)
 }  // namespace app
 
 namespace core {
+template <> struct EnumNames<Instancing> {
+    static constexpr std::array<std::string_view, 3> names{"auto", "flat", "kept"};
+};
+}  // namespace core
+
+namespace core {
 template <> struct EnumNames<app::Tone> {
     static constexpr std::array<std::string_view, 4> names{"linear", "aces", "agx", "neutral"};
 };

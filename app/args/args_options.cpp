@@ -139,6 +139,9 @@ void addLoadingOptions(CLI::App& app, SceneOptions& scene)
     app.add_flag("--ignore-required", scene.load.ignoreRequired,
                  "try although the scene requires an unknown extension")
         ->group(group);
+    addValue(app, group, "--instances", scene.load.instancing,
+             "meshes that are used often: stored once (kept), as triangles of their own (flat), or "
+             "whichever suits the scene");
     addValue(app, group, "--max-file-mb", scene.load.maxFileMb, "largest file to read, in MiB",
              {1, 1 << 20});
     addValue(app, group, "--max-memory-mb", scene.load.maxMemoryMb,

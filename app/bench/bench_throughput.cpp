@@ -125,7 +125,9 @@ Json measureSamples(std::shared_ptr<const core::World> world, const core::View& 
 int benchThroughput(const ThroughputOptions& options, std::ostream& out)
 {
     Log log(false);
-    const LoadedWorld loaded = loadWorld(options.scene, 0, log.callback());
+    SceneOptions scene = options.scene;
+    scene.load.instancing = core::Instancing::flat;  // which Embree is given here
+    const LoadedWorld loaded = loadWorld(scene, 0, log.callback());
     const core::World& world = *loaded.world;
     if (world.cameras.empty())
         throw core::Error("bench throughput: the scene has no camera — give one that has");

@@ -29,6 +29,7 @@ constexpr std::array<const char*, 6> kEmitterNames{"triangles",   "points",     
 // What trees and their building take per triangle at the peak, as scenes of 70 thousand to a
 // million triangles showed.
 constexpr double kHostBvhBytes = 100, kDeviceBvhBytes = 55;
+constexpr double kHostInstanceBytes = 500, kDeviceInstanceBytes = 200;  // of a million
 
 template <class T> double bytesOf(const core::SharedArray<T>& v)
 {
@@ -44,9 +45,10 @@ double megabytes(double bytes)
 double worldBytes(const core::World& w)
 {
     return bytesOf(w.positions) + bytesOf(w.attributes) + bytesOf(w.extra) + bytesOf(w.triangles) +
-           bytesOf(w.triangleEmitter) + bytesOf(w.materials) + bytesOf(w.textureReferences) +
-           bytesOf(w.texels) + bytesOf(w.emitters) + bytesOf(w.emitterCdf) +
-           bytesOf(w.emitterTree) + bytesOf(w.environment) + bytesOf(w.environmentCdf);
+           bytesOf(w.instanceTable) + bytesOf(w.triangleEmitter) + bytesOf(w.materials) +
+           bytesOf(w.textureReferences) + bytesOf(w.texels) + bytesOf(w.emitters) +
+           bytesOf(w.emitterCdf) + bytesOf(w.emitterTree) + bytesOf(w.environment) +
+           bytesOf(w.environmentCdf);
 }
 
 Json countsJson(const core::World& w)
@@ -54,9 +56,15 @@ Json countsJson(const core::World& w)
     const core::Scene& scene = *w.scene;
     uint64_t instances = 0;
     const core::Pose pose = core::poseAt(scene, 0);
-    for (const int node : pose.order)
-        instances += scene.nodes[static_cast<size_t>(node)].meshes.size();
-    return {{"triangles", w.triangles.size()},
+    for (const int index : pose.order) {
+        const core::Node& node = scene.nodes[static_cast<size_t>(index)];
+        const int places = node.placements;
+        instances += node.meshes.size() *
+                     (places < 0 ? 1 : scene.placements[static_cast<size_t>(places)].size());
+    }
+    return {{"triangles", core::shownTriangles(w)},
+            {"stored_triangles", w.triangles.size()},
+            {"kept_instances", w.instances.size()},
             {"vertices", w.positions.empty() ? 0 : w.positions.size() - 1},  // the last is padding
             {"nodes", pose.order.size()},
             {"instances", instances},
@@ -111,6 +119,7 @@ Json infoJson(const LoadedWorld& loaded)
                               {"seconds", animation.duration},
                               {"channels", animation.channels.size()}});
     const double triangles = static_cast<double>(w.triangles.size()), base = worldBytes(w);
+    const double instances = static_cast<double>(w.instances.size());
     return {
         {"schema", 1},
         {"command", "info"},
@@ -129,8 +138,9 @@ Json infoJson(const LoadedWorld& loaded)
           {"skipped", core::featureList(w.features, false)}}},
         {"memory_mb",
          {{"scene", megabytes(base)},
-          {"cpu", megabytes(base + kHostBvhBytes * triangles)},
-          {"vulkan", megabytes(base + kDeviceBvhBytes * triangles)}}},
+          {"cpu", megabytes(base + kHostBvhBytes * triangles + kHostInstanceBytes * instances)},
+          {"vulkan",
+           megabytes(base + kDeviceBvhBytes * triangles + kDeviceInstanceBytes * instances)}}},
         {"warnings", warningsJson(w.warnings)}};
 }
 

@@ -131,7 +131,7 @@ void Job::prepare()
     report_.size = o_.size ? *o_.size : core::sizeForWidth(report_.camera, o_.width);
     checkReference();
     requireMemoryFor(report_.size);
-    log_.line(o_.scene.file.string() + ": " + std::to_string(loaded.world->triangles.size()) +
+    log_.line(o_.scene.file.string() + ": " + std::to_string(core::shownTriangles(*loaded.world)) +
               " triangles, loaded in " + format("%.2f s", loaded.seconds));
 
     const Clock::time_point start = Clock::now();

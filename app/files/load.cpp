@@ -51,7 +51,8 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
             core::loadGltf(options.file, options.load, progress, stop);
         core::giveBackMemory();  // what the document took
         if (progress) progress("flatten", 0);
-        loaded.world = core::makeWorld(scene, options.at, forcedFeatures);
+        loaded.world =
+            core::makeWorld(scene, options.at, forcedFeatures, {}, options.load.instancing);
         if (stop.stop_requested())
             throw core::Error(options.file.string() + ": loading was cancelled",
                               core::ExitCode::interrupted);

@@ -8,6 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/base/time.h"
+#include "core/scene/instances.h"
 #include "core/trace/world_bvh.h"
 
 namespace gpu {
@@ -78,6 +79,7 @@ void GpuScene::setWorld(const core::World& world, const core::Progress& progress
     uploadPiece(shared::kBindAttributes, "the vertex attributes", world_.attributes,
                 world.attributes,
                 core::sameTopology(world_, world) ? world.movingVertices : core::IndexRange{});
+    if (!core::sameTopology(world_, world)) uploadInstances(world, bvh.get());
     upload(shared::kBindExtra, "the vertex colours", world_.extra, world.extra);
     upload(shared::kBindMaterials, "the materials", world_.materials, world.materials);
     upload(shared::kBindTextureReferences, "the texture references", world_.textureReferences,
@@ -113,6 +115,15 @@ void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
         nodes.write(bytesOf(bvh.moving.nodes));
         triangles.write(bytesOf(triangleWords(world, bvh.moving.slots)));
     }
+}
+
+/// Where slots that belong to instances lead.
+void GpuScene::uploadInstances(const core::World& world, const core::Bvh* bvh)
+{
+    const std::vector<glm::uvec4> table =
+        core::makeInstanceTable(world, bvh ? bvh->prototypeSlots : core::prototypeTriangles(world));
+    makeBuffer(shared::kBindInstances, "the instances", table.size() * sizeof(glm::uvec4));
+    if (!table.empty()) buffers_[shared::kBindInstances].writeAll(table);
 }
 
 /// As the world has them.

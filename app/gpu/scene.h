@@ -39,6 +39,7 @@ public:
 private:
     void uploadHierarchy(const core::World& world, const core::Bvh& bvh);
     void uploadTriangles(const core::World& world);
+    void uploadInstances(const core::World& world, const core::Bvh* bvh);
     template <class T>
     void upload(uint32_t binding, const char* name, const core::SharedArray<T>& before,
                 const core::SharedArray<T>& now);

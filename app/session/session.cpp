@@ -201,7 +201,8 @@ void Session::show(const Document& document)
     recallCameras();
     if (!options_.settings.empty()) settings.addRecent(document_->file);
     notices.tell(Severity::news, document_->file.filename().string() + ": " +
-                                     plural(world.triangles.size(), "triangle") + ", loaded in " +
+                                     plural(core::shownTriangles(world), "triangle") +
+                                     ", loaded in " +
                                      std::to_string(document_->loadSeconds).substr(0, 4) + " s");
     for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
     if (pendingReplay_) applyReplay();

@@ -35,15 +35,6 @@ std::optional<core::Picked> look(const core::World& world, glm::dvec3 position, 
     return core::pick(world, camera, {1, 1}, {0.5, 0.5});
 }
 
-bool meetsBack(const core::World& world, const core::Picked& hit, glm::dvec3 along)
-{
-    const core::WorldTriangle& v = world.triangles[hit.triangle];
-    const glm::dvec3 a(world.positions[v.v0]);
-    const glm::dvec3 normal =
-        glm::cross(glm::dvec3(world.positions[v.v1]) - a, glm::dvec3(world.positions[v.v2]) - a);
-    return glm::dot(normal, along) > 0;
-}
-
 }  // namespace
 
 std::optional<double> distanceAlong(const core::World& world, glm::dvec3 position,
@@ -60,7 +51,8 @@ bool insideSolid(const core::World& world, glm::dvec3 position)
         const glm::dvec3 along = direction(i);
         const std::optional<core::Picked> hit = look(world, position, along);
         if (!hit) return false;
-        if (!meetsBack(world, *hit, along) && ++fronts > kMostFronts) return false;
+        const bool front = !(glm::dot(hit->normal, along) > 0);
+        if (front && ++fronts > kMostFronts) return false;
     }
     return true;
 }

@@ -13,7 +13,8 @@ namespace {
 
 constexpr uint64_t kMaxTextBytes = 256u << 20;
 
-constexpr std::array<std::string_view, 14> kKnownExtensions{
+constexpr std::array<std::string_view, 15> kKnownExtensions{
+    "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",

@@ -13,17 +13,18 @@
 #include <string>
 
 #include "core/base/check.h"
-#include "core/scene/scene.h"
+#include "core/scene/world.h"
 
 namespace core {
 
 struct LoadOptions {
     uint64_t maxFileMb = 2048;    // of each file that is read
     uint64_t maxMemoryMb = 8192;  // of the scene in memory, estimated before anything is allocated
-    uint32_t maxTextureSize = 16384;  // width and height in pixels
-    bool allowOutside = false;        // let URIs leave the folder of the scene
-    bool strict = false;              // a warning refuses the file
-    bool ignoreRequired = false;      // load even if an unknown extension is required
+    uint32_t maxTextureSize = 16384;                // width and height in pixels
+    Instancing instancing = Instancing::automatic;  // to be the World's
+    bool allowOutside = false;                      // let URIs leave the folder of the scene
+    bool strict = false;                            // a warning refuses the file
+    bool ignoreRequired = false;                    // load even if an unknown extension is required
 };
 
 /// A refusal. what() is "<file>: <JSON pointer>: <what is wrong> — <what to do>"; `code` follows

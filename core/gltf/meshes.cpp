@@ -345,17 +345,31 @@ void checkReferences(const Object& mesh, size_t accessorCount)
     }
 }
 
-/// Renderers get every use of a mesh as triangles of its own: counted before they are made.
-void reserveInstance(Load& load, const MeshUse& use, const std::vector<int>& meshes)
+/// What renderers store for a node's uses of a mesh, counted before it is made: triangles of their
+/// own, or if that is more and none is the `first`, instances. (A world that writes out a few all
+/// the same is not much larger.)
+void reserveUses(Load& load, const MeshUse& use, const std::vector<int>& meshes, bool first)
 {
     constexpr uint64_t kTriangleBytes = 16 + 100;  // with its part of a hierarchy
     constexpr uint64_t kVertexBytes = sizeof(glm::vec3) + sizeof(shared::VertexAttributes);
+    constexpr uint64_t kInstanceBytes = 400;
     uint64_t bytes = 0;
     for (const int index : meshes) {
         const Mesh& mesh = load.scene.meshes[static_cast<size_t>(index)];
         bytes += kTriangleBytes * mesh.triangles.size() + kVertexBytes * mesh.positions.size();
     }
-    load.reserveMemory(bytes, child("/meshes", static_cast<size_t>(use.mesh)));
+    const std::string where = child("/meshes", static_cast<size_t>(use.mesh));
+    const bool instanced = load.options.instancing != Instancing::flat;
+    const int placements = load.scene.nodes[static_cast<size_t>(use.node)].placements;
+    uint64_t uses =
+        placements < 0 ? 1 : load.scene.placements[static_cast<size_t>(placements)].size();
+    if (uses > 0 && (first || !instanced)) {
+        load.reserveMemory(bytes, where);
+        --uses;
+    }
+    const uint64_t each = instanced ? std::min(bytes, kInstanceBytes) : bytes;
+    const bool overflows = each > 0 && uses > (uint64_t(1) << 62) / each;
+    load.reserveMemory(overflows ? ~uint64_t(0) >> 1 : uses * each, where);
 }
 
 }  // namespace
@@ -388,7 +402,7 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
                 load.scene.meshes.push_back(std::move(*mesh));
             }
         }
-        reserveInstance(load, use, entry->second);
+        reserveUses(load, use, entry->second, isNew);
         load.scene.nodes[static_cast<size_t>(use.node)].meshes = entry->second;
     }
 }

@@ -54,6 +54,9 @@ void packTextures(Material& material);
 /// Decodes the images of scene.textures that readMaterials asked for, on all cores.
 void readTextures(Load& load);
 
+/// Where nodes show their meshes: fills scene.placements.
+void readPlacements(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan);
+
 /// The meshes that `plan` shows: fills scene.meshes and the nodes' lists.
 void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan,
                 const MaterialPlan& materials);

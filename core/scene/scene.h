@@ -63,6 +63,13 @@ struct Transform {
     std::shared_ptr<const glm::dmat4> matrix;
 };
 
+/// EXT_mesh_gpu_instancing: where a node shows its meshes, in its own space.
+struct MeshPlacement {
+    glm::vec3 translation{0};
+    glm::quat rotation{1, 0, 0, 0};
+    glm::vec3 scale{1};
+};
+
 struct Node {
     std::string name;
     int parent = -1;
@@ -70,6 +77,7 @@ struct Node {
     Transform local;
     std::vector<int> meshes;  // one glTF mesh may become several (one per primitive)
     int camera = -1, light = -1;
+    int placements = -1;  // index into Scene::placements; -1: the meshes are where the node is
 };
 
 /// Perspective or orthographic; angles in radians, lengths in the file's units.
@@ -152,6 +160,7 @@ struct Scene {
     std::string name, hash;  // hash: 16 hex digits over the content of every file read
     std::vector<Mesh> meshes;
     std::vector<Node> nodes;
+    std::vector<std::vector<MeshPlacement>> placements;
     std::vector<int> roots;
     std::vector<Material> materials;  // at least one; 0 is glTF's default when a mesh names none
     std::vector<TextureUse> textureUses;

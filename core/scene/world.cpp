@@ -27,6 +27,7 @@ std::shared_ptr<const Scene> withoutMeshesAndTexels(const Scene& scene)
     slim->name = scene.name;
     slim->hash = scene.hash;
     slim->nodes = scene.nodes;
+    slim->placements = scene.placements;
     slim->roots = scene.roots;
     slim->materials = scene.materials;
     slim->textureUses = scene.textureUses;
@@ -239,7 +240,7 @@ void finishPose(World& world, const Topology& topology, const Scene& scene, cons
 std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, const Pose& pose,
                                           uint32_t forcedFeatures,
                                           const std::optional<Placement>& placement,
-                                          const World* previous)
+                                          Instancing instancing, const World* previous)
 {
     auto world = std::make_shared<World>();
     auto topology = std::make_shared<Topology>();
@@ -254,11 +255,18 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, co
 
     world->features = forcedFeatures | materialFeatures(*scene, topology->usedMaterials);
     world->features |= meshFeatures(*scene, meshes, world->features);
-    topology->forcedFeatures = forcedFeatures;
-    topology->fixedFeatures = world->features;
-    orderInstances(*scene, (world->features & shared::kFeatureAlpha) != 0, instances);
     world->placement = placement ? *placement : placeScene(*scene, instances);
-    const Extent extent = flattenInstances(*world, *topology, *scene, std::move(instances));
+    const bool alpha = (world->features & shared::kFeatureAlpha) != 0;
+    topology->plan = planInstances(*scene, instances, world->placement, instancing, alpha);
+    const std::vector<PrototypePlan> prototypes = std::move(topology->plan.prototypes);
+    if (!prototypes.empty()) world->features |= shared::kFeatureInstances;
+    topology->forcedFeatures = forcedFeatures;
+    topology->instancing = instancing;
+    topology->fixedFeatures = world->features;
+    removeInstances(topology->plan, instances);
+    orderInstances(*scene, alpha, instances);
+    const Extent extent =
+        flattenInstances(*world, *topology, *scene, std::move(instances), prototypes);
     warnAboutDropped(world->warnings, *scene, *topology);
     if (previous != nullptr && previous->topology->usedMaterials == topology->usedMaterials) {
         world->materials = previous->materials;
@@ -289,10 +297,11 @@ bool sameInstances(const Topology& topology, const std::vector<Instance>& instan
 
 std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time,
                                        uint32_t forcedFeatures,
-                                       const std::optional<Placement>& placement)
+                                       const std::optional<Placement>& placement,
+                                       Instancing instancing)
 {
     const Pose pose = poseAt(*scene, time);
-    return flattenWorld(std::move(scene), pose, forcedFeatures, placement, nullptr);
+    return flattenWorld(std::move(scene), pose, forcedFeatures, placement, instancing, nullptr);
 }
 
 std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& from, double time)
@@ -305,12 +314,13 @@ std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& from,
     auto world = std::make_shared<World>(*from);
     world->warnings = scene.warnings;
     std::vector<Instance> instances = findInstances(scene, pose, world->warnings);
+    removeInstances(topology.plan, instances);
     orderInstances(scene, (topology.fixedFeatures & shared::kFeatureAlpha) != 0, instances);
     std::optional<Extent> extent;
     if (sameInstances(topology, instances)) extent = moveInstances(*world, scene, instances);
     if (!extent) {
         return flattenWorld(from->scene, pose, topology.forcedFeatures, from->placement,
-                            from.get());
+                            topology.instancing, from.get());
     }
     warnAboutDropped(world->warnings, scene, topology);
     finishPose(*world, topology, scene, pose, extent->rough);

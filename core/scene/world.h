@@ -1,6 +1,8 @@
-// A scene at one instant, as renderers read it: every instance flattened into one list of
-// triangles, recentred and rescaled, with one pool of texels and one table of emitters. Immutable;
-// shared between threads and devices. Another instant of the same scene shares what stays.
+// A scene at one instant, as renderers read it: every use of a mesh flattened into one list of
+// triangles, recentred and rescaled, with one pool of texels and one table of emitters. What is
+// shown so often that this would cost too much is stored once instead, beside its instances.
+// Immutable; shared between threads and devices. Another instant of the same scene shares what
+// stays.
 #pragma once
 
 #include <memory>
@@ -35,6 +37,18 @@ struct IndexRange {
     friend bool operator==(const IndexRange&, const IndexRange&) = default;
 };
 
+/// Meshes of a node that are stored once, in a space of their own with a radius of about one, and
+/// shown by instances. They rest, and neither shine nor are panes.
+struct Prototype {
+    IndexRange triangles;     // of World::triangles
+    uint32_t alphaBegin = 0;  // the first of them whose alpha is tested
+    IndexRange instances;     // of World::instances
+};
+
+/// What becomes of meshes that are used more than once. `automatic`: what is used so often that a
+/// lot of memory depends on it is stored once; rays take longer through two levels.
+enum class Instancing { automatic, flat, kept };
+
 struct Topology;  // world_parts.h
 struct Bvh;       // core/trace/bvh.h
 
@@ -48,12 +62,16 @@ struct World {
 
     // The same in all poses of a topology. Triangles are in the order: opaque and still, opaque and
     // moving, alpha-tested and moving, alpha-tested and still (alpha last so that devices can keep
-    // it apart; one range of what moves so that a pose replaces one piece of every array).
+    // it apart; one range of what moves so that a pose replaces one piece of every array). Behind
+    // them those of prototypes, with vertices in the space of these.
     std::shared_ptr<const Topology> topology;
     SharedArray<shared::VertexExtra> extra;  // as long as positions, or empty
     SharedArray<WorldTriangle> triangles;
     // Per triangle an index into emitters or kNone; empty when none emits
     SharedArray<uint32_t> triangleEmitter;
+    SharedArray<Prototype> prototypes;
+    SharedArray<shared::InstanceMatrix> instances;  // in the order of their prototypes
+    SharedArray<glm::uvec4> instanceTable;          // shared/instances.h, where slots are triangles
     SharedArray<shared::Material> materials;
     SharedArray<shared::TextureReference> textureReferences;
     SharedArray<Texel> texels;
@@ -84,15 +102,27 @@ struct World {
     Warnings warnings;  // the scene's and those of flattening
 };
 
+/// How many triangles stand for themselves: those of prototypes come behind.
+inline uint32_t flatTriangles(const World& world)
+{
+    return world.prototypes.empty() ? static_cast<uint32_t>(world.triangles.size())
+                                    : world.prototypes.front().triangles.begin;
+}
+
+/// How many triangles there are to be seen.
+uint64_t shownTriangles(const World& world);
+
 /// Flattens `scene` at `time` seconds of its first animation (0: the rest pose when there is none).
 /// Degenerate and non-finite triangles are dropped and counted. `forcedFeatures` are kept even if
 /// unused (--no-skip): what their code reads is then stored. `World::scene` keeps meshes and texels
 /// only when there is an animation: let go of `scene` to free them. `placement` is that of another
 /// instant of the same scene, whose world space then stays; without it, the instant's own bounds
-/// decide. Throws core::Error when the result exceeds 2^31 indices.
+/// decide. Throws core::Error when the result exceeds 2^31 indices, or instances show more than
+/// four billion triangles.
 std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, double time = 0,
                                        uint32_t forcedFeatures = 0,
-                                       const std::optional<Placement>& placement = {});
+                                       const std::optional<Placement>& placement = {},
+                                       Instancing instancing = Instancing::automatic);
 
 /// The same scene at another time, in the same world space and with the same forced features: equal
 /// to what makeWorld makes of it, array by array, but sharing with `world` what has not changed.

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/scene/animation.h"
@@ -17,7 +18,44 @@ struct Instance {
     int mesh = 0;
     int node = 0;
     bool moves = false;
-    const glm::dmat4x3* toFile = nullptr;  // of the pose that it was found in; none in a topology
+    // Of the pose that it was found in, and in the node's space where it has such; not in a
+    // topology
+    const glm::dmat4x3* nodeToFile = nullptr;
+    const MeshPlacement* placement = nullptr;
+
+    glm::dmat4x3 toFile() const;
+};
+
+/// What an instance does to points, normals and handedness.
+struct Mapping {
+    glm::dmat4 toWorld;
+    glm::dmat3 linear, normals;
+    bool mirrored;
+
+    Mapping(const Instance& instance, const Placement& placement);
+    /// A prototype's, which mirrors in itself what its instances mirror back.
+    Mapping(const glm::dmat4& toWorld, bool mirrored);
+
+    glm::vec3 point(const glm::vec3& p) const
+    {
+        return glm::vec3(glm::dvec3(toWorld * glm::dvec4(glm::dvec3(p), 1)));
+    }
+};
+
+/// Uses of the same meshes that are to be instances of one prototype.
+struct PrototypePlan {
+    std::vector<int> meshes;          // opaque ones first
+    std::vector<Instance> instances;  // the first mesh's, for all
+    bool mirrored = false;
+    glm::dmat4 toMesh{1};  // from the prototype's space
+};
+
+/// Which uses become instances.
+struct InstancePlan {
+    std::vector<PrototypePlan> prototypes;
+    std::vector<bool> nodes, meshes;  // a use is an instance if both its node and its mesh are here
+
+    bool holds(const Instance& use) const;
 };
 
 /// What becomes of the triangles of one instance.
@@ -36,6 +74,8 @@ struct Extent {
 
     void add(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c);
     void add(const Extent& other);
+    void addPoint(const glm::vec3& p);
+    std::vector<glm::vec3> corners() const;
     bool empty() const { return !(low.x <= high.x); }
 };
 
@@ -50,11 +90,14 @@ struct TriangleEmission {
 /// share one.
 struct Topology {
     uint32_t forcedFeatures = 0;
+    Instancing instancing = Instancing::automatic;
+    InstancePlan plan;           // without prototypes
     uint32_t fixedFeatures = 0;  // without those of emitters and cameras
     std::vector<int> usedMaterials;
     std::vector<Instance> instances;  // in the order of their triangles, without matrices
     std::vector<Dropped> dropped;     // of each instance
-    Extent still;                     // of the triangles that never move
+    std::vector<std::pair<Instance, Dropped>> prototypes;  // of each mesh, with a node that uses it
+    Extent still;                                          // of the triangles that never move
     std::vector<TriangleEmission> emission;
     double environmentWeight = 0;  // radiance times solid angle, without intensity
 };
@@ -62,6 +105,13 @@ struct Topology {
 /// Uses of meshes that can show something, in the order of the nodes; those that their scale makes
 /// vanish are dropped with a warning.
 std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnings& warnings);
+
+/// Which of the uses are stored once and shown by instances; `alpha`: there are alpha tests.
+InstancePlan planInstances(const Scene& scene, const std::vector<Instance>& instances,
+                           const Placement& placement, Instancing instancing, bool alpha);
+
+/// Takes away the uses that become instances.
+void removeInstances(const InstancePlan& plan, std::vector<Instance>& instances);
 
 /// Puts them into the order of World::triangles.
 void orderInstances(const Scene& scene, bool alpha, std::vector<Instance>& instances);
@@ -73,7 +123,8 @@ Placement placeScene(const Scene& scene, const std::vector<Instance>& instances)
 /// Fills positions, attributes, extra, triangles, what moves, bounds and radius. `world.features`
 /// decides what is stored. Returns the extent of all triangles.
 Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
-                        std::vector<Instance> instances);
+                        std::vector<Instance> instances,
+                        const std::vector<PrototypePlan>& prototypes);
 
 /// Replaces in `world`, which is a copy of another pose, what moves, and bounds and radius. Nothing
 /// when the triangles of the new pose are others: the world is then as it was.

@@ -45,6 +45,8 @@ struct AccelStats {
 /// How a hierarchy is built. `automatic`: spatial splits up to four million triangles.
 enum class AccelQuality { automatic, high, medium, compact };
 
+struct AccelScenes;  // accel_scenes.h
+
 class Accel {
 public:
     /// Builds over the world's own arrays, which are not copied. `progress` gets "accelerate" with
@@ -90,8 +92,7 @@ public:
     const World& world() const;
 
 private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    std::unique_ptr<AccelScenes> scenes_;
 };
 
 /// The hierarchy for `world` in place of the one in `accel` (which may be empty): another pose of

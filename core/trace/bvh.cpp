@@ -5,6 +5,7 @@
 
 #include "core/base/check.h"
 #include "core/trace/bvh_builder.h"
+#include "core/trace/bvh_instances.h"
 
 namespace core {
 namespace {
@@ -14,6 +15,7 @@ using bvh::Builder;
 using bvh::BuildProgress;
 using bvh::Float4;
 using bvh::Grid;
+using bvh::PrototypeTrees;
 using bvh::Subset;
 using shared::uvec4;
 
@@ -49,16 +51,35 @@ std::vector<uvec4> rootOver(const Grid& grid, const Box& box, uint32_t reference
     return {grid.record(box, reference), grid.record(Box{}, reference)};
 }
 
-/// Takes over the still triangles' tree; returns what a joining root says of it. Its nodes are
-/// numbered behind `room` others, its slots behind `firstSlot`.
-uvec4 layOutStill(Bvh& out, Builder& builder, const Grid& grid, size_t room, size_t firstSlot)
+/// Takes over the still triangles' tree behind those of `prototypes`; returns what a joining root
+/// says of it. Its nodes are numbered behind `room` others, its slots behind `firstSlot`.
+uvec4 layOutStill(Bvh& out, Builder& builder, const Grid& grid, size_t room, size_t firstSlot,
+                  PrototypeTrees prototypes)
 {
+    const bool alone = room == 0;
+    std::vector<uvec4> begin(alone && !prototypes.nodes.empty() ? 2 : 0);  // the root of the whole
+    const bool ownRoot = !begin.empty();
+    begin.insert(begin.end(), prototypes.nodes.begin(), prototypes.nodes.end());
+    const size_t firstNode = room + begin.size() / 2;
     uint32_t root = shared::kBvhDone;
     double least = 0;
-    out.still = builder.layOut({}, static_cast<uint32_t>(room), static_cast<uint32_t>(firstSlot),
-                               root, least);
-    const bool alone = room == 0;
-    if (alone && out.still.nodes.empty()) out.still.nodes = rootOver(grid, builder.box(), root);
+    out.still =
+        builder.layOut(std::move(begin), static_cast<uint32_t>(firstNode),
+                       static_cast<uint32_t>(firstSlot + prototypes.slots.size()), root, least);
+    if (ownRoot || (alone && out.still.nodes.empty())) {
+        std::vector<uvec4> nodes = out.still.nodes.toVector();
+        const std::vector<uvec4> over = rootOver(grid, builder.box(), root);
+        nodes.resize(std::max(nodes.size(), over.size()));
+        std::copy(over.begin(), over.end(), nodes.begin());
+        out.still.nodes = std::move(nodes);
+    }
+    if (!prototypes.slots.empty()) {
+        prototypes.slots.insert(prototypes.slots.end(), out.still.slots.begin(),
+                                out.still.slots.end());
+        out.still.slots = std::move(prototypes.slots);
+    }
+    out.still.gridChanges += prototypes.gridChanges;
+    out.prototypeSlots = std::move(prototypes.ranges);
     return grid.record(builder.box(), root);
 }
 
@@ -92,30 +113,39 @@ Bvh buildBvh(std::span<const glm::vec3> positions, std::span<const WorldTriangle
 {
     CHECK(options.leafSize >= 1 && options.leafSize <= shared::kBvhCountMask - 1);
     CHECK(options.moving.begin <= options.moving.end && options.moving.end <= triangles.size());
-    const bvh::Mesh mesh{positions, triangles};
-    const size_t movingCount = options.moving.size(), stillCount = triangles.size() - movingCount;
+    const size_t flat =
+        options.prototypes.empty() ? triangles.size() : options.prototypes.front().triangles.begin;
+    const size_t movingCount = options.moving.size();
+    const size_t stillCount = flat - movingCount + options.instances.size();
     const bool joined = movingCount > 0 && stillCount > 0;
-    BuildProgress reports(progress, triangles.size());
+    const bvh::Mesh mesh{positions, triangles};
+    std::vector<bvh::InstanceLeaf> leaves = bvh::makeInstanceLeaves(mesh, options);
+    BuildProgress reports(progress, triangles.size() + leaves.size());
     Builder moving(mesh, movingSubset(options), withoutSplits(options), reports, stop);
-    Builder still(mesh, {0, options.moving.begin, options.moving.size(), stillCount}, options,
-                  reports, stop);
+    Builder still({positions, triangles.first(flat), leaves},
+                  {0, options.moving.begin, options.moving.size(), stillCount}, options, reports,
+                  stop);
     Box bounds = still.box();
     bounds.grow(moving.box());
     const Grid grid(gridBounds(bounds, options));
     if (movingCount > 0) moving.build(grid, joined ? 1 : 0);
-    if (stillCount > 0 || movingCount == 0) still.build(grid, joined ? 1 : 0);
+    // A tree over other positions of the same triangles has a few more nodes, or a few less.
+    const size_t needed = movingCount > 0 ? moving.nodeCount() + 1 : 0;
+    const size_t room = needed + needed / 4;
+    const bool ownRoot = !joined && !leaves.empty();
+    PrototypeTrees prototypes = bvh::buildPrototypes(mesh, options, room + (ownRoot ? 1 : 0),
+                                                     movingCount, leaves, reports, stop);
+    if (stillCount > 0 || movingCount == 0)
+        still.build(grid, (joined || ownRoot ? 1 : 0) + prototypes.depth);
     if (stop.stop_requested()) return {};
 
     Bvh out;
     out.gridLow = grid.low;
     out.gridScale = grid.scale;
     out.triangleCost = options.triangleCost;
-    // A tree over other positions of the same triangles has a few more nodes, or a few less.
-    const size_t needed = movingCount > 0 ? moving.nodeCount() + 1 : 0;
-    const size_t room = needed + needed / 4;
     uvec4 stillRecord(0);
     if (stillCount > 0 || movingCount == 0)
-        stillRecord = layOutStill(out, still, grid, room, movingCount);
+        stillRecord = layOutStill(out, still, grid, room, movingCount, std::move(prototypes));
     if (movingCount > 0) layOutMoving(out, moving, grid, room, joined ? &stillRecord : nullptr);
     if (std::max(out.nodeCount(), out.slotCount()) > bvh::kMaxReferences)
         throw bvh::tooLarge(triangles.size());

@@ -1,7 +1,8 @@
 // The flat BVH2 that the GPU traverses: both children of a node in 32 bytes on a 16-bit grid, built
 // by binned SAH with spatial splits. What is far smaller than the scene has a grid of its own, and
-// what an animation moves a tree of its own, refitted from pose to pose. The CPU traversal of the
-// same nodes serves picking and tests.
+// what an animation moves a tree of its own, refitted from pose to pose; so has what is shown
+// often, whose instances are leaves of the others' tree. The CPU traversal of the same nodes serves
+// picking and tests.
 //   Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007 (binning);
 //   Stich, Friedrich, Dietrich, "Spatial splits in bounding volume hierarchies", 2009.
 #pragma once
@@ -30,6 +31,10 @@ struct BvhOptions {
     // A box that the grid is to cover besides the triangles, so that motion stays on it; empty when
     // low exceeds high.
     glm::vec3 reachLow{1}, reachHigh{-1};
+    // What is stored once, and where it is shown: World's. Its triangles are the last ones.
+    std::span<const Prototype> prototypes{};
+    std::span<const shared::InstanceMatrix> instances{};
+    uint32_t maxDepth = shared::kBvhMaxDepth;  // see Bvh::depth
 };
 
 /// One of the two trees: its nodes and slots as they follow each other, and what is said of it.
@@ -55,8 +60,17 @@ struct BvhPart {
 /// back, so that the change counts as a node in the depth. Most scenes have no change, and kernels
 /// are compiled without (kFeatureGridChanges).
 ///
+/// A prototype has a tree over its own space, on a grid of its own. In the tree of the world each
+/// instance is a leaf: a change of space, three nodes. The first two lead there: rows of the matrix
+/// that takes the ray to the prototype, each without its last column, which is the fourth word; in
+/// the last components the number of the node that leads to the prototype's root (as a change of
+/// grid does), kBvhInstance, by how much the instance's slots are greater than the prototype's
+/// (shared/instances.h), and the instance's number from 1. The third leads back, as that of a
+/// change of grid but with kBvhWorld in its second word.
+///
 /// Numbers of nodes and slots run through `moving` and then through `still`. Where triangles of
-/// both kinds exist, node 0 joins the two trees; a pose changes no word of `still`. `moving.nodes`
+/// both kinds exist, node 0 joins the two trees; a pose changes no word of `still`, which begins
+/// with the trees of prototypes. `moving.nodes`
 /// ends with room for a tree that is built anew; both words of such nodes are zero.
 struct Bvh {
     BvhPart moving, still;
@@ -71,6 +85,7 @@ struct Bvh {
     // that grows with the triangles but not with the distances between them
     double movingLeast = 0;
     double movingRatio = 1;  // of moving.cost to movingLeast when that tree was built
+    std::vector<IndexRange> prototypeSlots;  // of each prototype
 
     size_t nodeCount() const { return (moving.nodes.size() + still.nodes.size()) / 2; }
     uint32_t gridChanges() const { return moving.gridChanges + still.gridChanges; }
@@ -81,7 +96,7 @@ struct Bvh {
         const size_t word = 2 * static_cast<size_t>(i), first = moving.nodes.size();
         return word < first ? moving.nodes.data() + word : still.nodes.data() + (word - first);
     }
-    /// The triangle in a slot; spatial splits repeat triangles.
+    /// The triangle in a slot, below kFirstInstancedSlot; spatial splits repeat triangles.
     uint32_t triangle(uint32_t slot) const
     {
         const size_t first = moving.slots.size();

@@ -31,13 +31,6 @@ uint32_t leafReference(size_t count, size_t firstSlot)
            static_cast<uint32_t>(firstSlot);
 }
 
-/// Whether so few levels are left that only halving keeps the depth bound.
-bool mustHalve(size_t count, uint32_t depth)
-{
-    const uint32_t levels = static_cast<uint32_t>(std::bit_width(count)) + 1;
-    return depth + levels >= shared::kBvhMaxDepth;
-}
-
 }  // namespace
 
 Error tooLarge(size_t triangles)
@@ -94,6 +87,22 @@ RangeBounds Builder::makeReferences()
     return boundsOf(all().first(n));
 }
 
+/// Whether so few levels are left that only halving keeps the depth bound.
+bool Builder::mustHalve(size_t count, uint32_t depth) const
+{
+    const uint32_t levels = static_cast<uint32_t>(std::bit_width(count)) + 1;
+    return depth + levels >= options_.maxDepth;
+}
+
+/// Instances are leaves of their own, and are not cut.
+bool Builder::holdsInstances(const Range& range)
+{
+    if (mesh_.instances.empty()) return false;
+    const std::span<const Reference> references = span(range);
+    return std::any_of(references.begin(), references.end(),
+                       [&](const Reference& r) { return mesh_.instance(r.triangle()) != nullptr; });
+}
+
 /// A region with a grid of its own for references that are too small for the present one. Not for
 /// the root of the whole, where every ray begins.
 std::optional<Builder::Region> Builder::finerRegion(const Range& range, const RangeBounds& bounds,
@@ -112,7 +121,8 @@ Split Builder::bestSplit(const Range& range, const RangeBounds& bounds, const Re
     Split best = findObjectSplit(span(range), bounds);
     const float overlap = intersection(best.left, best.right).halfArea();
     const bool mayCut = range.room() > 0 && n > options_.leafSize &&
-                        (best.axis < 0 || overlap > kMinOverlap * region.area);
+                        (best.axis < 0 || overlap > kMinOverlap * region.area) &&
+                        !holdsInstances(range);
     if (n >= kMinRegion) {
         const Split bySize = findSizeSplit(span(range), bounds);
         if (bySize.cost < best.cost && kMinStep * bySize.left.extent() <= bounds.box.extent())
@@ -131,7 +141,7 @@ bool Builder::split(Range range, const RangeBounds& bounds, uint32_t depth, cons
 {
     const size_t n = range.size();
     const Split best = mustHalve(n, depth) ? Split{} : bestSplit(range, bounds, region);
-    if (n <= options_.leafSize) {
+    if (n <= options_.leafSize && !holdsInstances(range)) {
         const float area = bounds.box.halfArea();
         const float leafCost = options_.triangleCost * static_cast<float>(n) * area;
         if (best.axis < 0 || leafCost <= area + options_.triangleCost * best.cost) return false;
@@ -194,6 +204,10 @@ uint32_t Builder::buildInto(Chunk& chunk, const Range& range, const RangeBounds&
         return gridReference(node / 2);
     }
     Decision d;
+    if (range.size() == 1) {
+        const InstanceLeaf* instance = mesh_.instance(references_[range.begin].triangle());
+        if (instance != nullptr) return buildInstance(chunk, *instance, depth, region.grid);
+    }
     if (range.size() == 1 || !split(range, bounds, depth, region, d))
         return buildLeaf(chunk, range, bounds.box);
     chunk.nodes.resize(node + 2);
@@ -218,6 +232,20 @@ uint32_t Builder::buildLeaf(Chunk& chunk, const Range& range, const Box& box)
     chunk.cost +=
         static_cast<double>(box.halfArea()) * static_cast<double>(range.size()) * triangleCost;
     return leafReference(range.size(), first);
+}
+
+/// The way into an instance and back to what lies on `grid`.
+uint32_t Builder::buildInstance(Chunk& chunk, const InstanceLeaf& instance, uint32_t depth,
+                                const Grid& grid)
+{
+    const size_t node = chunk.nodes.size();
+    chunk.nodes.insert(chunk.nodes.end(), instance.words.begin(), instance.words.end());
+    chunk.nodes.resize(node + 6);
+    writeWayBack(&chunk.nodes[node + 4], grid, shared::kBvhWorld);
+    chunk.depth = std::max(chunk.depth, depth);
+    chunk.cost += static_cast<double>(instance.box.halfArea() * instance.cost);
+    chunk.entries.push_back(static_cast<uint32_t>(node));
+    return gridReference(node / 2);
 }
 
 std::unique_ptr<Builder::Task> Builder::buildTask(const Range& range, const RangeBounds& bounds,
@@ -313,10 +341,13 @@ uint32_t Builder::appendChunk(Layout& out, const Chunk& chunk)
         const bool node = (reference & shared::kBvhLeaf) == 0 || changesGrid(reference);
         return reference + (node ? firstNode : firstSlot);
     };
+    const size_t firstWord = out.nodes.size();
     for (uvec4 record : chunk.nodes) {
         record.w = relocate(record.w);
         out.nodes.push_back(record);
     }
+    for (const uint32_t entry : chunk.entries)  // their last components are no references
+        std::copy_n(chunk.nodes.begin() + entry, 6, out.nodes.begin() + firstWord + entry);
     out.slots.insert(out.slots.end(), chunk.slots.begin(), chunk.slots.end());
     return relocate(chunk.root);
 }

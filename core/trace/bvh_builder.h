@@ -61,7 +61,8 @@ public:
     /// Bounds of the triangles.
     const Box& box() const { return bounds_.box; }
 
-    /// Builds the tree, `depth` nodes below the root of the whole, which lies on `grid`. Once.
+    /// Builds the tree, `depth` nodes below the root of the whole, which lies on `grid`. Once. What
+    /// instances lead to counts as if it were above.
     void build(const Grid& grid, uint32_t depth);
 
     size_t nodeCount() const;
@@ -82,6 +83,7 @@ private:
     struct Chunk {
         std::vector<shared::uvec4> nodes;
         std::vector<uint32_t> slots;
+        std::vector<uint32_t> entries;  // words where ways into instances begin
         uint32_t root = shared::kBvhDone;
         uint32_t depth = 0;
         uint32_t gridChanges = 0;
@@ -127,6 +129,8 @@ private:
     std::span<Reference> span(const Range& r) { return all().subspan(r.begin, r.size()); }
 
     RangeBounds makeReferences();
+    bool mustHalve(size_t count, uint32_t depth) const;
+    bool holdsInstances(const Range& range);
     std::optional<Region> finerRegion(const Range& range, const RangeBounds& bounds, uint32_t depth,
                                       const Region& region) const;
     Split bestSplit(const Range& range, const RangeBounds& bounds, const Region& region);
@@ -137,6 +141,8 @@ private:
     uint32_t buildInto(Chunk& chunk, const Range& range, const RangeBounds& bounds, uint32_t depth,
                        const Region& region);
     uint32_t buildLeaf(Chunk& chunk, const Range& range, const Box& box);
+    uint32_t buildInstance(Chunk& chunk, const InstanceLeaf& instance, uint32_t depth,
+                           const Grid& grid);
     std::unique_ptr<Task> buildTask(const Range& range, const RangeBounds& bounds, uint32_t depth,
                                     const Region& region);
     uint32_t append(Layout& out, Task& task, uint32_t depth, const Grid& grid);

@@ -106,19 +106,33 @@ inline uint32_t gridReference(size_t node)
     return shared::kBvhChange | static_cast<uint32_t>(node);
 }
 
+inline shared::uvec4 floatWord(const glm::vec3& v, uint32_t w)
+{
+    return {shared::floatAsUint(v.x), shared::floatAsUint(v.y), shared::floatAsUint(v.z), w};
+}
+
+/// The node of a way (see Bvh), as two words: to `root`, whose boxes lie on `grid`.
+inline void writeWay(shared::uvec4* words, const Grid& grid, uint32_t root)
+{
+    words[0] = floatWord(grid.low, root);
+    words[1] = floatWord(grid.scale, shared::kBvhDone);
+}
+
+/// The node of a way back to what lies on `grid`; `kind` is kBvhDone, or kBvhWorld out of an
+/// instance.
+inline void writeWayBack(shared::uvec4* words, const Grid& grid, uint32_t kind)
+{
+    words[0] = floatWord(grid.low, shared::kBvhDone);
+    words[1] = floatWord(grid.scale, kind);
+}
+
 /// The two nodes of a change of grid (see Bvh), as four words: the way to `root`, whose boxes lie
 /// on `finer`, and the way back to what lies on `grid`.
 inline void writeGridChange(shared::uvec4* words, const Grid& finer, const Grid& grid,
                             uint32_t root)
 {
-    const auto word = [](const glm::vec3& v, uint32_t w) {
-        return shared::uvec4(shared::floatAsUint(v.x), shared::floatAsUint(v.y),
-                             shared::floatAsUint(v.z), w);
-    };
-    words[0] = word(finer.low, root);
-    words[1] = word(finer.scale, shared::kBvhDone);
-    words[2] = word(grid.low, shared::kBvhDone);
-    words[3] = word(grid.scale, shared::kBvhDone);
+    writeWay(words, finer, root);
+    writeWayBack(words + 2, grid, shared::kBvhDone);
 }
 
 /// Fills depth and cost of the whole from its parts.

@@ -184,9 +184,10 @@ void binSpace(SpatialBins& bins, const Mesh& mesh, std::span<const Reference> re
 
 }  // namespace
 
-Box boundsOf(const Mesh& mesh, uint32_t triangle)
+Box boundsOf(const Mesh& mesh, uint32_t number)
 {
-    const WorldTriangle& t = mesh.triangles[triangle];
+    if (const InstanceLeaf* instance = mesh.instance(number)) return instance->box;
+    const WorldTriangle& t = mesh.triangles[number];
     Box box;
     for (const uint32_t v : {t.v0, t.v1, t.v2}) box.grow(load(mesh.positions[v]));
     return box;

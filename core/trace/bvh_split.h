@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <span>
@@ -133,10 +134,24 @@ inline int sizeBin(const Reference& r, int largest)
     return std::clamp(kBins - 1 - (largest - exponentOf(r.box().extent())), 0, kBins - 1);
 }
 
-/// What the splits read besides references.
+/// An instance as a tree holds it, in the place of a triangle.
+struct InstanceLeaf {
+    Box box;
+    std::array<shared::uvec4, 4> words;  // how it is entered: see Bvh
+    float cost = 0;                      // of a ray through it, in tests of pairs of boxes
+};
+
+/// What the splits read besides references. Numbers of triangles go on with those of instances.
 struct Mesh {
     std::span<const glm::vec3> positions;
     std::span<const WorldTriangle> triangles;
+    std::span<const InstanceLeaf> instances{};
+
+    /// Null for a triangle.
+    const InstanceLeaf* instance(uint32_t number) const
+    {
+        return number < triangles.size() ? nullptr : &instances[number - triangles.size()];
+    }
 };
 
 inline Float4 load(const glm::vec3& v)
@@ -144,8 +159,8 @@ inline Float4 load(const glm::vec3& v)
     return Float4{v.x, v.y, v.z, 0};
 }
 
-/// Bounds of a triangle.
-Box boundsOf(const Mesh& mesh, uint32_t triangle);
+/// Bounds of a triangle or instance.
+Box boundsOf(const Mesh& mesh, uint32_t number);
 
 /// Bounds of all references of a range.
 RangeBounds boundsOf(std::span<const Reference> references);
@@ -156,7 +171,7 @@ Split findObjectSplit(std::span<const Reference> references, const RangeBounds& 
 /// Best split into small references, on the left, and large ones, by powers of two of the extent.
 Split findSizeSplit(std::span<const Reference> references, const RangeBounds& bounds);
 
-/// Best split of the box by a plane; references across it go to both sides.
+/// Best split of the box by a plane; references across it go to both sides. Not for instances.
 Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, const Box& bounds);
 
 /// Carries out a split by centroid or size; returns where the right side begins.

@@ -10,13 +10,12 @@ bool traceClosest(const Bvh& bvh, std::span<const glm::vec3> positions,
 {
     hit = BvhHit{};
     if (!shared::isTraceable(origin, direction)) return false;
-    const shared::ShearRay ray = shared::makeShearRay(origin, direction);
-    traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot) {
+    traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot, const LocalRay& ray) {
         const WorldTriangle& t = triangles[bvh.triangle(slot)];
         BvhHit h;
-        if (shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2], tMin,
-                                      tMax, h.t, h.barycentrics)) {
-            h.slot = slot;
+        if (shared::intersectTriangle(ray.shear, positions[t.v0], positions[t.v1], positions[t.v2],
+                                      tMin, tMax, h.t, h.barycentrics)) {
+            h.slot = slot + ray.offset;
             hit = h;
             tMax = h.t;
         }
@@ -30,13 +29,12 @@ bool traceAny(const Bvh& bvh, std::span<const glm::vec3> positions,
               float tMin, float tMax)
 {
     if (!shared::isTraceable(origin, direction)) return false;
-    const shared::ShearRay ray = shared::makeShearRay(origin, direction);
     bool found = false;
-    traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot) {
+    traverse(bvh, origin, direction, tMin, tMax, [&](uint32_t slot, const LocalRay& ray) {
         const WorldTriangle& t = triangles[bvh.triangle(slot)];
         BvhHit h;
-        found = shared::intersectTriangle(ray, positions[t.v0], positions[t.v1], positions[t.v2],
-                                          tMin, tMax, h.t, h.barycentrics);
+        found = shared::intersectTriangle(ray.shear, positions[t.v0], positions[t.v1],
+                                          positions[t.v2], tMin, tMax, h.t, h.barycentrics);
         return found;
     });
     return found;

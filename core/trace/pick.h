@@ -15,6 +15,8 @@ struct Picked {
     glm::dvec3 position{0};  // world space
     double distance = 0;     // from the camera, metres
     uint32_t triangle = 0, material = 0;
+    uint32_t instance = shared::kNone;  // index into World::instances of what shows the triangle
+    glm::dvec3 normal{0};               // of its front, of no particular length
 };
 
 /// The surface seen through the middle of the picture's point `position` in [0,1]^2 (y down) by the

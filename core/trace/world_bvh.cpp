@@ -19,6 +19,8 @@ BvhOptions optionsFor(const World& world)
 {
     BvhOptions options;
     options.moving = world.movingTriangles;
+    options.prototypes = {world.prototypes.data(), world.prototypes.size()};
+    options.instances = {world.instances.data(), world.instances.size()};
     if (!options.moving.empty()) {
         options.reachLow = world.reachLow;
         options.reachHigh = world.reachHigh;

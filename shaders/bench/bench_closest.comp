@@ -29,7 +29,7 @@ void main()
     Hit hit;
     uint triangle = kNone;
     if (traceClosest(Ray(a.xyz, a.w, b.xyz, b.w), lane, hit)) {
-        triangle = floatBitsToUint(fetchTriangleVertex(scene, hit.slot, 0u).w);
+        triangle = floatBitsToUint(fetchTriangleVertex(scene, findTriangle(scene, hit.slot).slot, 0u).w);
     }
     words[lane] = vec4(hit.t, hit.barycentrics, uintBitsToFloat(triangle));
 }

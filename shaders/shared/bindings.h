@@ -31,7 +31,8 @@ SHARED_CONST uint kBindEmitterCdf = 9u;       // R32F
 SHARED_CONST uint kBindEnvironment = 10u;     // RGBA32F
 SHARED_CONST uint kBindEnvironmentCdf = 11u;  // R32F
 SHARED_CONST uint kBindEmitterTree = 12u;     // emitter_tree.h
-SHARED_CONST uint kSceneBindings = 13u;
+SHARED_CONST uint kBindInstances = 13u;       // instances.h
+SHARED_CONST uint kSceneBindings = 14u;
 
 // Set 1.
 SHARED_CONST uint kBindFrame = 0u;     // uniform buffer: FrameData

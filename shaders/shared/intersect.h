@@ -14,16 +14,19 @@
 SHARED_BEGIN
 
 /// Words of a child reference: a leaf has bit 31, its triangle count (at most 14) in bits 27..30
-/// and its first slot below. From kBvhChange on there is nothing to test: a change of grid (see
-/// Bvh) has the number of the node that describes it below these bits, and the last word is
-/// kBvhDone.
+/// and its first slot below. From kBvhChange on there is nothing to test: a change of grid or of
+/// space (see Bvh) has the number of the node that describes it below these bits, and the last word
+/// is kBvhDone.
 SHARED_CONST uint kBvhLeaf = 0x80000000u;
 SHARED_CONST uint kBvhCountShift = 27u;
 SHARED_CONST uint kBvhCountMask = 15u;
 SHARED_CONST uint kBvhIndexMask = 0x07ffffffu;
 SHARED_CONST uint kBvhChange = 0xf8000000u;
 SHARED_CONST uint kBvhDone = 0xffffffffu;  // bottom of the stack; the children of an empty tree
-SHARED_CONST uint kBvhStackSize = 64u;     // the builder's depth is at most kBvhMaxDepth
+// What the second word of a change holds where it leads into an instance, or back out of one.
+SHARED_CONST uint kBvhInstance = 0u;
+SHARED_CONST uint kBvhWorld = 1u;
+SHARED_CONST uint kBvhStackSize = 64u;  // the builder's depth is at most kBvhMaxDepth
 SHARED_CONST uint kBvhMaxDepth = 60u;
 
 /// A ray as boxes see it: t of a grid plane q is q * inverse - offset. The offsets of low and high

@@ -34,6 +34,7 @@ SHARED_CONST uint kFeatureEmitterTree = 1u << 18;  // so many that they are chos
 SHARED_CONST uint kFeaturePanes = 1u << 19;  // thin smooth walls that light goes straight through
 SHARED_CONST uint kFeatureAsksVisibility = 1u << 20;  // sample reuse, of old samples
 SHARED_CONST uint kFeatureGridChanges = 1u << 21;     // a hierarchy of more than one grid
+SHARED_CONST uint kFeatureInstances = 1u << 22;       // meshes that are stored once, shown often
 
 SHARED_CONST uint kNone = 0xffffffffu;
 
@@ -149,6 +150,19 @@ struct WorldTriangle {
     uint v2;
     uint material;
 };
+
+/// Where an instance shows its prototype: rows of the matrix that takes points to the world, the
+/// translation in w.
+struct InstanceMatrix {
+    vec4 row0;
+    vec4 row1;
+    vec4 row2;
+};
+SHARED_CONST uint kInstanceMatrixWords = 3u;
+
+// Slots from here on belong to instances: instances.h. No world stores so many triangles that a
+// hierarchy could hold them.
+SHARED_CONST uint kFirstInstancedSlot = 1u << 27;
 
 // The w component of a triangle's second vertex, as fetchTriangleVertex returns it, is its material
 // with this bit set when a hit needs the alpha test.

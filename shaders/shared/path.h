@@ -153,13 +153,12 @@ SHARED_FN vec3 shadeEmission(IN(SceneView) scene, PathSettings settings, PathSta
 {
     float density = 0.0f;
     if (path.pdf > 0.0f && s.emitter != kNone && settings.strategy != kStrategyBsdf) {
-        const vec3 a = xyz(fetchTriangleVertex(scene, hit.slot, 0u));
-        const vec3 b = xyz(fetchTriangleVertex(scene, hit.slot, 1u));
-        const vec3 c = xyz(fetchTriangleVertex(scene, hit.slot, 2u));
+        const Triangle lamp = triangleInSlot(scene, hit.slot);
         const vec3 from = lastVertex(path);
         const float distance = FEATURE(kFeaturePanes) ? path.passed + hit.t : hit.t;
         density = pmfEmitterFor(scene, settings, s.emitter, from, path.departure) *
-                  pdfTriangleEmitter(a, b, c, from, path.direction, distance);
+                  pdfTriangleEmitter(xyz(lamp.v0), xyz(lamp.v1), xyz(lamp.v2), from, path.direction,
+                                     distance);
     }
     return clampIndirect(settings, path.depth,
                          emissionWeight(settings, path.pdf, density) * path.beta * emission);
@@ -290,7 +289,9 @@ SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNu
 /// Whether the triangle in a slot may be a pane somewhere.
 SHARED_FN bool mayBePane(IN(SceneView) scene, uint slot)
 {
-    const uint material = floatAsUint(fetchTriangleVertex(scene, slot, 1u).w) & ~kTriangleAlphaBit;
+    const uint stored = findTriangle(scene, slot).slot;
+    const uint material =
+        floatAsUint(fetchTriangleVertex(scene, stored, 1u).w) & ~kTriangleAlphaBit;
     return fetchMaterial(scene, material, 2u).w > 0.0f;
 }
 

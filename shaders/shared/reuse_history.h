@@ -83,10 +83,9 @@ SHARED_FN float historyTap(vec2 film, uint k, OUT(ivec2) at)
 /// A point of a triangle.
 SHARED_FN vec3 pointOfTriangle(IN(SceneView) scene, uint slot, vec2 barycentrics)
 {
-    const vec3 a = xyz(fetchTriangleVertex(scene, slot, 0u));
-    const vec3 b = xyz(fetchTriangleVertex(scene, slot, 1u));
-    const vec3 c = xyz(fetchTriangleVertex(scene, slot, 2u));
-    return a + barycentrics.x * (b - a) + barycentrics.y * (c - a);
+    const Triangle t = triangleInSlot(scene, slot);
+    const vec3 a = xyz(t.v0);
+    return a + barycentrics.x * (xyz(t.v1) - a) + barycentrics.y * (xyz(t.v2) - a);
 }
 
 /// How far from each other two first hits of neighbouring pixels may be, of which one was met in
@@ -107,12 +106,12 @@ SHARED_FN bool historyFits(IN(SceneView) scene, CameraData cameraBefore, ReusePi
 {
     position = s.position;
     if (before.slot == kNone || !(unpackHistory(before.history).nominal > 0.0f)) return false;
-    const vec3 a = xyz(fetchTriangleVertex(scene, before.slot, 0u));
-    const vec4 b = fetchTriangleVertex(scene, before.slot, 1u);
-    const vec3 e1 = xyz(b) - a;
-    const vec3 e2 = xyz(fetchTriangleVertex(scene, before.slot, 2u)) - a;
+    const Triangle t = triangleInSlot(scene, before.slot);
+    const vec3 a = xyz(t.v0);
+    const vec3 e1 = xyz(t.v1) - a;
+    const vec3 e2 = xyz(t.v2) - a;
     position = a + before.barycentrics.x * e1 + before.barycentrics.y * e2;
-    const uint material = floatAsUint(b.w) & ~kTriangleAlphaBit;
+    const uint material = floatAsUint(t.v1.w) & ~kTriangleAlphaBit;
     const vec3 n = normalize(cross(e1, e2));
     const bool behind = dot(n, towardsCamera(cameraBefore, position)) < 0.0f;
     return material == s.material && length(position - s.position) <= reach &&

@@ -184,9 +184,10 @@ SHARED_FN bool wayToPlace(IN(SceneView) scene, ReuseSample r, vec3 position, OUT
     way = unpackOct(r.place);
     if (r.slot == kNone) return false;
     const vec2 barycentrics = unpackNumbers(r.place);
-    const vec3 a = xyz(fetchTriangleVertex(scene, r.slot, 0u));
-    const vec3 e1 = xyz(fetchTriangleVertex(scene, r.slot, 1u)) - a;
-    const vec3 e2 = xyz(fetchTriangleVertex(scene, r.slot, 2u)) - a;
+    const Triangle t = triangleInSlot(scene, r.slot);
+    const vec3 a = xyz(t.v0);
+    const vec3 e1 = xyz(t.v1) - a;
+    const vec3 e2 = xyz(t.v2) - a;
     n = normalize(cross(e1, e2));
     way = a + barycentrics.x * e1 + barycentrics.y * e2 - position;
     return true;

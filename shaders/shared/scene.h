@@ -23,8 +23,8 @@
 
 SHARED_BEGIN
 
-/// Pointers into a core::World, which must outlive it. `attributes`, `extra` and `triangleEmitter`
-/// may be null.
+/// Pointers into a core::World, which must outlive it. `attributes`, `extra`, `triangleEmitter` and
+/// `instances` may be null.
 struct SceneView {
     const vec3* positions;
     const VertexAttributes* attributes;
@@ -39,6 +39,7 @@ struct SceneView {
     const uvec4* emitterTree;
     const vec4* environment;
     const float* environmentCdf;
+    const uvec4* instances;  // instances.h; may be null
 };
 
 inline float halfAsFloat(uint16_t bits)
@@ -84,6 +85,16 @@ SHARED_FN bool hasVertexAttributes(const SceneView& scene)
 SHARED_FN bool hasVertexExtra(const SceneView& scene)
 {
     return FEATURE(kFeatureVertexExtra) && scene.extra != nullptr;
+}
+
+SHARED_FN bool hasInstances(const SceneView& scene)
+{
+    return FEATURE(kFeatureInstances) && scene.instances != nullptr;
+}
+
+inline uvec4 fetchInstanceWord(const SceneView& scene, uint word)
+{
+    return scene.instances[word];
 }
 
 inline VertexAttributes fetchVertexAttributes(const SceneView& scene, uint vertex)
@@ -161,9 +172,12 @@ struct SceneView {
 
 /// Three vertex indices and the material of a triangle, by the scene's own numbering.
 uvec4 fetchTriangleIndices(SceneView scene, uint triangle);
-/// Vertex k of the triangle in a slot; w: k = 0 its index in the scene, 1 its material and alpha
-/// bit, 2 its emitter.
+/// Vertex k of the triangle in a slot, below kFirstInstancedSlot, as it is stored; w: k = 0 its
+/// index in the scene, 1 its material and alpha bit, 2 its emitter.
 vec4 fetchTriangleVertex(SceneView scene, uint slot, uint k);
+/// Whether slots can belong to instances.
+bool hasInstances(SceneView scene);
+uvec4 fetchInstanceWord(SceneView scene, uint word);
 /// Whether vertices have normals or coordinates that the features here look at.
 bool hasVertexAttributes(SceneView scene);
 /// Whether vertices have colours or second coordinates that the features here look at.

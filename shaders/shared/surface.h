@@ -6,6 +6,7 @@
 #define REKINDLE_SHARED_SURFACE_H
 
 #include "bsdf.h"
+#include "instances.h"
 #include "rng.h"
 #include "scene.h"
 #include "warp.h"
@@ -164,18 +165,17 @@ SHARED_FN vec3 ensureVisible(vec3 n, vec3 wo)
 /// Everything about the hit but its material. `direction` is that of the ray, unit.
 SHARED_FN SurfacePoint makeSurfacePoint(IN(SceneView) scene, Hit hit, vec3 direction)
 {
-    const vec4 a = fetchTriangleVertex(scene, hit.slot, 0u);
-    const vec4 b = fetchTriangleVertex(scene, hit.slot, 1u);
-    const vec4 c = fetchTriangleVertex(scene, hit.slot, 2u);
+    const StoredTriangle stored = findTriangle(scene, hit.slot);
+    const Triangle v = fetchTriangle(scene, stored);
     const vec2 w = hit.barycentrics;
     SurfacePoint s;
-    const vec3 e1 = xyz(b) - xyz(a);
-    const vec3 e2 = xyz(c) - xyz(a);
-    s.position = xyz(a) + w.x * e1 + w.y * e2;
+    const vec3 e1 = xyz(v.v1) - xyz(v.v0);
+    const vec3 e2 = xyz(v.v2) - xyz(v.v0);
+    s.position = xyz(v.v0) + w.x * e1 + w.y * e2;
     s.normal = normalize(cross(e1, e2));
-    s.triangle = floatAsUint(a.w);
-    s.material = floatAsUint(b.w) & ~kTriangleAlphaBit;
-    s.emitter = floatAsUint(c.w);
+    s.triangle = floatAsUint(v.v0.w);
+    s.material = floatAsUint(v.v1.w) & ~kTriangleAlphaBit;
+    s.emitter = floatAsUint(v.v2.w);
     s.backFace = dot(direction, s.normal) > 0.0f ? 1u : 0u;
     s.uv0 = vec2(0.0f, 0.0f);
     s.uv1 = vec2(0.0f, 0.0f);
@@ -193,11 +193,12 @@ SHARED_FN SurfacePoint makeSurfacePoint(IN(SceneView) scene, Hit hit, vec3 direc
             const vec3 ns = (1.0f - w.x - w.y) * unpackOct(va.normal) + w.x * unpackOct(vb.normal) +
                             w.y * unpackOct(vc.normal);
             const float length2 = dot(ns, ns);
-            n = length2 > 1.0e-8f ? ns * inversesqrt(length2) : n;
+            if (length2 > 1.0e-8f) n = placedNormal(scene, stored, ns * inversesqrt(length2));
         }
         if (FEATURE(kFeatureNormalMaps)) {
             tangent = unpackTangent(va.tangent) * (1.0f - w.x - w.y) +
                       unpackTangent(vb.tangent) * w.x + unpackTangent(vc.tangent) * w.y;
+            tangent = vec4(placedTangent(scene, stored, xyz(tangent)), 0.0f);
             tangent.w = unpackTangent(va.tangent).w;
         }
         if (hasVertexExtra(scene)) interpolateVertexExtra(scene, vertices, w, s.uv1, s.color);
@@ -361,11 +362,13 @@ SHARED_FN float surfaceAlpha(IN(SceneView) scene, uint triangle, vec2 barycentri
 
 /// The alpha test inside traversal: true when the surface is there for this ray. Blending is
 /// stochastic: the surface is there with probability alpha, decided by a hash of `seed` and the
-/// triangle.
-SHARED_FN bool alphaPasses(IN(SceneView) scene, uint slot, vec2 barycentrics, uint seed)
+/// triangle, which is one of the prototype of an `instance` (counted from 1; 0: of none).
+SHARED_FN bool alphaPasses(IN(SceneView) scene, uint slot, uint instance, vec2 barycentrics,
+                           uint seed)
 {
     const uint triangle = floatAsUint(fetchTriangleVertex(scene, slot, 0u).w);
-    return unitFloat(hashUint(seed ^ hashUint(triangle))) <
+    // Two instances along a ray decide apart: a factor that is odd keeps their numbers apart, too.
+    return unitFloat(hashUint(seed ^ hashUint(triangle + instance * 0x9e3779b1u))) <
            surfaceAlpha(scene, triangle, barycentrics);
 }
 

@@ -112,6 +112,7 @@ void expectSameWorld(const core::World& a, const core::World& b)
     expectSameBytes(a.extra, b.extra, "extra");
     expectSameBytes(a.triangles, b.triangles, "triangles");
     expectSameBytes(a.triangleEmitter, b.triangleEmitter, "emitters of triangles");
+    expectSameBytes(a.instanceTable, b.instanceTable, "instances");
     expectSameBytes(a.materials, b.materials, "materials");
     expectSameBytes(a.textureReferences, b.textureReferences, "texture references");
     expectSameBytes(a.texels, b.texels, "texels");

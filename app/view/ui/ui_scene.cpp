@@ -22,9 +22,13 @@ void drawDocument(const Document& document)
         document.file.empty() ? "built-in scene" : fileName(document.file.string());
     ImGui::TextUnformatted(name.c_str());
     tip(document.file.string() + "\nloaded in " + secondsText(document.loadSeconds));
-    dimText(countText(static_cast<double>(world.triangles.size())) + " triangles, " +
+    dimText(countText(static_cast<double>(core::shownTriangles(world))) + " triangles, " +
             countText(static_cast<double>(world.emitters.size())) + " emitters, " +
             std::to_string(world.materials.size()) + " materials");
+    if (!world.instances.empty())
+        tip(countText(static_cast<double>(world.triangles.size())) + " are stored: " +
+            countText(static_cast<double>(world.instances.size())) + " instances show " +
+            countText(static_cast<double>(world.prototypes.size())) + " groups of meshes.");
     if (world.emitters.empty()) {
         ImGui::TextColored(kWarningColour, "nothing emits light");
         tip("No emissive material, light, environment or sun: every picture of this scene is "

@@ -1,6 +1,6 @@
 // The traversal kernel on the device: the triangles that Embree finds (T17), nothing slips through
-// closed surfaces (T15), scenes of several scales (T34), rays that are not finite hit nothing,
-// degenerate scenes (N24). Validation is on.
+// closed surfaces (T15), scenes of several scales (T34), instances (T37), rays that are not finite
+// hit nothing, degenerate scenes (N24). Validation is on.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +11,8 @@
 #include "app/bench/bench_rays.h"
 #include "app/gpu/rays.h"
 #include "core/trace/bvh.h"
+#include "core/trace/world_bvh.h"
+#include "tests/support/instanced_scenes.h"
 #include "tests/support/meshes.h"
 
 namespace {
@@ -123,6 +125,38 @@ TEST_F(GpuTraverse, FindsWhatEmbreeFinds)
 TEST_F(GpuTraverse, SlowFindsWhatEmbreeFinds)
 {
     expectSameHitsEverywhere(1000000);
+}
+
+/// Instances, as triangles of their prototypes, where
+/// the CPU's traversal of the same tree has them.
+TEST_F(GpuTraverse, FindsInstances)
+{
+    for (const int count : {3, 50, 500}) {
+        SCOPED_TRACE(count);
+        const auto world = tests::worldOf(tests::thicket(count), core::Instancing::kept);
+        gpu::GpuRays onDevice(device(), *world, true);
+        const std::vector<DeviceRay> rays = raysThrough(*world, 20000, 5);
+        onDevice.setRays(rays);
+        onDevice.traceClosest();
+        const std::vector<DeviceHit> hits = onDevice.hits();
+        onDevice.traceAny();
+        const std::vector<DeviceHit> blocked = onDevice.hits();
+        const auto bvh = core::bvhOf(*world, {});
+        size_t unlike = 0, unlikeAny = 0, instanced = 0;
+        for (size_t i = 0; i < rays.size(); ++i) {
+            core::BvhHit cpu;
+            const bool cpuHit =
+                core::traceClosest(*bvh, world->positions, world->triangles, rays[i].origin,
+                                   rays[i].direction, 0, shared::kInfinity, cpu);
+            const bool hit = hits[i].triangle != shared::kNone;
+            unlike += hit != cpuHit || (hit && std::abs(hits[i].t - cpu.t) > 1e-5f * world->radius);
+            unlikeAny += (blocked[i].triangle == 1) != hit;
+            instanced += hit && hits[i].triangle >= core::flatTriangles(*world);
+        }
+        EXPECT_GT(instanced, rays.size() / 50);
+        EXPECT_LE(unlike, 2u);
+        EXPECT_EQ(unlikeAny, 0u);
+    }
 }
 
 /// From and to places of both scales, the small one first and most often.

@@ -12,6 +12,7 @@
 #include "core/base/check.h"
 #include "core/gltf/gltf.h"
 #include "tests/support/compare_films.h"
+#include "tests/support/instanced_scenes.h"
 #include "tests/support/stats.h"
 
 namespace {
@@ -167,6 +168,29 @@ TEST_P(RadianceMethod, FurnacesAreUniform)
             << name << ": " << means.mean() << " +- " << error;
         EXPECT_LT((6.0 + 2.6) * error, 0.02 * radiance) << name << " is underpowered";
     }
+}
+
+/// T37: a picture does not tell whether meshes are stored once.
+TEST_P(EveryMethod, InstancesLookLikeWhatTheyShow)
+{
+    tests::Thing thing;
+    thing.leaf.data.flags |= shared::kMaterialAlphaBlend;
+    thing.leaf.data.alpha = 0.6f;
+    const tests::SceneBuilder scene = tests::thicket(49, thing);
+    std::array<core::Estimate, 2> pictures;
+    for (const core::Instancing instancing : {core::Instancing::flat, core::Instancing::kept}) {
+        const auto world = tests::worldOf(scene, instancing);
+        const bool kept = instancing == core::Instancing::kept;
+        ASSERT_EQ(world->instances.size(), kept ? 49u : 0u);
+        renderer().setWorld(world, {});
+        const core::AnyParams params = independent(GetParam().method, kept ? 5 : 6);
+        pictures[kept ? 1 : 0] = render(renderer(), {world->cameras.at(0), {64, 48}, params}, 48);
+        EXPECT_TRUE(pictures[kept ? 1 : 0].counters.clean());
+    }
+    const tests::FilmComparison c = tests::compareFilms(pictures[0], pictures[1]);
+    EXPECT_TRUE(c.agree()) << c.describe();
+    EXPECT_GT(c.meanA, 0);
+    EXPECT_LT(c.detectable, 0.05) << c.describe();
 }
 
 TEST_P(EveryMethod, FirstHitsAreThoseOfTheWorldAndDoNotDisturbThePicture)

@@ -206,13 +206,12 @@ double testsOf(const Bvh& bvh, const Mesh& mesh, const std::vector<RaySegment>& 
 {
     core::TraversalCounts counts;
     for (const RaySegment& ray : rays) {
-        const shared::ShearRay shear = shared::makeShearRay(ray.origin, ray.direction);
         float tMax = ray.tMax;
-        const auto leaf = [&](uint32_t slot) {
+        const auto leaf = [&](uint32_t slot, const core::LocalRay& local) {
             const core::WorldTriangle& t = mesh.triangles[bvh.triangle(slot)];
             float distance;
             glm::vec2 barycentrics;
-            if (shared::intersectTriangle(shear, mesh.positions[t.v0], mesh.positions[t.v1],
+            if (shared::intersectTriangle(local.shear, mesh.positions[t.v0], mesh.positions[t.v1],
                                           mesh.positions[t.v2], ray.tMin, tMax, distance,
                                           barycentrics))
                 tMax = distance;
