@@ -4,12 +4,15 @@
 // shaders/shared/emitter_tree.h.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
 
 namespace core {
+
+struct World;
 
 /// Where an emitter is, where it shines and how strongly. Angles from a cone around `axis` that
 /// holds its normals: nothing is emitted farther than acos(cosEmission) from all of them.
@@ -28,5 +31,9 @@ inline constexpr size_t kMaxTreeDepth = 32;
 /// The words of the tree over at least two emitters: four for each of its size - 1 nodes, the root
 /// first, then for every emitter the ways that lead to it, four emitters to a word.
 std::vector<glm::uvec4> makeEmitterTree(std::span<const EmitterBounds> emitters);
+
+/// The same world with every emitter chosen by its power alone, to compare with; `world` itself
+/// where no emitter is chosen by place.
+std::shared_ptr<const World> chosenByPower(const std::shared_ptr<const World>& world);
 
 }  // namespace core

@@ -348,4 +348,14 @@ void collectEmitters(World& world, const Topology& topology, const Scene& scene,
         world.emitterTree = tree ? makeEmitterTree(all.bounds) : std::vector<glm::uvec4>();
 }
 
+std::shared_ptr<const World> chosenByPower(const std::shared_ptr<const World>& world)
+{
+    if (world->treeEmitters == 0) return world;
+    auto other = std::make_shared<World>(*world);
+    other->treeEmitters = 0;
+    other->emitterTree = std::vector<glm::uvec4>();
+    other->features &= ~shared::kFeatureEmitterTree;
+    return other;
+}
+
 }  // namespace core
