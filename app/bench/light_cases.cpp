@@ -6,6 +6,7 @@
 
 #include "app/base/nearest.h"
 #include "core/base/check.h"
+#include "core/scene/emitter_choice.h"
 
 namespace app::light {
 
@@ -32,13 +33,13 @@ core::AnyParams guided(const core::PathParams& common)
 constexpr std::array kStrategies{
     Strategy{"power",
              "path tracing, both ways weighted (MIS); one emitter of all is chosen by its power",
-             pathBy<core::Strategy::mis>, true, false, true},
+             pathBy<core::Strategy::mis>, Strategy::Choice::power, true},
     Strategy{"tree",
-             "the same, but that lamps are chosen by the tree of emitters for the place; only in "
-             "scenes that have lamps enough for one",
-             pathBy<core::Strategy::mis>, false, true, true},
-    Strategy{"guided", "guided paths; emitters chosen as the scene has it", guided, false, false,
-             true},
+             "the same, but that lamps are chosen by the tree of emitters for the place, whether "
+             "the scene thinks that this pays or not; only where there are lamps enough for one",
+             pathBy<core::Strategy::mis>, Strategy::Choice::tree, true},
+    Strategy{"guided", "guided paths; emitters chosen as the scene has it", guided,
+             Strategy::Choice::ofScene, true},
     Strategy{"bsdf", "light is met by following surfaces alone, without connections to emitters",
              pathBy<core::Strategy::bsdf>},
     Strategy{"light", "connections to emitters alone, chosen as the scene has it",
@@ -52,17 +53,32 @@ std::span<const Strategy> strategyTable()
     return kStrategies;
 }
 
+std::shared_ptr<const core::World> worldOf(const Strategy& strategy,
+                                           const std::shared_ptr<const core::World>& world)
+{
+    switch (strategy.choice) {
+    case Strategy::Choice::power:
+        return core::chosenByPower(world);
+    case Strategy::Choice::tree:
+        return core::chosenByPlace(world);
+    case Strategy::Choice::ofScene:
+        break;
+    }
+    return world;
+}
+
 std::vector<const Strategy*> strategiesOf(const LightBenchOptions& options,
                                           const core::World& world)
 {
     std::vector<const Strategy*> chosen;
     for (const Strategy& s : kStrategies) {
-        const bool usual = s.byTree || (s.isMain && !options.quick);
+        const bool byTree = s.choice == Strategy::Choice::tree;
+        const bool usual = byTree || (s.isMain && !options.quick);
         const bool asked = options.strategies.empty()
                                ? usual
                                : std::ranges::find(options.strategies, std::string_view(s.name)) !=
                                      options.strategies.end();
-        if (&s == kStrategies.data() || (asked && (!s.byTree || world.treeEmitters > 0)))
+        if (&s == kStrategies.data() || (asked && (!byTree || !world.emitterTree.empty())))
             chosen.push_back(&s);
     }
     return chosen;

@@ -1,6 +1,7 @@
 // What `bench light` measures: one table of ways to find light.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,16 +17,20 @@ struct Strategy {
     const char* help;  // what it is, one sentence
     /// Its parameters, from what all have in common.
     core::AnyParams (*params)(const core::PathParams& common);
-    bool byPower = false;  // emitters are chosen by power even where there is a tree
-    bool byTree = false;   // measured only where there is one
-    bool isMain = false;   // unless others are asked for
+    enum class Choice { ofScene, power, tree } choice = Choice::ofScene;  // of emitters
+    bool isMain = false;  // measured unless others are asked for
 };
 
 /// All of them; the first is `power`, which the others are compared with.
 std::span<const Strategy> strategyTable();
 
+/// The scene with its emitters chosen so.
+std::shared_ptr<const core::World> worldOf(const Strategy& strategy,
+                                           const std::shared_ptr<const core::World>& world);
+
 /// Those that are measured in a scene, in the table's order: those that are named, else the main
-/// ones, in a quick run power and tree. `power` is always among them.
+/// ones, in a quick run power and tree. `power` is always among them; `tree` where there is one,
+/// whether it pays or not.
 std::vector<const Strategy*> strategiesOf(const LightBenchOptions& options,
                                           const core::World& world);
 

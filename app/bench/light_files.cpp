@@ -71,7 +71,8 @@ Json sceneJson(const SceneResult& s)
             {"file", s.file.string()},
             {"triangles", s.triangles},
             {"emitters", s.emitters},
-            {"tree_emitters", s.treeEmitters},
+            {"has_tree", s.hasTree},
+            {"chooses_by_tree", s.choosesByTree},
             {"size", {s.size.x, s.size.y}},
             {"load_seconds", s.loadSeconds}};
 }
@@ -80,7 +81,8 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
 {
     std::string text = scene.name + ", " + std::to_string(scene.size.x) + 'x' +
                        std::to_string(scene.size.y) + ", " +
-                       report::counted(scene.emitters, "emitter") + ":\n" + padded("", 18) +
+                       report::counted(scene.emitters, "emitter") + ", chosen by " +
+                       (scene.choosesByTree ? "tree" : "power") + ":\n" + padded("", 18) +
                        "spp   seconds  x time  relMSE      trimmed     efficiency  trimmed  "
                        "mean z\n";
     for (const Row& row : scene.rows) {

@@ -11,7 +11,6 @@
 #include "app/version/system.h"
 #include "core/base/check.h"
 #include "core/base/time.h"
-#include "core/scene/emitter_tree.h"
 
 namespace app::light {
 
@@ -57,7 +56,8 @@ void Measurement::load(size_t index)
     scene_.loadSeconds = core::secondsSince(start);
     scene_.triangles = world_->triangles.size();
     scene_.emitters = world_->emitters.size();
-    scene_.treeEmitters = world_->treeEmitters;
+    scene_.hasTree = !world_->emitterTree.empty();
+    scene_.choosesByTree = world_->treeEmitters > 0;
     scene_.size = o_.size ? *o_.size : usualSize(camera);
     view_ = {camera, scene_.size, o_.params};
     cells_.clear();
@@ -65,12 +65,11 @@ void Measurement::load(size_t index)
 
 void Measurement::build()
 {
-    const auto plain = core::chosenByPower(world_);
     for (size_t device = 0; device < devices_.size(); ++device)
         for (const Strategy* strategy : strategiesOf(o_, *world_)) {
             Station s{strategy, device,
                       makeRenderer(strategy->params(o_.params).id(), devices_[device].target)};
-            s.renderer->setWorld(strategy->byPower ? plain : world_, tools_.loading);
+            s.renderer->setWorld(worldOf(*strategy, world_), tools_.loading);
             s.buildSeconds = s.renderer->stats().buildSeconds;
             stations_.push_back(std::move(s));
         }

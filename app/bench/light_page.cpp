@@ -73,7 +73,7 @@ std::vector<Curve> curvesOf(const Results& r, const SceneResult& scene, double S
         for (const Strategy& strategy : strategyTable()) {
             Curve curve{std::string(strategy.name) + ", " + r.devices[d].name,
                         std::string(kColours[d % kColours.size()]) +
-                            (strategy.byPower ? " dashed" : ""),
+                            (strategy.choice == Strategy::Choice::power ? " dashed" : ""),
                         kShapes[shape++ % kShapes.size()],
                         {}};
             for (const Row& row : scene.rows)
@@ -118,10 +118,10 @@ std::string sceneMarkup(const Results& r, const SceneResult& scene)
     for (const BenchDevice& device : r.devices)
         for (const Row& row : scene.rows)
             if (row.device == device.name) rows += tableRow(r, scene, row);
-    const std::string tree =
-        scene.treeEmitters > 0
-            ? counted(scene.treeEmitters, "lamp") + " in the tree"
-            : std::string("too few lamps for a tree: paths choose by power unless told otherwise");
+    const std::string tree = scene.choosesByTree ? "chosen by the tree unless told otherwise"
+                             : scene.hasTree ? "chosen by power unless told otherwise: the tree "
+                                               "does not promise enough here"
+                                             : "chosen by power: too few lamps for a tree";
     return paragraph(std::to_string(scene.size.x) + "×" + std::to_string(scene.size.y) + ", " +
                      std::to_string(scene.triangles) + " triangles, " +
                      counted(scene.emitters, "emitter") + ", " + tree + ". Loaded in " +

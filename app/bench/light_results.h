@@ -37,7 +37,9 @@ struct Row {
 struct SceneResult {
     std::string name;            // short, different for every scene
     std::filesystem::path file;  // as it was named
-    size_t triangles = 0, emitters = 0, treeEmitters = 0;
+    size_t triangles = 0, emitters = 0;
+    bool hasTree = false;        // lamps enough for one
+    bool choosesByTree = false;  // unless told otherwise: it pays
     glm::uvec2 size{0};
     double loadSeconds = 0;
     std::vector<Row> rows;

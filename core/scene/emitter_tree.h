@@ -4,15 +4,12 @@
 // shaders/shared/emitter_tree.h.
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
 
 namespace core {
-
-struct World;
 
 /// Where an emitter is, where it shines and how strongly. Angles from a cone around `axis` that
 /// holds its normals: nothing is emitted farther than acos(cosEmission) from all of them.
@@ -25,15 +22,10 @@ struct EmitterBounds {
     double intensity = 0;
 };
 
-/// Nodes from the root to an emitter, at most: the ways that lead to it are the bits of a word.
-inline constexpr size_t kMaxTreeDepth = 32;
+/// Nodes from the root to an emitter, at most: the ways that lead to it fit into a word.
+inline constexpr uint32_t kMaxTreeDepth = 16;
 
-/// The words of the tree over at least two emitters: four for each of its size - 1 nodes, the root
-/// first, then for every emitter the ways that lead to it, four emitters to a word.
+/// The words of the tree over at least two emitters, as shaders/shared/emitter_tree.h reads them.
 std::vector<glm::uvec4> makeEmitterTree(std::span<const EmitterBounds> emitters);
-
-/// The same world with every emitter chosen by its power alone, to compare with; `world` itself
-/// where no emitter is chosen by place.
-std::shared_ptr<const World> chosenByPower(const std::shared_ptr<const World>& world);
 
 }  // namespace core

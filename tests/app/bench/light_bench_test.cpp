@@ -12,7 +12,6 @@
 #include "app/bench/light_page.h"
 #include "app/bench/pair_error.h"
 #include "core/base/check.h"
-#include "core/scene/emitter_tree.h"
 #include "tests/support/markup.h"
 #include "tests/support/program.h"
 #include "tests/support/test_scenes.h"
@@ -83,7 +82,7 @@ TEST(LightStrategies, AreThoseThatTheSceneHas)
         EXPECT_EQ(params.as<core::PathParams>().seed, 7u);
     }
     core::World few, many;
-    many.treeEmitters = 20;
+    many.emitterTree = std::vector<glm::uvec4>(20);
     app::LightBenchOptions options;
     const auto list = [&](const core::World& world) {
         std::string text;
@@ -102,19 +101,22 @@ TEST(LightStrategies, AreThoseThatTheSceneHas)
     requireStrategies({"power", "bsdf"});
 }
 
-/// What `power` is measured with: the scene without its tree, and nothing else changed.
-TEST(LightStrategies, PowerHasNoTree)
+/// `power` and `tree` are measured in the same scene, whichever it would choose.
+TEST(LightStrategies, DifferInTheChoiceAlone)
 {
     SceneBuilder b;
     const int lamp = b.material(emitter(glm::vec3(1)));
-    for (int i = 0; i < 6; ++i) b.quad({float(i), 3, 0}, {0.5f, 0, 0}, {0, 0, 0.5f}, lamp);
-    const auto world = b.world(), plain = core::chosenByPower(world);
-    ASSERT_EQ(world->treeEmitters, 12u);
-    EXPECT_EQ(plain->treeEmitters, 0u);
-    EXPECT_TRUE(plain->emitterTree.empty());
-    EXPECT_EQ(plain->features, world->features & ~shared::kFeatureEmitterTree);
-    EXPECT_TRUE(plain->emitters.sharesWith(world->emitters));
-    EXPECT_EQ(core::chosenByPower(plain), plain);
+    for (int i = 0; i < 6; ++i)
+        b.quad({static_cast<float>(i), 3, 0}, {0.5f, 0, 0}, {0, 0, 0.5f}, lamp);
+    const auto world = b.world();
+    for (const Strategy& s : strategyTable()) {
+        const auto used = worldOf(s, world);
+        EXPECT_TRUE(used->emitters.sharesWith(world->emitters));
+        const std::string name = s.name;
+        EXPECT_EQ(used->treeEmitters, name == "power"  ? 0u
+                                      : name == "tree" ? 12u
+                                                       : world->treeEmitters);
+    }
 }
 
 /// A row whose pairs take `seconds` and have these `errors`, half of which is left when trimmed.
@@ -140,7 +142,8 @@ Results resultsOf(const std::string& scene, double gain)
     r.pairs = 2;
     SceneResult s;
     s.name = scene;
-    s.treeEmitters = s.emitters = 12;
+    s.emitters = 12;
+    s.hasTree = s.choosesByTree = true;
     s.rows = {rowOf("power", 2, {6, 10}), rowOf("tree", 4, {3 / gain, 1 / gain})};
     r.scenes.push_back(s);
     return r;
@@ -223,8 +226,9 @@ TEST_F(LightCommand, WritesAPageAndItsNumbers)
     EXPECT_EQ(json.at("command"), "bench light");
     EXPECT_EQ(json.at("interrupted"), false);
     EXPECT_EQ(json.at("devices").size(), 1u);
-    EXPECT_EQ(json.at("scenes").at(0).at("tree_emitters"), 0);
-    EXPECT_GT(json.at("scenes").at(1).at("tree_emitters"), 8);
+    EXPECT_EQ(json.at("scenes").at(0).at("has_tree"), false);
+    EXPECT_EQ(json.at("scenes").at(1).at("has_tree"), true);
+    EXPECT_EQ(json.at("scenes").at(1).at("chooses_by_tree"), true);
     // Two numbers of samples each of power and guided, and of the tree where there is one.
     std::map<std::string, int> rows;
     for (const Json& row : json.at("rows")) {
