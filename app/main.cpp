@@ -8,6 +8,7 @@
 #include "app/args/args.h"
 #include "app/bench/bench_flythrough.h"
 #include "app/bench/bench_guiding.h"
+#include "app/bench/bench_light.h"
 #include "app/bench/bench_many_lights.h"
 #include "app/bench/bench_throughput.h"
 #include "app/commands/compare.h"
@@ -45,6 +46,7 @@ struct Run {
     {
         return app::benchGuiding(o, std::cout);
     }
+    int operator()(const app::LightBenchOptions& o) const { return app::benchLight(o, std::cout); }
     int operator()(const app::LabOptions& o) const { return app::labCommand(o, std::cout); }
     int operator()(const app::ViewOptions& o) const { return app::viewCommand(o); }
     int operator()(const app::Printed& o) const

@@ -293,20 +293,23 @@ static std::vector<Subcommand> addCommands(CLI::App& root)
                                      labCommandLine(root)};
     CLI::App& bench = *root.add_subcommand(
         "bench", "measurements: bench throughput SCENE, bench flythrough SCENE... -o DIR, "
-                 "bench manylights SCENE... -o DIR, bench guiding SCENE... -o DIR");
+                 "bench manylights SCENE... -o DIR, bench guiding SCENE... -o DIR, "
+                 "bench light SCENE... -o DIR");
     bench.footer("Example: rekindle bench throughput room.glb\n"
                  "         rekindle bench flythrough room.glb -o flythrough --quick\n"
                  "         rekindle bench manylights room.glb -o manylights --quick\n"
-                 "         rekindle bench guiding room.glb -o guiding --quick");
+                 "         rekindle bench guiding room.glb -o guiding --quick\n"
+                 "         rekindle bench light room.glb -o light --quick");
     bench.require_subcommand(0, 1);
     commands.push_back(throughputCommandLine(bench));
     commands.push_back(flythroughCommandLine(bench));
     commands.push_back(manyLightsCommandLine(bench));
     commands.push_back(guidingCommandLine(bench));
+    commands.push_back(lightCommandLine(bench));
     commands.push_back({&bench, "rekindle bench MEASUREMENT [options]", []() -> Command {
                             badCommandLine(
                                 "bench: which measurement? This version has: throughput, "
-                                "flythrough, manylights, guiding");
+                                "flythrough, manylights, guiding, light");
                         }});
     root.require_subcommand(0, 1);
     commands.push_back(rootCommandLine(root));

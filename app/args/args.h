@@ -154,6 +154,21 @@ struct GuidingBenchOptions {
     bool quick = false, quiet = false;
 };
 
+/// Ways to find light beside each other: error and time by pairs of seeds.
+struct LightBenchOptions {
+    std::vector<SceneOptions> scenes;  // at least one
+    std::filesystem::path output;      // a folder
+    MeasuredDevices devices = MeasuredDevices::both;
+    int deviceIndex = -1;
+    std::optional<glm::uvec2> size;       // absent: by the camera
+    std::string camera;                   // name, index or file; empty: the scene's first
+    core::PathParams params;              // what all strategies have in common
+    std::vector<std::string> strategies;  // names; empty: the main ones
+    std::vector<uint32_t> samples;        // per pixel; ascending
+    uint32_t pairs = 0;                   // of seeds
+    bool quick = false, quiet = false;
+};
+
 /// The laboratory of sample reuse.
 struct LabOptions {
     std::filesystem::path output;  // a folder
@@ -195,9 +210,10 @@ struct Printed {
     std::string text;
 };
 
-using Command = std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions,
-                             ThroughputOptions, FlightBenchOptions, ManyLightsBenchOptions,
-                             GuidingBenchOptions, LabOptions, ViewOptions, Printed>;
+using Command =
+    std::variant<RenderOptions, CompareOptions, InfoOptions, DevicesOptions, ThroughputOptions,
+                 FlightBenchOptions, ManyLightsBenchOptions, GuidingBenchOptions, LightBenchOptions,
+                 LabOptions, ViewOptions, Printed>;
 
 /// Reads the command line. Throws core::Error with ExitCode::commandLine and one clear line.
 Command parseArguments(int argc, const char* const* argv);

@@ -189,6 +189,8 @@ Subcommand manyLightsCommandLine(CLI::App& bench);
 
 Subcommand guidingCommandLine(CLI::App& bench);
 
+Subcommand lightCommandLine(CLI::App& bench);
+
 /// Help of a command in at most 100 columns: usage, what it does, options by group, and the
 /// example.
 std::string helpText(const CLI::App& app, const std::string& usage);

@@ -1,6 +1,7 @@
 #include "app/bench/bench_scenes.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/files/load.h"
 #include "core/base/check.h"
@@ -32,6 +33,14 @@ std::shared_ptr<const core::World> loadBenchScene(const SceneOptions& options,
     for (const std::string& line : warningLines(world->warnings))
         tools.warn(options.file.string() + ": " + line);
     return world;
+}
+
+glm::uvec2 usualSize(const core::Camera& camera)
+{
+    const glm::uvec2 shape = core::sizeForWidth(camera, 1000);
+    const double aspect = double(shape.x) / shape.y;
+    const double pixels = std::abs(aspect - 1) < 0.1 ? 256 * 256 : 192 * 108;
+    return core::sizeForWidth(camera, uint32_t(std::lround(std::sqrt(pixels * aspect))));
 }
 
 std::filesystem::path referenceFile(const std::filesystem::path& folder, const std::string& scene,

@@ -21,6 +21,10 @@ std::string sceneName(const std::filesystem::path& file, const std::vector<std::
 std::shared_ptr<const core::World> loadBenchScene(const SceneOptions& options,
                                                   const BenchTools& tools);
 
+/// The size at which a scene is measured unless it is given: as many pixels as 192x108, or 256x256
+/// where the picture is about square.
+glm::uvec2 usualSize(const core::Camera& camera);
+
 /// "references/room-640x360-REST.exr" in the folder of results.
 std::filesystem::path referenceFile(const std::filesystem::path& folder, const std::string& scene,
                                     glm::uvec2 size, const std::string& rest);

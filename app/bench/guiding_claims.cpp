@@ -156,7 +156,7 @@ std::vector<Claim> claimsOf(const Results& results, const SceneResult& scene)
     std::vector<Claim> claims;
     for (const Family family : kFamilies) {
         if (family == Family::switches) continue;
-        for (const Device& device : results.devices)
+        for (const BenchDevice& device : results.devices)
             for (const uint32_t spp : results.sweep) {
                 Claim claim{family, device.name, spp, {}, {}};
                 for (const Row& row : scene.rows)

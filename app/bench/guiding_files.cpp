@@ -112,7 +112,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                        "spp   seconds    relMSE      variance  efficiency  guided %  mean z\n";
     for (const Row& row : scene.rows) {
         const Row* plain = plainOf(scene, row);
-        const Device& device = deviceOf(r, row);
+        const BenchDevice& device = deviceOf(r, row);
         const double seconds = meanOf(row, [&](const Sample& s) { return secondsOf(device, s); });
         const double share = meanOf(row, [](const Sample& s) { return s.guidedShare; });
         text += "  " + padded(row.variant + ", " + row.device, 22) +
@@ -135,7 +135,7 @@ std::string resultsJson(const Results& r)
 {
     Json scenes = Json::array(), goals = Json::array(), devices = Json::array();
     for (const SceneResult& scene : r.scenes) scenes.push_back(sceneJson(r, scene));
-    for (const Device& d : r.devices)
+    for (const BenchDevice& d : r.devices)
         devices.push_back({{"device", d.name},
                            {"words", d.words},
                            {"clock", d.onHost ? "cpu seconds" : "device time"}});

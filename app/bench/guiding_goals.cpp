@@ -43,7 +43,7 @@ Goal goalOf(const Results& r, const Demand& demand)
     goal.least = demand.least;
     for (const SceneResult& scene : r.scenes) {
         if (*demand.scene != 0 && scene.name != demand.scene) continue;
-        for (const Device& device : r.devices) {
+        for (const BenchDevice& device : r.devices) {
             if (*demand.device != 0 && device.name != demand.device) continue;
             const Row *plain = findRow(scene, "path", device.name, demand.spp),
                       *guided = findRow(scene, "guided", device.name, demand.spp);

@@ -9,7 +9,6 @@
 #include "app/bench/bench_scenes.h"
 #include "app/files/camera_file.h"
 #include "app/version/system.h"
-#include "core/base/check.h"
 
 namespace app::guiding {
 
@@ -24,22 +23,7 @@ double detailOf(const core::RenderStats& stats, std::string_view name)
     return kUnknown;
 }
 
-double meanOf(const core::Image& image)
-{
-    double sum = 0;
-    for (const float x : image.pixels) sum += static_cast<double>(x);
-    return sum / static_cast<double>(image.pixels.size());
-}
-
 }  // namespace
-
-glm::uvec2 usualSize(const core::Camera& camera)
-{
-    const glm::uvec2 shape = core::sizeForWidth(camera, 1000);
-    const double aspect = double(shape.x) / shape.y;
-    const double pixels = std::abs(aspect - 1) < 0.1 ? 256 * 256 : 192 * 108;
-    return core::sizeForWidth(camera, uint32_t(std::lround(std::sqrt(pixels * aspect))));
-}
 
 Measurement::Measurement(const GuidingBenchOptions& options, const BenchTools& tools)
     : o_(options), tools_(tools)
@@ -53,25 +37,11 @@ Measurement::Measurement(const GuidingBenchOptions& options, const BenchTools& t
     results_.samples = options.samples;
     results_.sweep = options.sweep;
     results_.quick = options.quick;
-    if (options.devices != MeasuredDevices::vulkan) open(DeviceKind::cpu);
-    if (options.devices == MeasuredDevices::cpu) return;
-    try {
-        open(DeviceKind::vulkan);
-    } catch (const core::Error& error) {
-        if (options.devices == MeasuredDevices::vulkan || error.code() != core::ExitCode::noDevice)
-            throw;
-        tools_.warn(std::string("without Vulkan: ") + error.what());
+    for (const auto& [device, target] : openDevices(o_.devices, o_.deviceIndex, tools_.warn)) {
+        results_.devices.push_back(device);
+        stations_.push_back({makeRenderer(core::PathParams::kMethod, target),
+                             makeRenderer(core::GuidedParams::kMethod, target)});
     }
-}
-
-void Measurement::open(DeviceKind kind)
-{
-    Station s{{.device = kind, .deviceIndex = o_.deviceIndex}, nullptr, nullptr};
-    s.path = makeRenderer(core::PathParams::kMethod, s.target);
-    s.guided = makeRenderer(core::GuidedParams::kMethod, s.target);
-    const std::string name(core::enumName(kind));
-    results_.devices.push_back({name, name, worksOnHost(s.target)});
-    stations_.push_back(std::move(s));
 }
 
 /// Everything that can be refused before work begins.
@@ -230,8 +200,8 @@ void Measurement::add(Cell& cell, const Picture& picture, const core::Image& pla
     row.samples.push_back(picture.sample);
     row.samples.back().relMse = alone.errors().relMse.value;
     const auto count = static_cast<double>(row.samples.size());
-    row.mean =
-        count == 1 ? meanOf(picture.image) : row.mean + (meanOf(picture.image) - row.mean) / count;
+    const double mean = pictureMean(picture.image);
+    row.mean = count == 1 ? mean : row.mean + (mean - row.mean) / count;
 }
 
 void Measurement::finishScene()

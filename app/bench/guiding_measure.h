@@ -29,7 +29,6 @@ public:
 private:
     /// A device with a renderer for each of the two methods.
     struct Station {
-        Target target;
         std::unique_ptr<core::Renderer> path, guided;
 
         core::Renderer& rendererOf(const Variant& variant) const
@@ -50,7 +49,6 @@ private:
         Sample sample;
     };
 
-    void open(DeviceKind kind);
     void load(size_t index);
     bool findReference(size_t index);
     bool warmUp();
@@ -76,9 +74,5 @@ private:
     std::vector<std::pair<std::string, core::Image>> shown_;  // by variant
     SceneResult scene_;
 };
-
-/// The size at which a scene is measured unless it is given: as many pixels as 192x108, or 256x256
-/// where the picture is about square.
-glm::uvec2 usualSize(const core::Camera& camera);
 
 }  // namespace app::guiding

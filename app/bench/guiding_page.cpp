@@ -21,7 +21,7 @@ std::string tiles(const Results& r)
 {
     std::string html;
     for (const SceneResult& scene : r.scenes)
-        for (const Device& device : r.devices) {
+        for (const BenchDevice& device : r.devices) {
             const Row *plain = findRow(scene, "path", device.name, r.samples.back()),
                       *guided = findRow(scene, "guided", device.name, r.samples.back());
             if (plain == nullptr || guided == nullptr) continue;
@@ -82,16 +82,6 @@ std::string goalsSection(const Results& r)
                                    rows));
 }
 
-std::string clockText(const Results& r)
-{
-    std::string text;
-    for (const Device& d : r.devices)
-        text += (text.empty() ? "" : "; ") + d.name + " (" + d.words + "): " +
-                (d.onHost ? "processor seconds of the program, all threads together"
-                          : "seconds by the device’s clock");
-    return text;
-}
-
 std::string methodSection(const Results& r)
 {
     return section(
@@ -109,7 +99,7 @@ std::string methodSection(const Results& r)
             "how much tiles of 8×8 pixels vary between seeds.</li>\n"
             "<li>Seconds hold everything from the first sample to the last, learning included. "
             "Efficiency counts them so — " +
-            escapeMarkup(clockText(r)) +
+            escapeMarkup(clockText(r.devices)) +
             ".</li>\n"
             "<li>Mean − path’s: how much brighter the pictures are than those of <b>path</b> with "
             "the same seeds, and z how many standard errors that is. Red is further than four, "
@@ -122,7 +112,7 @@ std::string facts(const Results& r)
 {
     std::string text =
         programText(r.version, r.commit) + " · " + r.machine + ", " + counted(r.cores, "core");
-    for (const Device& d : r.devices)
+    for (const BenchDevice& d : r.devices)
         if (d.name != "cpu") text += " · " + d.words;
     text += " · " + counted(r.seeds, "seed") + " · depth " + numberText(r.params.maxDepth);
     if (r.seconds > 0) text += " · " + shortNumber(r.seconds) + " s";

@@ -18,7 +18,7 @@ using namespace report;
 
 constexpr double kBiasScore = 4;  // standard errors that are no chance
 
-double meanSeconds(const Device& device, const Row& row)
+double meanSeconds(const BenchDevice& device, const Row& row)
 {
     return meanOf(row, [&](const Sample& s) { return secondsOf(device, s); });
 }
@@ -59,7 +59,7 @@ std::string measuredText(const Measured& m)
 std::string tableRow(const Results& r, const SceneResult& scene, const Row& row)
 {
     const Row* plain = plainOf(scene, row);
-    const Device& device = deviceOf(r, row);
+    const BenchDevice& device = deviceOf(r, row);
     const bool isPlain = plain == &row;
     const auto of = [&row](double Sample::*member) {
         return meanOf(row, [member](const Sample& s) { return s.*member; });
@@ -89,7 +89,7 @@ std::string tableRow(const Results& r, const SceneResult& scene, const Row& row)
 std::string rowsTable(const Results& r, const SceneResult& scene)
 {
     std::string rows;
-    for (const Device& device : r.devices)
+    for (const BenchDevice& device : r.devices)
         for (const Row& row : scene.rows)
             if (row.device == device.name) rows += tableRow(r, scene, row);
     return tableMarkup(

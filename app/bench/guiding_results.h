@@ -9,6 +9,7 @@
 
 #include <glm/glm.hpp>
 
+#include "app/bench/bench_devices.h"
 #include "app/bench/picture_error.h"
 #include "app/bench/spread.h"
 #include "core/methods/guided_params.h"
@@ -32,12 +33,6 @@ struct Row {
     Measured relMse{kUnknown, kUnknown};      // over the seeds
     Measured difference{kUnknown, kUnknown};  // of the pictures' mean to that of `path`
     double mean = kUnknown;                   // of the pictures
-};
-
-struct Device {
-    std::string name;    // "cpu" or "vulkan"
-    std::string words;   // what it is
-    bool onHost = true;  // the host's cores do its work: time is processor time
 };
 
 /// A picture that the page shows.
@@ -64,7 +59,7 @@ struct SceneResult {
 struct Results {
     std::string version, commit, machine;
     unsigned cores = 0;
-    std::vector<Device> devices;
+    std::vector<BenchDevice> devices;
     core::GuidedParams params;  // what all variants have in common
     uint32_t seeds = 0;
     std::vector<uint32_t> samples, sweep;
@@ -80,10 +75,7 @@ const Row* findRow(const SceneResult& scene, const std::string& variant, const s
 /// Plain path tracing on the same device with as many samples.
 const Row* plainOf(const SceneResult& scene, const Row& row);
 
-const Device& deviceOf(const Results& results, const Row& row);
-
-/// Seconds of one picture by the clock that fits the device.
-double secondsOf(const Device& device, const Sample& sample);
+const BenchDevice& deviceOf(const Results& results, const Row& row);
 
 /// Mean over the seeds.
 template <class Number> double meanOf(const Row& row, Number&& number)
@@ -93,20 +85,11 @@ template <class Number> double meanOf(const Row& row, Number&& number)
     return sum / static_cast<double>(row.samples.size());
 }
 
-/// A ratio to plain path tracing: of the means over the seeds, and between which values it lies
-/// where each seed is taken alone.
-struct Ratio {
-    double value = kUnknown, low = kUnknown, high = kUnknown;
-};
-
 /// How many times less error than `plain` at as many samples.
 Ratio varianceRatio(const Row& plain, const Row& row);
 
 /// How many times less error times seconds: what is gained in equal time.
-Ratio efficiency(const Device& device, const Row& plain, const Row& row);
-
-/// "5.8 (5.2–6.1)".
-std::string ratioText(const Ratio& ratio);
+Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row);
 
 /// How many standard errors the mean of the pictures lies from that of `path`.
 double biasScore(const Row& row);

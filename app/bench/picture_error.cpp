@@ -11,8 +11,8 @@ namespace app {
 
 namespace {
 
-constexpr uint32_t kTile = 8;            // pixels
-constexpr double kRelativeFloor = 0.01;  // as core::kRelMseFormula says
+constexpr uint32_t kTile = 8;         // pixels
+constexpr double kFireflies = 0.001;  // of the pixels
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Unbiased variance from sums over `count` values.
@@ -21,18 +21,25 @@ double varianceOf(double sum, double squares, double count)
     return std::max(0.0, (squares - sum * sum / count) / (count - 1));
 }
 
-/// Mean without the thousandth of the values that is largest, one at least.
-double trimmedMean(std::vector<double>& values)
+}  // namespace
+
+double pictureMean(const core::Image& image)
 {
-    const size_t kept = values.size() - std::max<size_t>(1, values.size() / 1000);
+    double sum = 0;
+    for (const float x : image.pixels) sum += static_cast<double>(x);
+    return sum / static_cast<double>(image.pixels.size());
+}
+
+double trimmedMean(std::vector<double>& values, double share)
+{
+    const auto dropped = static_cast<size_t>(share * static_cast<double>(values.size()));
+    const size_t kept = values.size() - std::max<size_t>(1, dropped);
     const auto end = values.begin() + static_cast<ptrdiff_t>(kept);
     std::nth_element(values.begin(), end, values.end());
     double sum = 0;
     for (auto x = values.begin(); x != end; ++x) sum += *x;
     return sum / static_cast<double>(std::max<size_t>(1, kept));
 }
-
-}  // namespace
 
 Measured quotient(const Measured& a, const Measured& b)
 {
@@ -128,7 +135,7 @@ void ErrorSum::add(const core::Image& picture)
             ofPixels.push_back(ofPixel / 3);
         }
     ++pictures_;
-    const double trimmed = trimmedMean(ofPixels);
+    const double trimmed = trimmedMean(ofPixels, kFireflies);
     trimmed_ += trimmed;
     trimmedSquares_ += trimmed * trimmed;
     mse_.add(mse);

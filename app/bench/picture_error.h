@@ -8,6 +8,8 @@
 
 namespace app {
 
+inline constexpr double kRelativeFloor = 0.01;  // as core::kRelMseFormula says
+
 /// A number and its standard error.
 struct Measured {
     double value = 0, error = 0;
@@ -29,6 +31,12 @@ struct PictureErrors {
     double variance = 0;  // between the pictures
     uint32_t pictures = 0;
 };
+
+/// Mean over pixels and channels.
+double pictureMean(const core::Image& image);
+
+/// Mean without that share of the values that is largest, one at least; reorders them.
+double trimmedMean(std::vector<double>& values, double share);
 
 /// What the noise of a reference adds to the relMSE of a picture.
 double noiseOf(const core::Image& reference, const core::Image& variance);

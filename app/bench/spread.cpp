@@ -28,4 +28,9 @@ std::string spreadText(const Spread& s)
     return middle + " (" + low + "–" + high + ")";
 }
 
+std::string ratioText(const Ratio& ratio)
+{
+    return spreadText({ratio.value, ratio.low, ratio.high, 1});
+}
+
 }  // namespace app

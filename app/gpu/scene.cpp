@@ -55,6 +55,12 @@ GpuScene::GpuScene(Device& device, const SharedLayouts& layouts, const core::Wor
     setWorld(world, progress);
 }
 
+/// The tree of emitters, nothing where it does not choose them.
+static core::SharedArray<glm::uvec4> usedTree(const core::World& world)
+{
+    return world.treeEmitters > 0 ? world.emitterTree : core::SharedArray<glm::uvec4>();
+}
+
 void GpuScene::setWorld(const core::World& world, const core::Progress& progress)
 {
     std::shared_ptr<const core::Bvh> bvh;
@@ -88,7 +94,7 @@ void GpuScene::setWorld(const core::World& world, const core::Progress& progress
     upload(shared::kBindEmitters, "the emitters", world_.emitters, world.emitters);
     upload(shared::kBindEmitterCdf, "the emitters' probabilities", world_.emitterCdf,
            world.emitterCdf);
-    upload(shared::kBindEmitterTree, "the tree of emitters", world_.emitterTree, world.emitterTree);
+    upload(shared::kBindEmitterTree, "the tree of emitters", usedTree(world_), usedTree(world));
     upload(shared::kBindEnvironment, "the environment", world_.environment, world.environment);
     upload(shared::kBindEnvironmentCdf, "the environment's probabilities", world_.environmentCdf,
            world.environmentCdf);

@@ -97,19 +97,30 @@ Bounds boundsOf(const EmitterBounds& e)
             false};
 }
 
-/// 16 bits of a cosine, rounded down, so that the cone is none too narrow; the packed axis is off
-/// by 7e-5 rad.
-uint32_t packCosine(double angle)
+/// A fraction in 16 bits, nearest or rounded down.
+uint32_t packSnorm(double x)
 {
-    const double cosine = std::cos(std::min(angle + 1e-4, pi));
-    return static_cast<uint32_t>(std::clamp((cosine + 1) * 0.5 * 65535.0 - 0.01, 0.0, 65535.0));
+    return static_cast<uint32_t>(std::lround(std::clamp(x, -1.0, 1.0) * 32767)) & 0xffffu;
 }
+uint32_t packSnormDown(double x)
+{
+    return static_cast<uint32_t>(static_cast<int>(std::floor(std::clamp(x, -1.0, 1.0) * 32767))) &
+           0xffffu;
+}
+
+uint32_t bitsOf(double x)
+{
+    return std::bit_cast<uint32_t>(static_cast<float>(x));
+}
+
+// Cones are wider by what their axes and cosines lose in 16 bits.
+constexpr double kConeSlack = 4e-4;
 
 class Builder {
 public:
     explicit Builder(std::span<const EmitterBounds> emitters)
-        : order_(emitters.size()), nodes_(4 * (emitters.size() - 1)),
-          trails_((emitters.size() + 3) / 4, glm::uvec4(0))
+        : order_(emitters.size()),
+          words_(shared::emitterTreeRoot(static_cast<uint32_t>(emitters.size())), glm::uvec4(0))
     {
         bounds_.reserve(emitters.size());
         for (const EmitterBounds& e : emitters) bounds_.push_back(boundsOf(e));
@@ -118,56 +129,94 @@ public:
 
     std::vector<glm::uvec4> build()
     {
-        split(0, static_cast<uint32_t>(order_.size()), 0, 0);
-        nodes_.insert(nodes_.end(), trails_.begin(), trails_.end());
-        return std::move(nodes_);
+        makeNode(0, static_cast<uint32_t>(order_.size()), 0, 0);
+        return std::move(words_);
     }
 
 private:
-    /// Makes the node of emitters [begin, end) of the order, at least two; returns its index.
-    uint32_t split(uint32_t begin, uint32_t end, uint32_t depth, uint32_t trail)
+    /// Emitters [begin, end) of the order.
+    struct Part {
+        uint32_t begin = 0, end = 0;
+        Bounds bounds;
+
+        uint32_t size() const { return end - begin; }
+    };
+
+    Part partOf(uint32_t begin, uint32_t end) const
     {
-        const uint32_t node = next_++;
-        const uint32_t middle = part(begin, end, depth);
-        child(4 * node, begin, middle, depth, trail);
-        child(4 * node + 2, middle, end, depth, trail | (1u << depth));
-        return node;
+        Part part{begin, end, {}};
+        for (uint32_t i = begin; i < end; ++i) part.bounds.add(bounds_[order_[i]]);
+        return part;
     }
 
-    /// Makes one child of a node, with its words from `word` on.
-    void child(uint32_t word, uint32_t begin, uint32_t end, uint32_t depth, uint32_t trail)
+    /// Makes the node of emitters [begin, end) of the order, at least two; returns where its words
+    /// begin. Whichever child is worth most to be known in parts is split, until there are four.
+    uint32_t makeNode(uint32_t begin, uint32_t end, uint32_t depth, uint32_t trail)
     {
-        Bounds all;
-        for (uint32_t i = begin; i < end; ++i) all.add(bounds_[order_[i]]);
-        uint32_t link;
-        if (end - begin == 1) {
-            const uint32_t emitter = order_[begin];
-            link = shared::kEmitterLeaf | emitter;
-            trails_[emitter / 4][static_cast<int>(emitter % 4)] = trail;
-        } else {
-            link = split(begin, end, depth + 1, trail);
+        // Halving from here on must still end within the trail's bits.
+        const bool even = end - begin > 1ull << 2 * (kMaxTreeDepth - depth - 1);
+        std::array<Part, 4> parts{partOf(begin, end)};
+        size_t count = 1;
+        for (; count < parts.size(); ++count) {
+            Part* widest = nullptr;
+            double most = -1;
+            for (size_t i = 0; i < count; ++i) {
+                const double worth = even ? parts[i].size() : cost(parts[i].bounds);
+                if (parts[i].size() < 2 || !(worth > most)) continue;
+                most = worth;
+                widest = &parts[i];
+            }
+            if (widest == nullptr) break;
+            const uint32_t first = widest->begin, last = widest->end,
+                           middle = split(first, last, even);
+            *widest = partOf(first, middle);
+            parts[count] = partOf(middle, last);
         }
-        if (all.bothFaces) link |= shared::kEmitterBothFaces;
-        pack(all, link, word);
+        const auto word = static_cast<uint32_t>(words_.size());
+        words_.resize(words_.size() + shared::kEmitterNodeWords, glm::uvec4(0));
+        for (uint32_t lane = 0; lane < count; ++lane) {
+            const uint32_t way = trail | (lane << 2 * depth);
+            pack(parts[lane].bounds, word, lane);
+            const uint32_t link = linkTo(parts[lane], depth, way);
+            words_[word + 8][static_cast<int>(lane)] = link;
+        }
+        return word;
     }
 
-    void pack(const Bounds& b, uint32_t link, uint32_t word)
+    uint32_t linkTo(const Part& part, uint32_t depth, uint32_t trail)
     {
+        if (part.size() > 1) return makeNode(part.begin, part.end, depth + 1, trail);
+        const uint32_t emitter = order_[part.begin];
+        words_[emitter / 4][static_cast<int>(emitter % 4)] = trail;
+        return shared::kEmitterLeaf | emitter;
+    }
+
+    void pack(const Bounds& b, uint32_t word, uint32_t child)
+    {
+        const auto lane = static_cast<int>(child);
         const glm::dvec3 centre = 0.5 * (b.low + b.high);
         const vec3 c(centre);
         // From the centre as stored, and outwards by more than what is lost where it is read.
         const double radius =
             glm::distance(glm::dvec3(c), b.high) * (1 + 1e-6) + 1e-7 * glm::length(centre) + 1e-20;
-        nodes_[word] = {std::bit_cast<uint32_t>(c.x), std::bit_cast<uint32_t>(c.y),
-                        std::bit_cast<uint32_t>(c.z),
-                        std::bit_cast<uint32_t>(static_cast<float>(radius))};
-        nodes_[word + 1] = {shared::packOct(vec3(b.normals.axis)),
-                            packCosine(b.normals.angle) | (packCosine(b.emission) << 16),
-                            std::bit_cast<uint32_t>(static_cast<float>(b.intensity)), link};
+        for (int k = 0; k < 3; ++k) words_[word + static_cast<uint32_t>(k)][lane] = bitsOf(c[k]);
+        words_[word + 3][lane] = bitsOf(radius);
+        const glm::dvec3& axis = b.normals.axis;
+        const uint32_t cosNormals =
+            packSnormDown(std::cos(std::min(b.normals.angle + kConeSlack, pi)));
+        const double cosine = static_cast<int16_t>(cosNormals) / 32767.0;
+        // Never zero: its sign says something.
+        const double sine = std::max(std::sqrt(std::max(1 - cosine * cosine, 0.0)), 1e-4);
+        words_[word + 4][lane] = packSnorm(axis.x) | (packSnorm(axis.y) << 16);
+        words_[word + 5][lane] = packSnorm(axis.z) | (cosNormals << 16);
+        words_[word + 6][lane] =
+            packSnorm(b.bothFaces ? -sine : sine) |
+            (packSnormDown(std::cos(std::min(b.emission + kConeSlack, pi))) << 16);
+        words_[word + 7][lane] = bitsOf(b.intensity);
     }
 
-    /// Reorders [begin, end); returns where the second child begins.
-    uint32_t part(uint32_t begin, uint32_t end, uint32_t depth)
+    /// Reorders [begin, end); returns where the second half begins, in the middle if `even`.
+    uint32_t split(uint32_t begin, uint32_t end, bool even)
     {
         const uint32_t count = end - begin, half = begin + count / 2;
         if (count == 2) return half;
@@ -176,10 +225,7 @@ private:
             low = glm::min(low, centre(order_[i]));
             high = glm::max(high, centre(order_[i]));
         }
-        // Halving from here on must still end within the trail's bits.
-        const uint32_t left = static_cast<uint32_t>(kMaxTreeDepth) - depth;
-        const bool deep = static_cast<uint32_t>(std::bit_width(count - 1)) + 1 >= left;
-        const Cut cut = deep ? Cut{} : bestCut(begin, end, low, high);
+        const Cut cut = even ? Cut{} : bestCut(begin, end, low, high);
         if (cut.axis < 0) {
             const glm::dvec3 d = high - low;
             const int axis = d.x >= d.y ? (d.x >= d.z ? 0 : 2) : (d.y >= d.z ? 1 : 2);
@@ -256,8 +302,7 @@ private:
 
     std::vector<Bounds> bounds_;
     std::vector<uint32_t> order_;
-    std::vector<glm::uvec4> nodes_, trails_;
-    uint32_t next_ = 0;
+    std::vector<glm::uvec4> words_;
 };
 
 }  // namespace

@@ -22,11 +22,10 @@ struct EmitterBounds {
     double intensity = 0;
 };
 
-/// Nodes from the root to an emitter, at most: the ways that lead to it are the bits of a word.
-inline constexpr size_t kMaxTreeDepth = 32;
+/// Nodes from the root to an emitter, at most: the ways that lead to it fit into a word.
+inline constexpr uint32_t kMaxTreeDepth = 16;
 
-/// The words of the tree over at least two emitters: four for each of its size - 1 nodes, the root
-/// first, then for every emitter the ways that lead to it, four emitters to a word.
+/// The words of the tree over at least two emitters, as shaders/shared/emitter_tree.h reads them.
 std::vector<glm::uvec4> makeEmitterTree(std::span<const EmitterBounds> emitters);
 
 }  // namespace core

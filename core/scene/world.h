@@ -92,8 +92,8 @@ struct World {
     SharedArray<glm::dmat4> movingTransforms;          // of the uses of meshes that move
     SharedArray<shared::Emitter> emitters;
     SharedArray<float> emitterCdf;        // emitters.size() + 1 values from 0 to 1
-    SharedArray<glm::uvec4> emitterTree;  // over the first treeEmitters: emitter_tree.h
-    uint32_t treeEmitters = 0;
+    SharedArray<glm::uvec4> emitterTree;  // over those with a place; empty where they are few
+    uint32_t treeEmitters = 0;  // the first so many are chosen by the tree: emitter_choice.h
     uint32_t environmentEmitter = shared::kNone, sunEmitter = shared::kNone;
     glm::vec3 boundsLow{0}, boundsHigh{0};
     float radius = 1;       // of the bounding sphere about the origin
@@ -124,11 +124,11 @@ std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, doubl
                                        const std::optional<Placement>& placement = {},
                                        Instancing instancing = Instancing::automatic);
 
-/// The same scene at another time, in the same world space and with the same forced features: equal
-/// to what makeWorld makes of it, array by array, but sharing with `world` what has not changed.
-/// Only where the pose decides which triangles there are (an instance whose scale vanishes, a
-/// triangle that loses its area or its orientation) is the scene flattened anew; materials and
-/// texels are shared even then if the same materials are used. `world` is one of makeWorld's.
+/// The same scene at another time, in the same world space, with the same forced features and
+/// choice of emitters; else equal to what makeWorld makes of it, array by array, but sharing with
+/// `world`, one of makeWorld's, what has not changed. Only where the pose decides which triangles
+/// there are (a scale that vanishes, a triangle that loses area or orientation) is the scene
+/// flattened anew; materials and texels are shared even then if the same materials are used.
 std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& world, double time);
 
 /// Whether both hold the same triangles of the same scene, in two poses.

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "core/base/check.h"
+#include "core/scene/emitter_choice.h"
 #include "core/scene/emitter_tree.h"
 #include "core/scene/light_table.h"
 #include "core/scene/world_parts.h"
@@ -341,11 +342,15 @@ void collectEmitters(World& world, const Topology& topology, const Scene& scene,
     balanceKinds(all.weights, all.nearCount());
     replaceIfChanged(world.emitterCdf, count == 0 ? std::vector<float>() : makeCdf(all.weights));
     const bool changed = replaceIfChanged(world.emitters, std::move(all.emitters));
-    const bool tree = all.nearCount() > kFewEmitters;
-    world.treeEmitters = tree ? static_cast<uint32_t>(all.nearCount()) : 0;
-    if (tree) world.features |= shared::kFeatureEmitterTree;
-    if (changed || tree == world.emitterTree.empty())
-        world.emitterTree = tree ? makeEmitterTree(all.bounds) : std::vector<glm::uvec4>();
+    const bool many = all.nearCount() > kFewEmitters;
+    if (changed || many == world.emitterTree.empty())
+        world.emitterTree = many ? makeEmitterTree(all.bounds) : std::vector<glm::uvec4>();
+    // Another pose of the same triangles has decided: kernels stay what they are.
+    const bool decided = world.topology != nullptr;
+    const bool pays =
+        many && (decided ? world.treeEmitters > 0 : treeGain(world, all.bounds) >= kTreePays);
+    world.treeEmitters = pays ? static_cast<uint32_t>(all.nearCount()) : 0;
+    if (pays) world.features |= shared::kFeatureEmitterTree;
 }
 
 }  // namespace core

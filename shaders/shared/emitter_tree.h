@@ -1,155 +1,177 @@
-// The choice of one emitter for a point by what it may bring there: a binary tree over triangles,
-// point and spot lights, descended by the ratio of its children's importance (A. Conty Estevez,
-// C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018; without the
-// splitting). Nodes are spheres. Importance is zero only where nothing can arrive, so that no light
-// is lost.
+// The choice of one emitter for a point by what it may bring there: a tree over triangles, point
+// and spot lights, descended by the ratio of its children's importance (A. Conty Estevez, C. Kulla,
+// "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018; without the splitting).
+// Nodes are spheres and have four children, whose importance the CPU finds in one go: a descent of
+// half as many steps. Importance is zero only where nothing can arrive, so that no light is lost.
 #ifndef REKINDLE_SHARED_EMITTER_TREE_H
 #define REKINDLE_SHARED_EMITTER_TREE_H
 
 #include "departure.h"
+#include "lanes.h"
 #include "layout.h"
 #include "rng.h"
 #include "scene.h"
-#include "warp.h"
 
 SHARED_BEGIN
 
-// A child of a node, as stored (packEmitterBounds in core/scene/emitter_tree.cpp):
-//   centre, radius of a sphere around the emitters | axis (packOct), cosines, intensity, link.
-// Cosines: in 2 x 16 bits, of the half angle of a cone around axis that holds all normals, and of
-// the angle to a normal beyond which nothing is emitted.
-SHARED_CONST uint kEmitterLeaf = 0x80000000u;       // of a link: to an emitter, not to a node
-SHARED_CONST uint kEmitterBothFaces = 0x40000000u;  // of a link: emission is to both sides of axis
-SHARED_CONST uint kEmitterIndex = 0x3fffffffu;
-SHARED_CONST uint kEmitterNodeWords = 4u;  // two children
+// The words of the tree: for every emitter the ways that lead to it, four emitters to a word, two
+// bits for each step, the first the lowest; then the nodes, the root first. A node's words are
+// properties of its four children:
+//   x, y, z of the centre, radius of a sphere around the emitters; of a cone that holds all normals
+//   the axis in three fractions of 16 bits, and cosine and sine of its half angle, the sine
+//   negative where emission is to both sides of the axis; the cosine of the angle to a normal
+//   beyond which nothing is emitted; intensity, which is 0 where there is no child; link.
+SHARED_CONST uint kEmitterLeaf = 0x80000000u;  // of a link: to an emitter, not to a node's words
+SHARED_CONST uint kEmitterIndex = 0x7fffffffu;
+SHARED_CONST uint kEmitterNodeWords = 9u;
 
-/// Two 16-bit cosines of a word, both rounded so that cones hold what they shall hold.
-SHARED_FN vec2 unpackCosines(uint word)
+/// Where the root is.
+SHARED_FN uint emitterTreeRoot(uint treeEmitters)
 {
-    return vec2(float(word & 0xffffu), float(word >> 16u)) * (2.0f / 65535.0f) - vec2(1.0f);
+    return (treeEmitters + 3u) / 4u;
 }
 
-/// Cosine of the angle a - b, or 1 where b is larger.
-SHARED_FN float cosineOfRest(float cosA, float sinA, float cosB, float sinB)
-{
-    return cosA >= cosB ? 1.0f : cosA * cosB + sinA * sinB;
-}
+// The normal is known to 1e-3 rad, and the sphere to rounding.
+SHARED_CONST float kHorizonSlack = 2.0e-3f;
+// Cosines of 16 bits, and what they make.
+SHARED_CONST float kReachSlack = 2.0e-4f;
 
-SHARED_FN float sineOf(float cosine)
+/// What the cosine of an angle may be taken for whose cosine at the centre is `c`, when the angle
+/// may be smaller by one whose sine is `spread`: the mean of c and of a bound.
+SHARED_FN Lanes meanCosine(Lanes c, Lanes spread)
 {
-    return sqrt(max(1.0f - cosine * cosine, 0.0f));
+    return 0.5f * (lanesMax(c, lanesOf(0.0f)) +
+                   lanesMax(lanesMin(c + spread, lanesOf(1.0f)), lanesOf(kHorizonSlack)));
 }
 
 // Random numbers are multiples of kUnitGrain; a branch is taken by no coarser ones.
 SHARED_CONST float kUnitGrain = 5.9604644775390625e-8f;  // 2^-24
 SHARED_CONST float kCoarseGrain = 3.814697265625e-6f;    // 2^-18
 
-// The normal is known to 1e-3 rad, and the sphere to rounding.
-SHARED_CONST float kHorizonSlack = 2.0e-3f;
-
-/// What the emitters of a child are thought to bring to p, on the side of `normal` if `oneSided`; 0
-/// only where they can bring nothing. Bounds alone would make much of what is near, whatever its
-/// turn: the cosines are means of the bound and of the centre's, and distances shrink to a part of
-/// the radius. Measured among 60,000 lamps (sponza-lanterns): bounds and the whole radius have 4.5
-/// times the variance.
-SHARED_FN float emitterImportance(uvec4 sphere, uvec4 cone, vec3 p, bool oneSided, vec3 normal)
+/// What the emitters of each child of the node at `word` are thought to bring to p, on the side of
+/// `normal` if `oneSided`; 0 only where they can bring nothing. Bounds alone would make much of
+/// what is near, whatever its turn: the cosines are means of the bound and of the centre's, and
+/// distances shrink to a part of the radius. Measured among 60,000 lamps (sponza-lanterns): bounds
+/// and the whole radius have 4.5 times the variance.
+SHARED_FN Lanes emitterImportance(IN(SceneView) scene, uint word, vec3 p, bool oneSided,
+                                  vec3 normal)
 {
-    const vec3 way = uintBitsToFloat(uvec3(sphere.x, sphere.y, sphere.z)) - p;
-    const float radius = uintBitsToFloat(sphere.w);
-    const float square = max(dot(way, way), 1.0e-30f);
-    const float radius2 = radius * radius;
-    const float strength = uintBitsToFloat(cone.z) / max(square, 0.15f * radius2);
-    if (square <= radius2) return strength;
-    const float inverse = 1.0f / sqrt(square);
-    const float sinB = radius * inverse;
-    const float cosB = sineOf(sinB);
-    float facing = 1.0f;
+    const Lanes x = lanesAsFloat(fetchEmitterTree(scene, word)) - p.x;
+    const Lanes y = lanesAsFloat(fetchEmitterTree(scene, word + 1u)) - p.y;
+    const Lanes z = lanesAsFloat(fetchEmitterTree(scene, word + 2u)) - p.z;
+    const Lanes radius = lanesAsFloat(fetchEmitterTree(scene, word + 3u));
+    const uvec4 axisXy = fetchEmitterTree(scene, word + 4u);
+    const uvec4 axisZCos = fetchEmitterTree(scene, word + 5u);
+    const uvec4 sinEmission = fetchEmitterTree(scene, word + 6u);
+    const Lanes intensity = lanesAsFloat(fetchEmitterTree(scene, word + 7u));
+
+    const Lanes radius2 = radius * radius;
+    const Lanes square = x * x + y * y + z * z;
+    const Lanes inverse2 = 1.0f / lanesMax(lanesMax(square, 0.15f * radius2), lanesOf(1.0e-30f));
+    const Lanes inverse = lanesSqrt(inverse2);
+    const Lanes strength = intensity * inverse2;
+    // The sphere as p sees it, from outside.
+    const Lanes sinB = lanesMin(radius * inverse, lanesOf(1.0f));
+    const Lanes cosB = lanesSqrt(lanesMax(1.0f - radius2 * inverse2, lanesOf(0.0f)));
+
+    // The cone of the normals, wider by the sphere: half its angle is D.
+    const Lanes cosO = lanesHighSnorm(axisZCos);
+    const Lanes signedSinO = lanesLowSnorm(sinEmission);
+    const Lanes sinO = lanesMax(signedSinO, -signedSinO);
+    const Lanes cosD = cosO * cosB - sinO * sinB;
+    const Lanes sinD = sinO * cosB + cosO * sinB;
+    // What lies farther from the axis than D and E together gets nothing.
+    const Lanes cosE = lanesHighSnorm(sinEmission);
+    const Lanes sinE = lanesSqrt(lanesMax(1.0f - cosE * cosE, lanesOf(0.0f)));
+    const Lanes cosReach = cosD * cosE - sinD * sinE;
+    const Lanes sinReach = lanesMin(sinD, sinD * cosE + cosD * sinE);
+    Lanes c =
+        -(lanesLowSnorm(axisXy) * x + lanesHighSnorm(axisXy) * y + lanesLowSnorm(axisZCos) * z) *
+        inverse;
+    c = lanesIfLess(signedSinO, lanesOf(0.0f), lanesMax(c, -c), c);
+    // Bounds without roots, which take long: c + sin D is 0 where cos(acos c - D) is, and near it
+    // between; beyond a right angle a line from the cone's edge to its far side.
+    Lanes spread = lanesIfLess(lanesOf(0.0f), cosD, sinD, 1.0f - cosD);
+    spread = lanesIfLess(sinD, lanesOf(0.0f), lanesOf(2.0f), spread);
+    Lanes seen = meanCosine(c, spread);
+    seen = lanesIfLess(cosReach - kReachSlack, c, seen,
+                       lanesIfLess(sinReach, lanesOf(0.0f), seen, lanesOf(0.0f)));
     if (oneSided) {
-        const float c = dot(normal, way) * inverse;
-        const float bound = cosineOfRest(c, sineOf(c), cosB, sinB) + kHorizonSlack;
-        if (!(bound > 0.0f)) return 0.0f;
-        facing = 0.5f * (max(c, 0.0f) + bound);
+        const Lanes facing = (normal.x * x + normal.y * y + normal.z * z) * inverse;
+        const Lanes beyond = sinB + kHorizonSlack;
+        seen *= lanesIfLess(-beyond, facing, meanCosine(facing, beyond), lanesOf(0.0f));
     }
-    const vec2 cosines = unpackCosines(cone.y);
-    float c = -dot(unpackOct(cone.x), way) * inverse;
-    if ((cone.w & kEmitterBothFaces) != 0u) c = abs(c);
-    float bound = cosineOfRest(c, sineOf(c), cosines.x, sineOf(cosines.x));
-    bound = cosineOfRest(bound, sineOf(bound), cosB, sinB);
-    if (bound <= cosines.y) return 0.0f;
-    const float leaving = 0.5f * (max(c, 0.0f) + max(bound, kHorizonSlack));
-    return strength * facing * leaving;
+    return lanesIfLess(radius2, square, strength * seen, strength);
 }
 
-/// Probability of a node's first child; negative where neither can bring anything.
-SHARED_FN float firstChildPmf(IN(SceneView) scene, uint node, vec3 p, bool oneSided, vec3 normal,
-                              OUT(uvec2) links)
+/// Chooses one of four by their weights and stretches u to what is left of it; `chance` 0 where no
+/// weight is positive. Without branches, which nobody could foresee.
+SHARED_FN uint chooseLane(Lanes weights, INOUT(float) u, OUT(float) chance)
 {
-    const uint word = kEmitterNodeWords * node;
-    const uvec4 coneA = fetchEmitterTree(scene, word + 1u);
-    const uvec4 coneB = fetchEmitterTree(scene, word + 3u);
-    links = uvec2(coneA.w, coneB.w);
-    const float a = emitterImportance(fetchEmitterTree(scene, word), coneA, p, oneSided, normal);
-    const float b =
-        emitterImportance(fetchEmitterTree(scene, word + 2u), coneB, p, oneSided, normal);
-    return a + b > 0.0f ? a / (a + b) : -1.0f;
+    const float b = weights[0];
+    const float c = b + weights[1];
+    const float d = c + weights[2];
+    const float total = d + weights[3];
+    const float x = u * total;
+    uint lane = uint(x >= b) + uint(x >= c) + uint(x >= d);
+    // Rounding may lead past the last that has a weight.
+    while (lane > 0u && !(weights[LANE(lane)] > 0.0f)) lane -= 1u;
+    const Lanes starts = lanesOf(0.0f, b, c, d);
+    const float weight = weights[LANE(lane)];
+    u = min((x - starts[LANE(lane)]) / weight, kOneMinusEpsilon);
+    chance = total > 0.0f ? weight / total : 0.0f;
+    return lane;
 }
 
 /// The emitter that u leads to, for a point p and a `departure` from it; pmf 0 where none can bring
 /// anything.
-SHARED_FN uint chooseInTree(IN(SceneView) scene, vec3 p, uint departure, float u, OUT(float) pmf)
+SHARED_FN uint chooseInTree(IN(SceneView) scene, uint treeEmitters, vec3 p, uint departure, float u,
+                            OUT(float) pmf)
 {
     vec3 normal;
     const bool oneSided = unpackReceiver(departure, normal);
-    uint node = 0u;
+    uint word = emitterTreeRoot(treeEmitters);
     uint fresh = floatBitsToUint(u);
     float grain = kUnitGrain;  // what u is a multiple of, stretched
     pmf = 1.0f;
     while (true) {
-        uvec2 links;
-        const float a = firstChildPmf(scene, node, p, oneSided, normal, links);
-        if (a < 0.0f) {
-            pmf = 0.0f;
-            return 0u;
-        }
-        const bool first = u < a;
-        const float chance = first ? a : 1.0f - a;
-        u = first ? u / a : (u - a) / chance;
+        float chance;
+        const Lanes weights = emitterImportance(scene, word, p, oneSided, normal);
+        const uint lane = chooseLane(weights, u, chance);
         pmf *= chance;
-        const uint link = first ? links.x : links.y;
+        if (!(chance > 0.0f)) return 0u;
+        const uint link = fetchEmitterTree(scene, word + 8u)[LANE(lane)];
         if ((link & kEmitterLeaf) != 0u) return link & kEmitterIndex;
-        node = link & kEmitterIndex;
+        word = link;
         // Stretched over and over, u runs out of bits: new ones fill the gaps.
         grain /= chance;
         if (grain > kCoarseGrain) {
-            fresh = hashUint(fresh + node);
-            u += grain * unitFloat(fresh);
+            fresh = hashUint(fresh + word);
+            u = min(u + grain * unitFloat(fresh), kOneMinusEpsilon);
             grain = kUnitGrain;
         }
-        u = min(u, kOneMinusEpsilon);
     }
 }
 
-/// Probability with which chooseInTree returns `emitter`; its bits are the ways of `trail`, the
-/// first the lowest.
+/// Probability with which chooseInTree returns `emitter`.
 SHARED_FN float pmfInTree(IN(SceneView) scene, uint treeEmitters, uint emitter, vec3 p,
                           uint departure)
 {
     vec3 normal;
     const bool oneSided = unpackReceiver(departure, normal);
-    const uint trails = kEmitterNodeWords * (treeEmitters - 1u);
-    uint trail = fetchEmitterTree(scene, trails + emitter / 4u)[emitter % 4u];
-    uint node = 0u;
+    uint trail = fetchEmitterTree(scene, emitter / 4u)[LANE(emitter % 4u)];
+    uint word = emitterTreeRoot(treeEmitters);
     float pmf = 1.0f;
     while (true) {
-        uvec2 links;
-        const float a = firstChildPmf(scene, node, p, oneSided, normal, links);
-        if (a < 0.0f) return 0.0f;
-        const bool first = (trail & 1u) == 0u;
-        pmf *= first ? a : 1.0f - a;
-        const uint link = first ? links.x : links.y;
+        const Lanes weights = emitterImportance(scene, word, p, oneSided, normal);
+        const float total = ((weights[0] + weights[1]) + weights[2]) + weights[3];
+        const uint lane = trail & 3u;
+        if (!(weights[lane] > 0.0f)) return 0.0f;
+        pmf *= weights[lane] / total;
+        const uint link = fetchEmitterTree(scene, word + 8u)[LANE(lane)];
         if ((link & kEmitterLeaf) != 0u) return pmf;
-        node = link & kEmitterIndex;
-        trail >>= 1u;
+        word = link;
+        trail >>= 2u;
     }
 }
 

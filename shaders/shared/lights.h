@@ -59,7 +59,8 @@ SHARED_FN uint chooseEmitterFor(IN(SceneView) scene, PathSettings settings, vec3
     const float near = fetchEmitterCdf(scene, settings.treeEmitters);
     if (u >= near)
         return invertEmitterCdf(scene, settings.treeEmitters, settings.emitterCount, u, pmf);
-    const uint emitter = chooseInTree(scene, p, departure, min(u / near, kOneMinusEpsilon), pmf);
+    const uint emitter = chooseInTree(scene, settings.treeEmitters, p, departure,
+                                      min(u / near, kOneMinusEpsilon), pmf);
     pmf *= near;
     return emitter;
 }

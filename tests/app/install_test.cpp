@@ -104,7 +104,8 @@ TEST_F(Install, ManualNamesEveryCommandAndOption)
                                    {"bench", "throughput"},
                                    {"bench", "flythrough"},
                                    {"bench", "manylights"},
-                                   {"bench", "guiding"}}) {
+                                   {"bench", "guiding"},
+                                   {"bench", "light"}}) {
         std::string title = "COMMAND";
         for (const std::string& word : command) title += ' ' + word;
         const size_t begin = manual.find(".SH \"" + title + '"');

@@ -100,7 +100,8 @@ TEST(Args, HelpFitsInAHundredColumns)
                                   {"bench", "throughput", "--help"},
                                   {"bench", "flythrough", "--help"},
                                   {"bench", "manylights", "--help"},
-                                  {"bench", "guiding", "--help"}}) {
+                                  {"bench", "guiding", "--help"},
+                                  {"bench", "light", "--help"}}) {
         const std::string text = std::get<app::Printed>(parse(arguments)).text;
         EXPECT_TRUE(contains(text, "Usage: rekindle"));
         EXPECT_TRUE(contains(text, "Example: rekindle"));
@@ -162,6 +163,7 @@ TEST(Args, MistypedNamesGetTheNearestOne)
     EXPECT_TRUE(contains(refusal({"bench", "flytrough", "a.gltf"}), "did you mean flythrough?"));
     EXPECT_TRUE(contains(refusal({"bench", "manylight", "a.gltf"}), "did you mean manylights?"));
     EXPECT_TRUE(contains(refusal({"bench", "guidng", "a.gltf"}), "did you mean guiding?"));
+    EXPECT_TRUE(contains(refusal({"bench", "ligth", "a.gltf"}), "did you mean light?"));
     EXPECT_TRUE(contains(refusal({"render", "a.gltf", "--zzzzzzzz"}), "unknown option --zzzzzzzz"));
     EXPECT_FALSE(contains(refusal({"render", "a.gltf", "--zzzzzzzz"}), "did you mean"));
 }
@@ -223,6 +225,35 @@ TEST(Args, GuidingIsMeasuredAsItIsAsked)
     EXPECT_EQ(other.devices, app::MeasuredDevices::vulkan);
     EXPECT_LT(guiding({"--quick"}).referenceSpp, 1024u);
     EXPECT_LT(guiding({"--quick"}).seeds, 3u);
+}
+
+TEST(Args, LightIsMeasuredAsItIsAsked)
+{
+    const auto light = [](std::initializer_list<const char*> more) {
+        std::vector<const char*> arguments{"rekindle", "bench", "light", "a.gltf",
+                                           "b.gltf",   "-o",    "x"};
+        arguments.insert(arguments.end(), more);
+        return std::get<app::LightBenchOptions>(
+            app::parseArguments(static_cast<int>(arguments.size()), arguments.data()));
+    };
+    const app::LightBenchOptions usual = light({});
+    EXPECT_EQ(usual.scenes.size(), 2u);
+    EXPECT_EQ(usual.devices, app::MeasuredDevices::both);
+    EXPECT_EQ(usual.samples, (std::vector<uint32_t>{16, 64}));
+    EXPECT_EQ(usual.pairs, 3u);
+    EXPECT_TRUE(usual.strategies.empty());
+    EXPECT_EQ(usual.params, core::PathParams{});
+    const app::LightBenchOptions quick = light({"--quick"});
+    EXPECT_EQ(quick.samples, (std::vector<uint32_t>{8}));
+    EXPECT_EQ(quick.pairs, 2u);
+    const app::LightBenchOptions other =
+        light({"--quick", "--samples", "32,4,32", "--pairs", "5", "--strategies", "tree,bsdf",
+               "--max-depth", "3", "--device", "vulkan"});
+    EXPECT_EQ(other.samples, (std::vector<uint32_t>{4, 32}));
+    EXPECT_EQ(other.pairs, 5u);
+    EXPECT_EQ(other.strategies, (std::vector<std::string>{"tree", "bsdf"}));
+    EXPECT_EQ(other.params.maxDepth, 3u);
+    EXPECT_EQ(other.devices, app::MeasuredDevices::vulkan);
 }
 
 app::ViewOptions view(std::initializer_list<const char*> arguments)

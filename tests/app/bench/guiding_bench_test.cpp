@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 
+#include "app/bench/bench_scenes.h"
 #include "app/bench/guiding_cases.h"
 #include "app/bench/guiding_claims.h"
 #include "app/bench/guiding_files.h"
@@ -21,7 +22,7 @@ namespace {
 
 using namespace tests;
 using namespace app::guiding;
-using app::kUnknown, app::TileSums;
+using app::kUnknown, app::Ratio, app::TileSums, app::usualSize;
 
 TEST(GuidingVariants, ChangeOneThingEach)
 {

@@ -7,6 +7,7 @@
 #include "app/gpu/methods/path.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
+#include "core/scene/emitter_choice.h"
 #include "tests/support/compare_films.h"
 #include "tests/support/test_scenes.h"
 
@@ -200,7 +201,7 @@ TEST_F(GpuPathAlone, LampsBehindWallsAgreeWithCpu)
     b.light(light, node);
     b.constantEnvironment(glm::vec3(0.2f));
     b.camera({0, 0.8, 3}, {0, 0.3, 0}, 0.8);
-    const auto world = b.world();
+    const auto world = core::chosenByPlace(b.world());
     ASSERT_GT(world->treeEmitters, 0u);
     ASSERT_NE(world->features & shared::kFeaturePanes, 0u);
     for (const core::Kernel kernel : {core::Kernel::wavefront, core::Kernel::megakernel}) {

@@ -1,11 +1,13 @@
 // T31: emitters are chosen from the tree exactly as often as is stated, and none is left out that
 // could bring anything.
+#include <array>
 #include <bit>
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "core/scene/emitter_choice.h"
 #include "core/scene/emitter_tree.h"
 #include "core/trace/scene_view.h"
 #include "shared/lights.h"
@@ -51,6 +53,41 @@ SceneBuilder manyLamps()
     return b;
 }
 
+/// Each of four as often as its weight says, none without weight, and what is left of the random
+/// number is uniform; also where rounding leads to the end.
+TEST(EmitterTree, LanesAreChosenByTheirWeights)
+{
+    std::mt19937 random(13);
+    std::uniform_real_distribution<float> unit(0, 1);
+    for (int k = 0; k < 2000; ++k) {
+        shared::Lanes weights{};
+        float total = 0;
+        for (int i = 0; i < 4; ++i) {
+            if (random() % 3 != 0) weights[i] = std::exp(20 * unit(random) - 10);
+            total += weights[i];
+        }
+        std::array<double, 4> share{};
+        constexpr int kSteps = 512;
+        for (int i = 0; i <= kSteps; ++i) {
+            // The last is the largest random number there is.
+            float u = i < kSteps ? (static_cast<float>(i) + 0.5f) / kSteps : 1 - 0x1p-24f, chance;
+            const uint32_t lane = shared::chooseLane(weights, u, chance);
+            if (total == 0) {
+                ASSERT_EQ(chance, 0);
+                continue;
+            }
+            ASSERT_LT(lane, 4u);
+            const float weight = weights[static_cast<int>(lane)];
+            ASSERT_GT(weight, 0);
+            ASSERT_FLOAT_EQ(chance, weight / total);
+            ASSERT_TRUE(u >= 0 && u < 1) << u;
+            if (i < kSteps) share[lane] += 1.0 / kSteps;
+        }
+        for (int i = 0; i < 4 && total > 0; ++i)
+            ASSERT_NEAR(share[static_cast<size_t>(i)], weights[i] / total, 1.01 / kSteps);
+    }
+}
+
 struct Place {
     glm::vec3 position, normal;
     uint32_t departure;
@@ -79,7 +116,7 @@ float unitOf(std::mt19937& random)
 
 TEST(EmitterTree, EmittersAreChosenByTheirProbability)
 {
-    const auto world = manyLamps().world();
+    const auto world = core::chosenByPlace(manyLamps().world());
     ASSERT_EQ(world->treeEmitters, 2u * kLamps + 10);
     const shared::SceneView scene = core::sceneView(*world);
     const shared::PathSettings settings = core::worldSettings(*world);
@@ -117,7 +154,7 @@ TEST(EmitterTree, EmittersAreChosenByTheirProbability)
 
 TEST(EmitterTree, NothingThatShinesHereIsLeftOut)
 {
-    const auto world = manyLamps().world();
+    const auto world = core::chosenByPlace(manyLamps().world());
     const shared::SceneView scene = core::sceneView(*world);
     const shared::PathSettings settings = core::worldSettings(*world);
     std::mt19937 random(7);
@@ -148,7 +185,7 @@ TEST(EmitterTree, SameMeanLessNoise)
         const int lamp = b.material(emitter(glm::vec3(static_cast<float>(1 + i % 3))));
         b.quad({x, 4, 2}, {0, 0, 0.4f}, {-0.4f, 0, 0}, lamp);  // shines down
     }
-    const auto world = b.world();
+    const auto world = core::chosenByPlace(b.world());
     const float high = world->positions[0].y, scale = static_cast<float>(world->placement.scale);
     const shared::SceneView scene = core::sceneView(*world);
     shared::PathSettings byPlace = core::worldSettings(*world), byPower = byPlace;
@@ -177,7 +214,7 @@ TEST(EmitterTree, SameMeanLessNoise)
     EXPECT_LT(place.variance(), 0.05 * power.variance());
 }
 
-/// Chains, heaps on one spot and large numbers end in trails of 32 ways that lead to each emitter.
+/// Chains, heaps on one spot and large numbers end in trails of 16 ways that lead to each emitter.
 TEST(EmitterTree, EveryEmitterHasAWay)
 {
     for (const int shape : {0, 1, 2}) {
@@ -194,19 +231,18 @@ TEST(EmitterTree, EveryEmitterHasAWay)
             emitters.push_back(e);
         }
         const std::vector<glm::uvec4> words = core::makeEmitterTree(emitters);
-        const auto nodes = static_cast<size_t>(count - 1) * shared::kEmitterNodeWords;
-        ASSERT_EQ(words.size(), nodes + (emitters.size() + 3) / 4);
+        const uint32_t root = shared::emitterTreeRoot(static_cast<uint32_t>(count));
+        ASSERT_EQ((words.size() - root) % shared::kEmitterNodeWords, 0u);
         for (uint32_t i = 0; i < emitters.size(); ++i) {
-            uint32_t trail = words[nodes + i / 4][static_cast<int>(i % 4)], node = 0, depth = 0;
-            while (true) {
+            uint32_t trail = words[i / 4][static_cast<int>(i % 4)], link = root, depth = 0;
+            do {
                 ASSERT_LT(depth++, core::kMaxTreeDepth);
-                const uint32_t link = words[4 * node + 1 + 2 * (trail & 1u)].w;
-                trail >>= 1;
-                node = link & shared::kEmitterIndex;
-                if ((link & shared::kEmitterLeaf) != 0) break;
-                ASSERT_LT(4 * node, nodes);
-            }
-            ASSERT_EQ(node, i) << "shape " << shape;
+                ASSERT_LT(link, words.size());
+                link = words[link + 8][static_cast<int>(trail & 3u)];
+                trail >>= 2;
+            } while ((link & shared::kEmitterLeaf) == 0);
+            ASSERT_EQ(link & shared::kEmitterIndex, i) << "shape " << shape;
+            EXPECT_EQ(trail, 0u);
         }
     }
 }

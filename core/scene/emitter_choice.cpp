@@ -1,0 +1,191 @@
+// See emitter_choice.h.
+#include "core/scene/emitter_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/base/check.h"
+#include "core/base/pcg32.h"
+#include "core/scene/emitter_tree.h"
+#include "core/scene/world.h"
+#include "shared/lights.h"
+
+namespace core {
+
+namespace {
+
+constexpr int kPlaces = 512, kConnections = 16;  // of each way at a place
+constexpr double kUnnoticed = 0.01;              // of the light: a deviation that small is none
+
+struct Place {
+    glm::vec3 position, normal;
+};
+
+float unit(Pcg32& random)
+{
+    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
+}
+
+bool isHeads(Pcg32& random)
+{
+    return (random.bits() >> 31) != 0;
+}
+
+/// Draws places of a world.
+class Places {
+public:
+    explicit Places(const World& world) : world_(world)
+    {
+        areas_.reserve(world.triangles.size());
+        double sum = 0;
+        for (size_t i = 0; i < world.triangles.size(); ++i) {
+            if (!shines(i)) sum += glm::length(twiceArea(i));
+            areas_.push_back(sum);
+        }
+    }
+
+    bool empty() const { return areas_.empty() || !(areas_.back() > 0); }
+
+    Place draw(Pcg32& random) const
+    {
+        size_t triangle;
+        if (isHeads(random)) {
+            const double area = random() * areas_.back();
+            triangle = static_cast<size_t>(std::ranges::upper_bound(areas_, area) - areas_.begin());
+        } else {
+            do triangle = static_cast<size_t>(random() * static_cast<double>(areas_.size()));
+            while (shines(triangle));
+        }
+        const WorldTriangle& t = world_.triangles[triangle];
+        const float root = std::sqrt(unit(random)), along = unit(random);
+        Place place;
+        place.position =
+            (1 - root) * world_.positions[t.v0] +
+            root * ((1 - along) * world_.positions[t.v1] + along * world_.positions[t.v2]);
+        place.normal = glm::vec3(glm::normalize(twiceArea(triangle)));
+        if (isHeads(random)) place.normal = -place.normal;
+        return place;
+    }
+
+private:
+    bool shines(size_t triangle) const
+    {
+        return !world_.triangleEmitter.empty() && world_.triangleEmitter[triangle] != shared::kNone;
+    }
+
+    glm::dvec3 twiceArea(size_t triangle) const
+    {
+        const WorldTriangle& t = world_.triangles[triangle];
+        const glm::dvec3 a(world_.positions[t.v0]), b(world_.positions[t.v1]),
+            c(world_.positions[t.v2]);
+        return glm::cross(b - a, c - a);
+    }
+
+    const World& world_;
+    std::vector<double> areas_;  // running sums, nothing for what shines
+};
+
+/// What a connection brings from an emitter to a place, with probability `pmf` of that emitter;
+/// textures as their mean.
+double contribution(const shared::Emitter& e, const EmitterBounds& bounds, const Place& place,
+                    double pmf, glm::vec2 u)
+{
+    shared::EmitterSample s;
+    const bool isTriangle = (e.kind & 0xffu) == shared::kEmitterTriangle;
+    const bool found = isTriangle ? shared::sampleTriangleEmitter(e, place.position, u, s)
+                                  : shared::samplePunctual(e, place.position, s);
+    const auto cosine = static_cast<double>(glm::dot(s.wi, place.normal));
+    if (!found || !(cosine > 0)) return 0;
+    if (!isTriangle) return cosine * static_cast<double>(shared::luminance(s.radiance)) / pmf;
+    const double area = 0.5 * glm::length(glm::cross(glm::dvec3(e.b - e.a), glm::dvec3(e.c - e.a)));
+    const double density = pmf * static_cast<double>(s.pdf), other = cosine / shared::kPi;
+    const double weight = density * density / (density * density + other * other);
+    return cosine * bounds.intensity / area * weight / density;
+}
+
+/// Sums over the connections of one way at one place.
+struct Connections {
+    double sum = 0, squares = 0;
+
+    void add(double x)
+    {
+        sum += x;
+        squares += x * x;
+    }
+    double mean() const { return sum / kConnections; }
+    double deviation() const
+    {
+        return std::sqrt(std::max(0.0, squares / kConnections - mean() * mean()));
+    }
+};
+
+}  // namespace
+
+double treeGain(const World& world, std::span<const EmitterBounds> bounds)
+{
+    CHECK(!world.emitterTree.empty() && bounds.size() <= world.emitters.size());
+    const Places places(world);
+    if (places.empty()) return 1;
+    shared::SceneView view{};
+    view.emitterCdf = world.emitterCdf.data();
+    view.emitterTree = world.emitterTree.data();
+    shared::PathSettings settings[2]{};  // by power, by the tree
+    for (shared::PathSettings& s : settings)
+        s.emitterCount = static_cast<uint32_t>(world.emitters.size());
+    settings[1].treeEmitters = static_cast<uint32_t>(bounds.size());
+
+    Pcg32 random(0x7ee);
+    double deviations[2] = {0, 0}, light = 0;
+    for (int k = 0; k < kPlaces; ++k) {
+        const Place place = places.draw(random);
+        const uint32_t departure = shared::packReceiver(place.normal);
+        for (size_t way = 0; way < 2; ++way) {
+            Connections connections;
+            for (int i = 0; i < kConnections; ++i) {
+                const float u = (static_cast<float>(i) + unit(random)) / kConnections;
+                const float x = unit(random), y = unit(random);
+                float pmf;
+                const uint32_t chosen =
+                    shared::chooseEmitterFor(view, settings[way], place.position, departure,
+                                             std::min(u, shared::kOneMinusEpsilon), pmf);
+                if (!(pmf > 0) || chosen >= bounds.size()) continue;  // from afar: the same by both
+                connections.add(contribution(world.emitters[chosen], bounds[chosen], place,
+                                             static_cast<double>(pmf), {x, y}));
+            }
+            deviations[way] += connections.deviation();
+            light += connections.mean() / 2;
+        }
+    }
+    if (!(light > 0)) return 1;
+    return (deviations[0] + kUnnoticed * light) / (deviations[1] + kUnnoticed * light);
+}
+
+static std::shared_ptr<const World> withTreeOf(const std::shared_ptr<const World>& world,
+                                               uint32_t emitters)
+{
+    if (world->treeEmitters == emitters) return world;
+    auto other = std::make_shared<World>(*world);
+    other->treeEmitters = emitters;
+    other->features = emitters > 0 ? world->features | shared::kFeatureEmitterTree
+                                   : world->features & ~shared::kFeatureEmitterTree;
+    return other;
+}
+
+std::shared_ptr<const World> chosenByPower(const std::shared_ptr<const World>& world)
+{
+    return withTreeOf(world, 0);
+}
+
+std::shared_ptr<const World> chosenByPlace(const std::shared_ptr<const World>& world)
+{
+    if (world->emitterTree.empty()) return world;
+    const auto isNear = [](const shared::Emitter& e) {
+        const uint32_t kind = e.kind & 0xffu;
+        return kind == shared::kEmitterTriangle || kind == shared::kEmitterPoint ||
+               kind == shared::kEmitterSpot;
+    };
+    return withTreeOf(world, static_cast<uint32_t>(std::ranges::count_if(world->emitters, isNear)));
+}
+
+}  // namespace core
