@@ -23,7 +23,8 @@ inline shared::SceneView sceneView(const World& world)
             world.emitterCdf.data(),
             world.emitterTree.data(),
             world.environment.data(),
-            world.environmentCdf.data()};
+            world.environmentCdf.data(),
+            nullptr};
 }
 
 }  // namespace core

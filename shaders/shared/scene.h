@@ -39,6 +39,7 @@ struct SceneView {
     const uvec4* emitterTree;
     const vec4* environment;
     const float* environmentCdf;
+    const uvec4* skyRegions;
 };
 
 inline float halfAsFloat(uint16_t bits)
@@ -151,6 +152,11 @@ inline float fetchEnvironmentCdf(const SceneView& scene, uint i)
     return scene.environmentCdf[i];
 }
 
+inline uvec4 fetchSkyRegions(const SceneView& scene, uint word)
+{
+    return scene.skyRegions[word];
+}
+
 SHARED_END
 
 #else
@@ -178,6 +184,7 @@ float fetchEmitterCdf(SceneView scene, uint i);
 uvec4 fetchEmitterTree(SceneView scene, uint word);
 vec4 fetchEnvironmentTexel(SceneView scene, uint i);
 float fetchEnvironmentCdf(SceneView scene, uint i);
+uvec4 fetchSkyRegions(SceneView scene, uint word);
 
 #endif
 
