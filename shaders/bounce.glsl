@@ -23,7 +23,7 @@ layout(set = kSetKernel, binding = kBindQueues, scalar) buffer QueueBlock
 /// Words of a path's state.
 uint stateSize()
 {
-    return FEATURE(kFeaturePanes) ? kStateWords : 3u;
+    return FEATURE(kFeaturePanes | kFeatureSkyRegions) ? kStateWords : 3u;
 }
 
 /// Appends the lanes that are `alive` to the queue of the next bounce: one atomic per subgroup, no barrier.
@@ -63,9 +63,12 @@ void main()
             lane = a.w & ((1u << kStateLaneBits) - 1u);
             stream = laneStream(push.batch, lane, lanePixel(push.batch, lane));
             path = PathState(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz),
-                             uintBitsToFloat(b.w), a.w >> kStateLaneBits, c.w, 0.0);
-            if (FEATURE(kFeaturePanes))
-                path.passed = uintBitsToFloat(texelFetch(stateWords, int(stateSize() * index + 3u)).x);
+                             uintBitsToFloat(b.w), a.w >> kStateLaneBits, c.w, 0.0, 0u);
+            if (stateSize() > 3u) {
+                const uvec4 d = texelFetch(stateWords, int(stateSize() * index + 3u));
+                path.passed = uintBitsToFloat(d.x);
+                path.skyRegion = d.y;
+            }
             extra = loadExtra(lane);
         }
     }
@@ -85,8 +88,8 @@ void main()
             uvec4(floatBitsToUint(path.origin), lane | (path.depth << kStateLaneBits));
         nextStates[stateSize() * slot + 1u] = uvec4(floatBitsToUint(path.direction), floatBitsToUint(path.pdf));
         nextStates[stateSize() * slot + 2u] = uvec4(floatBitsToUint(path.beta), path.departure);
-        if (FEATURE(kFeaturePanes))
-            nextStates[stateSize() * slot + 3u] = uvec4(floatBitsToUint(path.passed), 0u, 0u, 0u);
+        if (stateSize() > 3u)
+            nextStates[stateSize() * slot + 3u] = uvec4(floatBitsToUint(path.passed), path.skyRegion, 0u, 0u);
         storeExtra(lane, extra);
     }
     shadowRays = subgroupAdd(shadowRays);

@@ -19,6 +19,7 @@ layout(set = kSetScene, binding = kBindEnvironment) uniform samplerBuffer enviro
 layout(set = kSetScene, binding = kBindEnvironmentCdf) uniform samplerBuffer environmentCdf;
 layout(set = kSetScene, binding = kBindEmitterTree) uniform usamplerBuffer emitterTreeWords;
 layout(set = kSetScene, binding = kBindInstances) uniform usamplerBuffer instanceWords;
+layout(set = kSetScene, binding = kBindSkyRegions) uniform usamplerBuffer skyRegionWords;
 
 const SceneView scene = SceneView(0u);  // for the functions that take one
 
@@ -114,6 +115,11 @@ vec4 fetchEnvironmentTexel(SceneView view, uint i)
 float fetchEnvironmentCdf(SceneView view, uint i)
 {
     return texelFetch(environmentCdf, int(i)).x;
+}
+
+uvec4 fetchSkyRegions(SceneView view, uint word)
+{
+    return texelFetch(skyRegionWords, int(word));
 }
 
 #endif

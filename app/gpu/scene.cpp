@@ -102,6 +102,15 @@ void GpuScene::setWorld(const core::World& world, const core::Progress& progress
     bvh_ = bvh;
 }
 
+void GpuScene::setSky(std::shared_ptr<const core::SkyRegions> sky)
+{
+    if (sky == sky_) return;
+    sky_ = std::move(sky);
+    const size_t words = sky_ ? sky_->words.size() : 0;
+    makeBuffer(shared::kBindSkyRegions, "the regions of the sky", words * sizeof(glm::uvec4));
+    if (words > 0) buffers_[shared::kBindSkyRegions].write(bytesOf(sky_->words));
+}
+
 /// What moves comes first in both buffers: a pose writes their beginnings.
 void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
 {
@@ -183,7 +192,8 @@ void GpuScene::uploadPiece(uint32_t binding, const char* name, const core::Share
 uint32_t GpuScene::features() const
 {
     const bool changes = bvh_ && bvh_->gridChanges() > 0;
-    return world_.features | (changes ? shared::kFeatureGridChanges : 0);
+    return world_.features | (changes ? shared::kFeatureGridChanges : 0) |
+           (sky_ ? shared::kFeatureSkyRegions : 0);
 }
 
 uint64_t GpuScene::bytes() const

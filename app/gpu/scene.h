@@ -7,6 +7,7 @@
 #include "app/gpu/context.h"
 #include "core/methods/renderer.h"
 #include "core/trace/bvh.h"
+#include "core/trace/sky_regions.h"
 #include "shared/bindings.h"
 
 namespace gpu {
@@ -25,6 +26,9 @@ public:
     /// Takes another world; uploads what it does not share with the present one: of another pose,
     /// what moves. When it throws, the scene can only be destroyed.
     void setWorld(const core::World& world, const core::Progress& progress);
+
+    /// The regions that the environment is drawn by from now on; null: it is drawn as a whole.
+    void setSky(std::shared_ptr<const core::SkyRegions> sky);
 
     /// Set 0 of the kernels that look at the scene.
     const DescriptorSet& set() const { return set_; }
@@ -52,6 +56,7 @@ private:
     SceneUse use_;
     core::World world_;                     // what is in the buffers
     std::shared_ptr<const core::Bvh> bvh_;  // null where no rays are traced
+    std::shared_ptr<const core::SkyRegions> sky_;
     std::array<Buffer, shared::kSceneBindings> buffers_;
     DescriptorSet set_;
     double buildSeconds_ = 0;

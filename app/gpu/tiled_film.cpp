@@ -14,6 +14,7 @@ shared::FrameData frameOf(const core::World& world, const GpuScene& scene, const
     frame.settings = core::worldSettings(world);
     frame.settings.imageWidth = view.size.x;
     frame.settings.imageHeight = view.size.y;
+    frame.settings.skyRegions = (scene.features() & shared::kFeatureSkyRegions) != 0 ? 1 : 0;
     frame.camera = core::cameraData(view.camera, view.size.x, view.size.y);
     frame.gridLow = scene.gridLow();
     frame.gridScale = scene.gridScale();

@@ -137,7 +137,7 @@ bool emit(const Scene& scene, WaveLights& out, Particle& p)
         return true;
     }
     shared::EmitterSample s;
-    if (!shared::sampleEmitter(scene.view, scene.settings, emitter, vec3(0), u.point, s))
+    if (!shared::sampleEmitter(scene.view, scene.settings, emitter, vec3(0), 0, u.point, s))
         return false;
     const vec3 irradiance = s.radiance / (pmf * s.pdf);
     VirtualLight light;

@@ -9,7 +9,6 @@
 #include "core/methods/guided_kernel.h"
 #include "core/methods/method.h"
 #include "core/methods/tiled_renderer.h"
-#include "core/trace/scene_view.h"
 
 namespace core {
 
@@ -70,6 +69,7 @@ public:
     {
         RenderStats stats = TiledRenderer::stats();
         stats.details = training_.details();
+        sky_.addTo(stats);
         return stats;
     }
 
@@ -86,7 +86,11 @@ public:
     }
 
 private:
-    void setParams(const AnyParams& params) override { params_ = params.as<GuidedParams>(); }
+    void setParams(const AnyParams& params) override
+    {
+        params_ = params.as<GuidedParams>();
+        drawSky(params_.sky);
+    }
 
     PathJob pathJob() const
     {
@@ -99,7 +103,7 @@ private:
         job.settings.maxDepth = params_.maxDepth;
         job.settings.rouletteDepth = params_.rouletteDepth;
         job.accel = accel_.get();
-        job.scene = sceneView(accel_->world());
+        job.scene = frameScene();
         job.camera = frameCamera();
         return job;
     }

@@ -108,6 +108,7 @@ struct GuidedParams {
     uint32_t seed = 1;
     SamplerKind sampler = SamplerKind::sobol;
     Kernel kernel = Kernel::automatic;
+    SkySampling sky = SkySampling::automatic;
 
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
@@ -202,6 +203,7 @@ struct GuidedParams {
         v(fields::kSeed, p.seed);
         v(fields::kSampler, p.sampler);
         v(fields::kKernel, p.kernel);
+        v(fields::kSky, p.sky);
     }
     friend bool operator==(const GuidedParams&, const GuidedParams&) = default;
 };

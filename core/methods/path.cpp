@@ -5,7 +5,6 @@
 #include "core/methods/method.h"
 #include "core/methods/path_kernel.h"
 #include "core/methods/tiled_renderer.h"
-#include "core/trace/scene_view.h"
 
 namespace core {
 
@@ -29,7 +28,7 @@ public:
         PathJob job;
         job.settings = pathSettings();
         job.accel = accel_.get();
-        job.scene = sceneView(accel_->world());
+        job.scene = frameScene();
         job.camera = frameCamera();
         film_.advance(budget, stop,
                       [&, kernel = variant().kernel](const Tile& tile, uint32_t first,
@@ -45,13 +44,18 @@ public:
     {
         RenderStats stats = TiledRenderer::stats();
         stats.details = {{"kernel", accel_ ? variant().name : ""}};
+        sky_.addTo(stats);
         return stats;
     }
 
 private:
     const PathVariant& variant() const { return leastAble(pathVariants(), frameFeatures()); }
 
-    void setParams(const AnyParams& params) override { params_ = params.as<PathParams>(); }
+    void setParams(const AnyParams& params) override
+    {
+        params_ = params.as<PathParams>();
+        drawSky(params_.sky);
+    }
 
     shared::PathSettings pathSettings() const
     {

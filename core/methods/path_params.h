@@ -20,6 +20,11 @@ template <> struct EnumNames<Kernel> {
     static constexpr std::array<std::string_view, 3> names{"auto", "wavefront", "megakernel"};
 };
 
+enum class SkySampling : uint32_t { automatic, whole, regions };
+template <> struct EnumNames<SkySampling> {
+    static constexpr std::array<std::string_view, 3> names{"auto", "whole", "regions"};
+};
+
 // What several methods have in common is one option of the command line: one text.
 namespace fields {
 
@@ -37,6 +42,11 @@ inline constexpr Field kSampler{"sampler",
 inline constexpr Field kKernel{
     "kernel", "GPU kernel: auto measures both; software devices run megakernel to depth 32 only"};
 
+inline constexpr Field kSky{
+    "sky",
+    "how connections draw the environment: as each region of the scene sees it through windows and "
+    "doors, or as a whole; auto: by regions where most places see little of it"};
+
 }  // namespace fields
 
 struct PathParams {
@@ -49,6 +59,7 @@ struct PathParams {
     Strategy strategy = Strategy::mis;
     float clampIndirect = 0;
     Kernel kernel = Kernel::automatic;
+    SkySampling sky = SkySampling::automatic;
 
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
@@ -65,6 +76,7 @@ struct PathParams {
                 true},
           p.clampIndirect);
         v(fields::kKernel, p.kernel);
+        v(fields::kSky, p.sky);
     }
     friend bool operator==(const PathParams&, const PathParams&) = default;
 };

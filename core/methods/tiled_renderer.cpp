@@ -2,12 +2,14 @@
 
 #include "core/base/check.h"
 #include "core/methods/path_aovs.h"
+#include "core/trace/scene_view.h"
 
 namespace core {
 
 void TiledRenderer::setWorld(std::shared_ptr<const World> world, const Progress& progress)
 {
     film_.reset(film_.size());
+    sky_.forget();
     takeWorld(accel_, std::move(world), progress);
 }
 
@@ -25,7 +27,21 @@ shared::PathSettings TiledRenderer::frameSettings() const
     shared::PathSettings settings = worldSettings(accel_->world());
     settings.imageWidth = film_.size().x;
     settings.imageHeight = film_.size().y;
+    settings.skyRegions = sky_.taken() != nullptr ? 1 : 0;
     return settings;
+}
+
+void TiledRenderer::drawSky(SkySampling sampling)
+{
+    CHECK(accel_ != nullptr);
+    sky_.take(sampling, *accel_);
+}
+
+shared::SceneView TiledRenderer::frameScene() const
+{
+    shared::SceneView scene = sceneView(accel_->world());
+    if (sky_.taken() != nullptr) scene.skyRegions = sky_.taken()->words.data();
+    return scene;
 }
 
 shared::CameraData TiledRenderer::frameCamera() const

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/methods/renderer.h"
+#include "core/methods/sky_slot.h"
 #include "core/methods/tiled_film.h"
 #include "core/trace/accel.h"
 
@@ -29,7 +30,13 @@ protected:
     /// What the scene and the camera hold (kFeature bits).
     uint32_t frameFeatures() const;
 
+    /// From now on; for setParams of methods that connect to the environment.
+    void drawSky(SkySampling sampling);
+    /// The world, and the regions of its sky that it is drawn by.
+    shared::SceneView frameScene() const;
+
     std::unique_ptr<Accel> accel_;
+    SkySlot sky_;
     Camera camera_;
     TiledFilm film_;
 };

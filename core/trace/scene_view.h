@@ -24,6 +24,7 @@ inline shared::SceneView sceneView(const World& world)
             world.emitterTree.data(),
             world.environment.data(),
             world.environmentCdf.data(),
+            nullptr,
             orNull(world.instanceTable)};
 }
 

@@ -32,7 +32,8 @@ SHARED_CONST uint kBindEnvironment = 10u;     // RGBA32F
 SHARED_CONST uint kBindEnvironmentCdf = 11u;  // R32F
 SHARED_CONST uint kBindEmitterTree = 12u;     // emitter_tree.h
 SHARED_CONST uint kBindInstances = 13u;       // instances.h
-SHARED_CONST uint kSceneBindings = 14u;
+SHARED_CONST uint kBindSkyRegions = 14u;      // sky_regions.h
+SHARED_CONST uint kSceneBindings = 15u;
 
 // Set 1.
 SHARED_CONST uint kBindFrame = 0u;     // uniform buffer: FrameData
@@ -193,12 +194,12 @@ SHARED_CONST float kCountedBias = 2048.0f;
 
 SHARED_CONST uint kGroupSize = 64u;
 // Of 16 bytes: origin, lane with depth above it; direction, pdf; beta, departure; and where there
-// are panes, what of PathState they need.
+// are panes or regions of the sky, what of PathState they need.
 SHARED_CONST uint kStateWords = 4u;
 SHARED_CONST uint kStateLaneBits = 18u;
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameData) == 184 && sizeof(QueueHead) == 16 && sizeof(Counters) == 48);
+static_assert(sizeof(FrameData) == 188 && sizeof(QueueHead) == 16 && sizeof(Counters) == 48);
 static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif
 

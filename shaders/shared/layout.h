@@ -35,6 +35,8 @@ SHARED_CONST uint kFeaturePanes = 1u << 19;  // thin smooth walls that light goe
 SHARED_CONST uint kFeatureAsksVisibility = 1u << 20;  // sample reuse, of old samples
 SHARED_CONST uint kFeatureGridChanges = 1u << 21;     // a hierarchy of more than one grid
 SHARED_CONST uint kFeatureInstances = 1u << 22;       // meshes that are stored once, shown often
+// An environment that most places see through openings
+SHARED_CONST uint kFeatureSkyRegions = 1u << 23;
 
 SHARED_CONST uint kNone = 0xffffffffu;
 
@@ -229,6 +231,7 @@ struct PathSettings {
     uint passesPanes;   // 1: connections and unscattered paths go straight through panes (path.h)
     uint treeEmitters;  // the first so many emitters are chosen by the emitter tree; 0: there is
                         // none
+    uint skyRegions;    // 1: the environment is drawn as it is seen from a region
 };
 
 SHARED_CONST uint kStrategyMis = 0u;
@@ -242,7 +245,7 @@ static_assert(sizeof(Emitter) == 16 * kEmitterWords);
 static_assert(sizeof(WorldTriangle) == 16 && sizeof(VertexAttributes) == 16 &&
               sizeof(VertexExtra) == 16);
 static_assert(sizeof(CameraData) == 80);
-static_assert(sizeof(PathSettings) == 72);
+static_assert(sizeof(PathSettings) == 76);
 #endif
 
 SHARED_END

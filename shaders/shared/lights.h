@@ -7,6 +7,7 @@
 
 #include "emitter.h"
 #include "emitter_tree.h"
+#include "sky_regions.h"
 #include "surface.h"
 
 SHARED_BEGIN
@@ -75,6 +76,59 @@ SHARED_FN float pmfEmitterFor(IN(SceneView) scene, PathSettings settings, uint e
            pmfInTree(scene, settings.treeEmitters, emitter, p, departure);
 }
 
+/// Whether the environment is drawn as it is seen from a place.
+SHARED_FN bool drawsSkyByPlace(PathSettings settings)
+{
+    return FEATURE(kFeatureSkyRegions) && settings.skyRegions != 0u;
+}
+
+/// chooseEmitterFor in a region of the sky (0: none), which has its own share of the environment.
+SHARED_FN uint chooseEmitterIn(IN(SceneView) scene, PathSettings settings, uint region, vec3 p,
+                               uint departure, float u, OUT(float) pmf)
+{
+    if (!FEATURE(kFeatureSkyRegions) || !FEATURE(kFeatureManyEmitters) || region == 0u)
+        return chooseEmitterFor(scene, settings, p, departure, u, pmf);
+    const uint sky = settings.environmentEmitter;
+    const float share = skyShare(scene, region);
+    if (u < share) {
+        pmf = share;
+        return sky;
+    }
+    // The rest of u goes over the CDF without the environment.
+    const float first = fetchEmitterCdf(scene, sky);
+    const float whole = fetchEmitterCdf(scene, sky + 1u) - first;
+    const float others = (u - share) * ((1.0f - whole) / (1.0f - share));
+    const uint emitter =
+        chooseEmitterFor(scene, settings, p, departure,
+                         min(others < first ? others : others + whole, kOneMinusEpsilon), pmf);
+    pmf *= (1.0f - share) / (1.0f - whole);
+    return emitter;
+}
+
+/// By how much emitters other than the environment are more likely there than by the CDF.
+SHARED_FN float shareBesideSky(IN(SceneView) scene, PathSettings settings, uint region)
+{
+    if (!FEATURE(kFeatureSkyRegions) || !FEATURE(kFeatureManyEmitters) || region == 0u) return 1.0f;
+    return (1.0f - skyShare(scene, region)) /
+           (1.0f - pmfEmitter(scene, settings.environmentEmitter));
+}
+
+/// Probability with which chooseEmitterIn returns `emitter`, which is not the environment,
+SHARED_FN float pmfEmitterIn(IN(SceneView) scene, PathSettings settings, uint region, uint emitter,
+                             vec3 p, uint departure)
+{
+    return shareBesideSky(scene, settings, region) *
+           pmfEmitterFor(scene, settings, emitter, p, departure);
+}
+
+/// and that with which it returns the environment.
+SHARED_FN float pmfEnvironmentIn(IN(SceneView) scene, PathSettings settings, uint region)
+{
+    if (!FEATURE(kFeatureSkyRegions) || !FEATURE(kFeatureManyEmitters) || region == 0u)
+        return pmfEmitter(scene, settings.environmentEmitter);
+    return skyShare(scene, region);
+}
+
 /// Inverts `count` intervals of a CDF that starts at `first`; returns the interval, and u stretched
 /// inside it.
 SHARED_FN uint invertEnvironmentCdf(IN(SceneView) scene, uint first, uint count, INOUT(float) u,
@@ -124,25 +178,36 @@ SHARED_FN float environmentDensity(PathSettings settings, float texelPmf, float 
     return sinTheta > 0.0f ? texelPmf * texels / (2.0f * kPi * kPi * sinTheta) : 0.0f;
 }
 
-/// Density with which sampleEnvironment finds direction `d`.
-SHARED_FN float pdfEnvironment(IN(SceneView) scene, PathSettings settings, vec3 d)
+/// Density with which sampleEnvironment finds direction `d` in a region of the sky (0: none).
+SHARED_FN float pdfEnvironment(IN(SceneView) scene, PathSettings settings, uint region, vec3 d)
 {
     const vec2 uv = environmentUv(d);
     const uint width = settings.environmentWidth;
     const uint height = settings.environmentHeight;
     const uint x = min(uint(uv.x * float(width)), width - 1u);
     const uint y = min(uint(uv.y * float(height)), height - 1u);
-    const float row = fetchEnvironmentCdf(scene, y + 1u) - fetchEnvironmentCdf(scene, y);
+    const float above = fetchEnvironmentCdf(scene, y);
+    const float row = fetchEnvironmentCdf(scene, y + 1u) - above;
     const uint first = height + 1u + y * (width + 1u) + x;
-    const float column = fetchEnvironmentCdf(scene, first + 1u) - fetchEnvironmentCdf(scene, first);
-    return environmentDensity(settings, row * column, sqrt(d.x * d.x + d.z * d.z));
+    const float left = fetchEnvironmentCdf(scene, first);
+    const float column = fetchEnvironmentCdf(scene, first + 1u) - left;
+    float texel = row * column;
+    if (FEATURE(kFeatureSkyRegions) && region != 0u) {
+        const vec2 inTexel = vec2(uv.x * float(width) - float(x), uv.y * float(height) - float(y));
+        texel *=
+            skyDensity(scene, region, vec2(left + inTexel.x * column, above + inTexel.y * row));
+    }
+    return environmentDensity(settings, texel, sqrt(d.x * d.x + d.z * d.z));
 }
 
-/// Picks a texel by its power and a point in it.
-SHARED_FN bool sampleEnvironment(IN(SceneView) scene, PathSettings settings, vec2 u,
+/// Picks a texel by its power, and by what is seen of it in a region of the sky (0: none), and a
+/// point in it.
+SHARED_FN bool sampleEnvironment(IN(SceneView) scene, PathSettings settings, uint region, vec2 u,
                                  OUT(EmitterSample) s)
 {
     vec2 v = u;
+    float density = 1.0f;
+    if (FEATURE(kFeatureSkyRegions) && region != 0u) density = warpToSky(scene, region, v);
     float row = 0.0f;
     float column = 0.0f;
     const uint y = invertEnvironmentCdf(scene, 0u, settings.environmentHeight, v.y, row);
@@ -152,7 +217,8 @@ SHARED_FN bool sampleEnvironment(IN(SceneView) scene, PathSettings settings, vec
                                      (float(y) + v.y) / float(settings.environmentHeight)));
     s.distance = kDistant;
     s.barycentrics = vec2(0.0f, 0.0f);
-    s.pdf = environmentDensity(settings, row * column, sqrt(s.wi.x * s.wi.x + s.wi.z * s.wi.z));
+    s.pdf = environmentDensity(settings, density * row * column,
+                               sqrt(s.wi.x * s.wi.x + s.wi.z * s.wi.z));
     s.radiance = environmentRadiance(scene, settings, s.wi);
     return s.pdf > 0.0f;
 }
@@ -173,10 +239,10 @@ SHARED_FN vec3 emitterTexture(IN(SceneView) scene, uint triangle, vec2 w)
     return t != 0u ? xyz(lookUpTexture(scene, t - 1u, uv0, uv1)) : vec3(1.0f, 1.0f, 1.0f);
 }
 
-/// Samples one emitter as seen from p; the pdf (0 for those without extent) does not hold the
-/// choice among emitters.
-SHARED_FN bool sampleEmitter(IN(SceneView) scene, PathSettings settings, uint index, vec3 p, vec2 u,
-                             OUT(EmitterSample) s)
+/// Samples one emitter as seen from p, in a region of the sky (0: none); the pdf (0 for those
+/// without extent) does not hold the choice among emitters.
+SHARED_FN bool sampleEmitter(IN(SceneView) scene, PathSettings settings, uint index, vec3 p,
+                             uint region, vec2 u, OUT(EmitterSample) s)
 {
     const Emitter e = fetchEmitter(scene, index);
     const uint kind = e.kind & 0xffu;
@@ -199,7 +265,7 @@ SHARED_FN bool sampleEmitter(IN(SceneView) scene, PathSettings settings, uint in
         found = samplePunctual(e, p, s);
     }
     if (FEATURE(kFeatureEnvironment) && kind == kEmitterEnvironment) {
-        found = sampleEnvironment(scene, settings, u, s);
+        found = sampleEnvironment(scene, settings, region, u, s);
     }
     if (FEATURE(kFeatureSun) && kind == kEmitterSun) {
         found = sampleSun(e, u, s);

@@ -35,6 +35,7 @@ struct PathState {
     uint depth;
     uint departure;  // from its last vertex: departure.h
     float passed;    // how far back that is, behind panes
+    uint skyRegion;  // that vertex's
 };
 
 /// The connection to an emitter. `contribution` is what it adds if nothing is between; zero: no
@@ -85,6 +86,7 @@ SHARED_FN PathState pathAlong(vec3 origin, vec3 direction)
     path.depth = 0u;
     path.departure = noDeparture();
     path.passed = 0.0f;
+    path.skyRegion = 0u;
     return path;
 }
 
@@ -128,8 +130,8 @@ SHARED_FN vec3 shadeMiss(IN(SceneView) scene, PathSettings settings, PathState p
     if (FEATURE(kFeatureEnvironment) && settings.environmentEmitter != kNone) {
         float density = 0.0f;
         if (path.pdf > 0.0f && settings.strategy != kStrategyBsdf) {
-            density = pmfEmitter(scene, settings.environmentEmitter) *
-                      pdfEnvironment(scene, settings, path.direction);
+            density = pmfEnvironmentIn(scene, settings, path.skyRegion) *
+                      pdfEnvironment(scene, settings, path.skyRegion, path.direction);
         }
         L += emissionWeight(settings, path.pdf, density) *
              environmentRadiance(scene, settings, path.direction);
@@ -138,9 +140,9 @@ SHARED_FN vec3 shadeMiss(IN(SceneView) scene, PathSettings settings, PathState p
         const Emitter sun = fetchEmitter(scene, settings.sunEmitter);
         const float density = pdfSun(sun, path.direction);
         if (density > 0.0f) {
-            L += emissionWeight(settings, path.pdf,
-                                pmfEmitter(scene, settings.sunEmitter) * density) *
-                 sun.radiance;
+            const float pmf = pmfEmitter(scene, settings.sunEmitter) *
+                              shareBesideSky(scene, settings, path.skyRegion);
+            L += emissionWeight(settings, path.pdf, pmf * density) * sun.radiance;
         }
     }
     return clampIndirect(settings, path.depth, path.beta * L);
@@ -156,7 +158,7 @@ SHARED_FN vec3 shadeEmission(IN(SceneView) scene, PathSettings settings, PathSta
         const Triangle lamp = triangleInSlot(scene, hit.slot);
         const vec3 from = lastVertex(path);
         const float distance = FEATURE(kFeaturePanes) ? path.passed + hit.t : hit.t;
-        density = pmfEmitterFor(scene, settings, s.emitter, from, path.departure) *
+        density = pmfEmitterIn(scene, settings, path.skyRegion, s.emitter, from, path.departure) *
                   pdfTriangleEmitter(xyz(lamp.v0), xyz(lamp.v1), xyz(lamp.v2), from, path.direction,
                                      distance);
     }
@@ -198,6 +200,9 @@ SHARED_FN bool prepareVertex(IN(SceneView) scene, PathSettings settings, Hit hit
     vertex.bsdf = makeBsdf(shading.inputs);
     vertex.wo = toLocal(vertex.surface.frame, -path.direction);
     vertex.lobes = lobesAt(vertex.bsdf, vertex.wo);
+    vertex.skyRegion = 0u;
+    if (drawsSkyByPlace(settings))
+        vertex.skyRegion = findSkyRegion(scene, vertex.surface.position, vertex.surface.frame[2]);
     return true;
 }
 
@@ -224,7 +229,9 @@ SHARED_FN ShadowRay connectTo(IN(SceneView) scene, PathSettings settings, uint e
 {
     ShadowRay shadow = noShadowRay(vertex.surface.position);
     EmitterSample e;
-    if (!sampleEmitter(scene, settings, emitter, vertex.surface.position, u, e)) return shadow;
+    const uint region = drawsSkyByPlace(settings) ? vertex.skyRegion : 0u;
+    if (!sampleEmitter(scene, settings, emitter, vertex.surface.position, region, u, e))
+        return shadow;
     if (settings.strategy == kStrategyBsdf && e.pdf > 0.0f) return shadow;
 
     const vec3 wi = toLocal(vertex.surface.frame, e.wi);
@@ -280,8 +287,8 @@ SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNu
 {
     if (!connects(settings, vertex)) return noShadowRay(vertex.surface.position);
     float pmf;
-    const uint emitter = chooseEmitterFor(scene, settings, vertex.surface.position,
-                                          receiverOf(settings, vertex), numbers.choice, pmf);
+    const uint emitter = chooseEmitterIn(scene, settings, vertex.skyRegion, vertex.surface.position,
+                                         receiverOf(settings, vertex), numbers.choice, pmf);
     if (!(pmf > 0.0f)) return noShadowRay(vertex.surface.position);
     return connectTo(scene, settings, emitter, pmf, numbers.light, path, vertex);
 }
@@ -342,6 +349,7 @@ SHARED_FN bool leave(PathSettings settings, IN(Vertex) vertex, BsdfSample next,
     path.direction = wi;
     path.pdf = next.pdf;
     path.departure = departFrom(path.departure, receiverOf(settings, vertex));
+    if (drawsSkyByPlace(settings)) path.skyRegion = vertex.skyRegion;
     if (FEATURE(kFeatureTransmission) && next.wi.z < 0.0f && (vertex.bsdf.parts & kBsdfSolid) != 0u)
         path.departure = refractDeparture(path.departure, vertex.bsdf.eta);
     return maxComponent(path.beta) > 0.0f;

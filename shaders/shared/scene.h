@@ -39,6 +39,7 @@ struct SceneView {
     const uvec4* emitterTree;
     const vec4* environment;
     const float* environmentCdf;
+    const uvec4* skyRegions;
     const uvec4* instances;  // instances.h; may be null
 };
 
@@ -162,6 +163,11 @@ inline float fetchEnvironmentCdf(const SceneView& scene, uint i)
     return scene.environmentCdf[i];
 }
 
+inline uvec4 fetchSkyRegions(const SceneView& scene, uint word)
+{
+    return scene.skyRegions[word];
+}
+
 SHARED_END
 
 #else
@@ -192,6 +198,7 @@ float fetchEmitterCdf(SceneView scene, uint i);
 uvec4 fetchEmitterTree(SceneView scene, uint word);
 vec4 fetchEnvironmentTexel(SceneView scene, uint i);
 float fetchEnvironmentCdf(SceneView scene, uint i);
+uvec4 fetchSkyRegions(SceneView scene, uint word);
 
 #endif
 

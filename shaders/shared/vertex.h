@@ -15,6 +15,7 @@ struct Vertex {
     Bsdf bsdf;
     vec3 wo;
     LobeChoice lobes;
+    uint skyRegion;  // sky_regions.h; 0: none
 };
 
 /// The random numbers of a path's vertex. Drawn before the vertex is shaded, so that a CPU can draw

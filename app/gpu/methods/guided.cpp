@@ -7,6 +7,7 @@
 #include "core/base/check.h"
 #include "core/methods/guide_maps.h"
 #include "core/methods/guide_training.h"
+#include "core/methods/sky_slot.h"
 #include "spirv/guided_bounce.h"
 #include "spirv/guided_megakernel.h"
 
@@ -27,6 +28,7 @@ public:
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
         film_.drop();
+        sky_.forget();
         training_.beginScene(kCosts.among(world->triangles.size()), core::guideBox(*world));
         if (!takeWorld(scene_, world_, std::move(world), context_, progress))
             batches_.forgetScene();
@@ -37,6 +39,7 @@ public:
         CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
         params_ = view.params.as<core::GuidedParams>();
         training_.begin(params_, view.size, start);
+        scene_->setSky(sky_.take(params_.sky, world_));
         film_.reset(frameFor(view));
         PathWork work{scene_.get(),        &film_.frame(), {},
                       core::Strategy::mis, params_.kernel, world_->triangles.size()};
@@ -94,6 +97,7 @@ public:
         stats.compileSeconds = compileSeconds_;
         stats.details = training_.details();
         stats.details.push_back({"kernel", std::string(batches_.kernelName())});
+        sky_.addTo(stats);
         film_.addTo(stats);
         return stats;
     }
@@ -153,6 +157,7 @@ private:
     core::GuidedParams params_;
     std::vector<core::guiding::PathRecords> records_;  // of each tile
     std::unique_ptr<GpuScene> scene_;
+    core::SkySlot sky_;
     std::shared_ptr<const core::World> world_;
     core::Pace pace_;
     double compileSeconds_ = 0;

@@ -5,6 +5,7 @@
 #include "app/gpu/tiled_film.h"
 #include "core/base/check.h"
 #include "core/methods/path_params.h"
+#include "core/methods/sky_slot.h"
 
 namespace gpu {
 
@@ -32,6 +33,7 @@ public:
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
         film_.drop();
+        sky_.forget();
         if (!takeWorld(scene_, world_, std::move(world), *context_, progress))
             batches_.forgetScene();
     }
@@ -41,6 +43,7 @@ public:
     {
         CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
         const core::PathParams& params = view.params.as<core::PathParams>();
+        scene_->setSky(sky_.take(params.sky, world_));
         film_.reset(frameFor(*world_, *scene_, view, params));
         PathWork work{scene_.get(),    &film_.frame(), {},
                       params.strategy, params.kernel,  world_->triangles.size()};
@@ -74,6 +77,7 @@ public:
         stats.buildSeconds = scene_ ? scene_->buildSeconds() : 0;
         stats.compileSeconds = compileSeconds_;
         stats.details = {{"kernel", std::string(batches_.kernelName())}};
+        sky_.addTo(stats);
         film_.addTo(stats);
         return stats;
     }
@@ -83,6 +87,7 @@ private:
     TiledFilm film_;
     PathBatches batches_;
     std::unique_ptr<GpuScene> scene_;
+    core::SkySlot sky_;
     std::shared_ptr<const core::World> world_;
     core::Pace pace_;
     double compileSeconds_ = 0;

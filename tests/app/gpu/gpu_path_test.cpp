@@ -9,6 +9,7 @@
 #include "core/methods/method.h"
 #include "core/scene/emitter_choice.h"
 #include "tests/support/compare_films.h"
+#include "tests/support/sky_rooms.h"
 #include "tests/support/test_scenes.h"
 
 namespace {
@@ -208,6 +209,23 @@ TEST_F(GpuPathAlone, LampsBehindWallsAgreeWithCpu)
         core::PathParams params = independent(1);
         params.kernel = kernel;
         expectAgreement("lamps behind walls", world, 700, 0.02, params);
+    }
+}
+
+/// T36: the sky through a window, with lamps and without, in both kernels.
+TEST_F(GpuPathAlone, SkyThroughWindowsAgreesWithCpu)
+{
+    for (const bool lamps : {false, true}) {
+        const auto world = (lamps ? tests::roomWithLamps() : tests::windowRoom(false)).world();
+        for (const core::Kernel kernel : {core::Kernel::wavefront, core::Kernel::megakernel}) {
+            core::PathParams params = independent(1);
+            params.kernel = kernel;
+            expectAgreement("room with a window", world, 300, 0.02, params);
+            bool drawn = false;
+            for (const core::StatsDetail& detail : gpuRenderer().stats().details)
+                drawn = drawn || detail.name == "sky_regions";
+            EXPECT_TRUE(drawn);
+        }
     }
 }
 

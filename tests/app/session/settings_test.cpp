@@ -339,7 +339,7 @@ TEST(ParamsJson, ProblemsAreNamed)
             ++missing;
         else
             all += problem.text + '\n';
-    EXPECT_EQ(missing, 3);  // seed, strategy, kernel
+    EXPECT_EQ(missing, 4);  // seed, strategy, kernel, sky
     EXPECT_NE(all.find("x: max-depth: 5000 is not a whole number from 0 to 4096"),
               std::string::npos)
         << all;

@@ -166,7 +166,7 @@ TEST(EmitterTree, NothingThatShinesHereIsLeftOut)
         left += pmf == 0;
         shared::EmitterSample s;
         const glm::vec2 u(unitOf(random), unitOf(random));
-        if (!shared::sampleEmitter(scene, settings, emitter, p.position, u, s)) continue;
+        if (!shared::sampleEmitter(scene, settings, emitter, p.position, 0, u, s)) continue;
         if (p.departure != shared::kAllSides && glm::dot(s.wi, p.normal) <= 0) continue;
         ++shining;
         EXPECT_GT(pmf, 0.0f) << "place " << k << ", emitter " << emitter;
@@ -203,7 +203,8 @@ TEST(EmitterTree, SameMeanLessNoise)
             float pmf = 0;
             const uint32_t chosen = shared::chooseEmitterFor(scene, settings, p, up, u, pmf);
             shared::EmitterSample s;
-            if (!(pmf > 0) || !shared::sampleEmitter(scene, settings, chosen, p, v, s)) return 0.0;
+            if (!(pmf > 0) || !shared::sampleEmitter(scene, settings, chosen, p, 0, v, s))
+                return 0.0;
             return static_cast<double>(s.radiance.x * std::max(s.wi.y, 0.0f) / (s.pdf * pmf));
         };
         place.add(sample(byPlace));

@@ -185,8 +185,8 @@ TEST_P(EnvironmentTable, TexelsAreDrawnByTheirDensity)
         const glm::vec2 u(static_cast<float>(random() >> 8) * 0x1p-24f,
                           static_cast<float>(random() >> 8) * 0x1p-24f);
         shared::EmitterSample s;
-        if (!shared::sampleEnvironment(scene, settings, u, s)) continue;
-        moved += std::abs(shared::pdfEnvironment(scene, settings, s.wi) / s.pdf - 1) > 1e-3f;
+        if (!shared::sampleEnvironment(scene, settings, 0, u, s)) continue;
+        moved += std::abs(shared::pdfEnvironment(scene, settings, 0, s.wi) / s.pdf - 1) > 1e-3f;
         const glm::vec2 uv = shared::environmentUv(s.wi);
         const auto x =
             std::min(static_cast<uint32_t>(uv.x * static_cast<float>(across)), across - 1);
@@ -204,7 +204,7 @@ TEST_P(EnvironmentTable, TexelsAreDrawnByTheirDensity)
                 const glm::vec3 d = shared::environmentDirection(
                     {(static_cast<float>(x) + 0.5f) / static_cast<float>(across),
                      static_cast<float>(v)});
-                integral += static_cast<double>(shared::pdfEnvironment(scene, settings, d)) *
+                integral += static_cast<double>(shared::pdfEnvironment(scene, settings, 0, d)) *
                             std::sin(std::numbers::pi * v);
             }
             const double cell = 2 * std::numbers::pi * std::numbers::pi / (double(across) * down);
@@ -233,7 +233,7 @@ TEST_P(EnvironmentTable, RadianceHasDensityEverywhere)
         const glm::vec3 d = shared::environmentDirection(u);
         if (!(shared::environmentRadiance(scene, settings, d).x > 0)) continue;
         ++lit;
-        ASSERT_GT(shared::pdfEnvironment(scene, settings, d), 0.0f) << u.x << ' ' << u.y;
+        ASSERT_GT(shared::pdfEnvironment(scene, settings, 0, d), 0.0f) << u.x << ' ' << u.y;
     }
     EXPECT_GT(lit, 100u);
 }
@@ -268,7 +268,7 @@ TEST_P(EnvironmentTable, EstimatesItsOwnPower)
         const glm::vec2 u(static_cast<float>(random() >> 8) * 0x1p-24f,
                           static_cast<float>(random() >> 8) * 0x1p-24f);
         shared::EmitterSample s;
-        const bool found = shared::sampleEnvironment(scene, settings, u, s);
+        const bool found = shared::sampleEnvironment(scene, settings, 0, u, s);
         estimate.add(found ? static_cast<double>(s.radiance.x) / static_cast<double>(s.pdf) : 0.0);
     }
     const Comparison c = againstExact(estimate, exact);

@@ -1,0 +1,194 @@
+// Walks scatter as if all surfaces were diffuse and white, and go straight on where one transmits.
+#include "core/trace/sky_places.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/base/pcg32.h"
+#include "core/scene/light_table.h"
+#include "core/trace/scene_view.h"
+
+namespace core {
+
+namespace {
+
+using glm::vec2, glm::vec3;
+
+constexpr size_t kBlock = 256;          // walks that go on together
+constexpr uint32_t kCameraEvents = 6;   // surfaces that a walk meets
+constexpr uint32_t kSurfaceEvents = 3;  // one that began at a surface
+constexpr size_t kMostCameras = 16;
+
+struct Walk {
+    vec3 origin{0}, direction{0};
+};
+
+vec2 pairOf(Pcg32& random)
+{
+    const auto unit = [&] {
+        return std::min(static_cast<float>(random()), shared::kOneMinusEpsilon);
+    };
+    const float x = unit();
+    return {x, unit()};
+}
+
+Walk fromCamera(const Camera& camera, Pcg32& random)
+{
+    const glm::uvec2 size = sizeForWidth(camera, 256);
+    Walk walk;
+    shared::cameraRay(cameraData(camera, size.x, size.y), pairOf(random) * vec2(size), vec2(size),
+                      vec2(0.5f), walk.origin, walk.direction);
+    return walk;
+}
+
+/// Chooses triangles by the root of their area: a ground of kilometres is not all there is.
+std::vector<float> surfaceCdf(const World& world)
+{
+    // The table holds so many; of more triangles every n-th.
+    const size_t stride = world.triangles.size() / (kMaxCdfEntries / 2) + 1;
+    std::vector<double> weights;
+    weights.reserve(world.triangles.size() / stride + 1);
+    for (size_t i = 0; i < world.triangles.size(); i += stride) {
+        const WorldTriangle& t = world.triangles[i];
+        const vec3 a = world.positions[t.v0];
+        const vec3 n = glm::cross(world.positions[t.v1] - a, world.positions[t.v2] - a);
+        weights.push_back(std::sqrt(std::sqrt(static_cast<double>(glm::dot(n, n)))));
+    }
+    return makeCdf(weights);
+}
+
+Walk fromSurface(const World& world, const std::vector<float>& cdf, Pcg32& random)
+{
+    const size_t stride = world.triangles.size() / (kMaxCdfEntries / 2) + 1;
+    const auto above =
+        std::upper_bound(cdf.begin(), cdf.end() - 1, static_cast<float>(random() * (1 - 0x1p-24)));
+    const auto i = static_cast<size_t>(std::max<std::ptrdiff_t>(above - cdf.begin(), 1) - 1);
+    const WorldTriangle& t = world.triangles[i * stride];
+    const vec3 a = world.positions[t.v0], b = world.positions[t.v1], c = world.positions[t.v2];
+    const vec2 w = shared::sampleTriangle(pairOf(random));
+    const vec3 cross = glm::cross(b - a, c - a);
+    const float length = glm::length(cross);
+    const vec3 normal = length > 0 ? cross / length : vec3(0, 1, 0);
+    const vec3 side = random() < 0.5 ? normal : -normal;
+    return {
+        shared::offsetRay(a + w.x * (b - a) + w.y * (c - a), side),
+        shared::toWorld(shared::makeFrame(side), shared::sampleCosineHemisphere(pairOf(random)))};
+}
+
+/// Takes a walk on from what it has met; false where it ends.
+bool meet(const World& world, const shared::Hit& hit, Pcg32& random, Walk& walk,
+          std::vector<Place>& places)
+{
+    if (hit.slot == shared::kNone) return false;
+    const shared::SurfacePoint s = shared::makeSurfacePoint(sceneView(world), hit, walk.direction);
+    const vec3 outside = s.backFace != 0 ? -s.normal : s.normal;
+    if (random() < static_cast<double>(world.materials[s.material].transmission)) {
+        walk.origin = shared::offsetRay(s.position, -outside);
+        return true;
+    }
+    places.push_back({s.position, s.frame[2]});
+    walk.origin = shared::offsetRay(s.position, outside);
+    walk.direction =
+        shared::toWorld(shared::makeFrame(outside), shared::sampleCosineHemisphere(pairOf(random)));
+    return true;
+}
+
+std::vector<Place> follow(const Accel& accel, std::vector<Walk> walks, uint32_t events,
+                          Pcg32& random)
+{
+    std::vector<Place> places;
+    std::vector<Ray> rays(walks.size());
+    std::vector<shared::Hit> hits(walks.size());
+    for (uint32_t event = 0; event < events && !walks.empty(); ++event) {
+        for (size_t i = 0; i < walks.size(); ++i)
+            rays[i] = {walks[i].origin, shared::kInfinity, walks[i].direction, random.bits()};
+        accel.closest({rays.data(), walks.size()}, hits.data());
+        size_t kept = 0;
+        for (size_t i = 0; i < walks.size(); ++i) {
+            Walk walk = walks[i];
+            if (meet(accel.world(), hits[i], random, walk, places)) walks[kept++] = walk;
+        }
+        walks.resize(kept);
+    }
+    return places;
+}
+
+}  // namespace
+
+std::vector<Place> findPlaces(const Accel& accel, size_t walks, uint64_t seed)
+{
+    const World& world = accel.world();
+    if (world.triangles.empty()) return {};
+    const size_t cameras = std::min(world.cameras.size(), kMostCameras);
+    const size_t fromCameras = cameras > 0 ? walks : 0;
+    const size_t fromSurfaces = cameras > 0 ? walks / 2 : walks + walks / 2;
+    const std::vector<float> cdf = surfaceCdf(world);
+    // Blocks of either kind, in order.
+    const size_t cameraBlocks = (fromCameras + kBlock - 1) / kBlock;
+    const size_t blocks = cameraBlocks + (fromSurfaces + kBlock - 1) / kBlock;
+    std::vector<std::vector<Place>> found(blocks);
+    parallelFor(blocks, 1, [&](size_t begin, size_t end) {
+        for (size_t block = begin; block < end; ++block) {
+            Pcg32 random(seed, block);
+            const bool camera = block < cameraBlocks;
+            std::vector<Walk> begun(kBlock);
+            for (size_t i = 0; i < kBlock; ++i)
+                begun[i] = camera ? fromCamera(world.cameras[i % cameras], random)
+                                  : fromSurface(world, cdf, random);
+            found[block] =
+                follow(accel, std::move(begun), camera ? kCameraEvents : kSurfaceEvents, random);
+        }
+    });
+    std::vector<Place> places;
+    for (const std::vector<Place>& some : found)
+        places.insert(places.end(), some.begin(), some.end());
+    return places;
+}
+
+void Bringing::add(const Place& place, const shared::EmitterSample& sample, float weight,
+                   float& brings)
+{
+    brings = 0;
+    const float cosine = glm::dot(sample.wi, place.normal);
+    if (!(cosine > 0)) return;
+    shared::ShadowRay shadow = shared::noShadowRay(shared::offsetRay(place.position, place.normal));
+    shadow.contribution = sample.radiance * (weight * cosine);
+    if (!(shared::luminance(shadow.contribution) < 1e30f)) return;
+    shadow.wi = shadow.direction = sample.wi;
+    shadow.tMax = shared::kDistant;
+    if (sample.distance < 0.5f * shared::kDistant) {
+        shadow.direction = (place.position - shadow.origin) + sample.distance * sample.wi;
+        shadow.tMax = 0.9999f;
+    }
+    constexpr uint32_t kMostPanes = 8;
+    shadow.passes = kMostPanes;
+    shadows_.push_back(shadow);
+    brings_.push_back(&brings);
+}
+
+void Bringing::trace()
+{
+    const World& world = accel_.world();
+    const bool panes = (world.features & shared::kFeaturePanes) != 0;
+    rays_.resize(shadows_.size());
+    blocked_.resize(shadows_.size());
+    for (size_t i = 0; i < shadows_.size(); ++i)
+        rays_[i] = {shadows_[i].origin, shadows_[i].tMax, shadows_[i].direction, 0};
+    accel_.occluded(rays_, blocked_.data());
+    for (size_t i = 0; i < shadows_.size(); ++i) {
+        shared::ShadowRay& shadow = shadows_[i];
+        bool open = blocked_[i] == 0;
+        bool passes = !open && panes && accel_.meetsPane(rays_[i]);
+        shared::Hit hit;
+        while (passes) {
+            open = !accel_.closest({shadow.origin, shadow.tMax, shadow.direction, 0}, hit);
+            passes = !open && shared::passPane(sceneView(world), hit, shadow);
+        }
+        *brings_[i] = open ? shared::luminance(shadow.contribution) : 0.0f;
+    }
+    shadows_.clear();
+    brings_.clear();
+}
+
+}  // namespace core

@@ -1,0 +1,274 @@
+// T35: in a region of the sky directions and emitters are drawn exactly as often as is stated,
+// whatever shines keeps a density, openings are found, and nothing is made where most of the sky is
+// seen or none shines.
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "core/base/parallel.h"
+#include "core/trace/scene_view.h"
+#include "core/trace/sky_regions.h"
+#include "shared/lights.h"
+#include "tests/support/sky_rooms.h"
+#include "tests/support/stats.h"
+
+namespace {
+
+using namespace tests;
+using core::SkyNeed;
+
+float unitOf(std::mt19937& random)
+{
+    return static_cast<float>(random() >> 8) * 0x1p-24f;
+}
+
+/// A world, its hierarchy and its regions, as the shared text reads them.
+struct Learnt {
+    std::shared_ptr<const core::World> world;
+    core::Accel accel;
+    std::shared_ptr<const core::SkyRegions> regions;
+    shared::SceneView scene;
+    shared::PathSettings settings;
+
+    explicit Learnt(const SceneBuilder& builder, SkyNeed need = SkyNeed::hidden)
+        : world(builder.world()), accel(world), regions(core::makeSkyRegions(accel, need)),
+          scene(core::sceneView(*world)), settings(core::worldSettings(*world))
+    {
+        if (!regions) return;
+        scene.skyRegions = regions->words.data();
+        settings.skyRegions = 1;
+    }
+
+    uint32_t regionAt(glm::vec3 p, glm::vec3 n) const
+    {
+        const glm::dvec3 q = world->placement.toWorld(glm::dvec3(p));
+        return shared::findSkyRegion(scene, glm::vec3(q), n);
+    }
+
+    /// Of several places in the room, floor, walls and ceiling; each once.
+    std::vector<uint32_t> someRegions(size_t count) const
+    {
+        std::mt19937 random(3);
+        std::set<uint32_t> found;
+        for (int i = 0; i < 200 && found.size() < count; ++i) {
+            const glm::vec3 p(2 * unitOf(random) - 1, 2 * unitOf(random) - 1,
+                              2 * unitOf(random) - 1);
+            found.insert(regionAt(p, shared::sampleSphere({unitOf(random), unitOf(random)})));
+        }
+        return {found.begin(), found.end()};
+    }
+};
+
+/// Where a direction falls in a grid over the sphere, rows of equal solid angle.
+uint32_t binOf(glm::vec3 d, uint32_t across, uint32_t down)
+{
+    const glm::vec2 uv = shared::environmentUv(d);
+    const auto x = static_cast<uint32_t>(uv.x * static_cast<float>(across));
+    const auto y = static_cast<uint32_t>((0.5f - 0.5f * std::clamp(d.y, -1.0f, 1.0f)) *
+                                         static_cast<float>(down));
+    return std::min(y, down - 1) * across + std::min(x, across - 1);
+}
+
+TEST(SkyRegions, DirectionsAreDrawnByTheirDensity)
+{
+    for (const bool sunny : {false, true}) {
+        const Learnt room(windowRoom(sunny));
+        ASSERT_NE(room.regions, nullptr);
+        const std::vector<uint32_t> regions = room.someRegions(6);
+        ASSERT_GE(regions.size(), 5u);
+        for (const uint32_t region : regions) {
+            ASSERT_GT(region, 0u);
+            const uint32_t across = 48, down = 24;
+            std::vector<double> observed(across * down), expected(across * down);
+            std::mt19937 random(7);
+            const int draws = 400'000;
+            int moved = 0;  // over the border of a cell by rounding
+            for (int i = 0; i < draws; ++i) {
+                shared::EmitterSample s;
+                const glm::vec2 u(unitOf(random), unitOf(random));
+                if (!shared::sampleEnvironment(room.scene, room.settings, region, u, s)) continue;
+                const float pdf = shared::pdfEnvironment(room.scene, room.settings, region, s.wi);
+                moved += std::abs(pdf / s.pdf - 1) > 1e-3f;
+                observed[binOf(s.wi, across, down)] += 1;
+            }
+            EXPECT_LE(moved, 3e-3 * draws);
+            // By quadrature, on a grid that is finer than texels and jittered against cells.
+            const uint32_t fine = 64;
+            double total = 0;
+            for (uint32_t y = 0; y < down * fine; ++y) {
+                for (uint32_t x = 0; x < across * fine; ++x) {
+                    const double cosine = 1 - 2 * (y + double(unitOf(random))) / (down * fine);
+                    const glm::vec3 d = shared::environmentDirection(
+                        {(static_cast<float>(x) + unitOf(random)) / float(across * fine),
+                         static_cast<float>(std::acos(cosine) / std::numbers::pi)});
+                    const double mass =
+                        static_cast<double>(
+                            shared::pdfEnvironment(room.scene, room.settings, region, d)) *
+                        4 * std::numbers::pi / (double(across) * down * fine * fine);
+                    expected[binOf(d, across, down)] += mass * draws;
+                    total += mass;
+                }
+            }
+            EXPECT_NEAR(total, 1.0, 2e-3);
+            const ChiSquare test = chiSquareTest(observed, expected);
+            EXPECT_GT(test.p, sidak(kLevel, 12))
+                << "chi-square " << test.statistic << " of " << test.degreesOfFreedom;
+        }
+    }
+}
+
+TEST(SkyRegions, WhateverShinesKeepsADensity)
+{
+    const Learnt room(windowRoom(true));
+    ASSERT_NE(room.regions, nullptr);
+    std::mt19937 random(13);
+    for (const uint32_t region : room.someRegions(20)) {
+        for (int i = 0; i < 20'000; ++i) {
+            const glm::vec3 d = shared::sampleSphere({unitOf(random), unitOf(random)});
+            const float whole = shared::pdfEnvironment(room.scene, room.settings, 0, d);
+            if (!(whole > 0)) continue;
+            const float here = shared::pdfEnvironment(room.scene, room.settings, region, d);
+            ASSERT_TRUE(here > 0.09f * whole && here < 1e6f) << here << " of " << whole;
+        }
+    }
+}
+
+TEST(SkyRegions, EmittersAreChosenByTheirProbability)
+{
+    const Learnt room(roomWithLamps());
+    ASSERT_NE(room.regions, nullptr);
+    ASSERT_GT(room.settings.treeEmitters, 0u);
+    const uint32_t count = room.settings.emitterCount;
+    std::mt19937 random(5);
+    double least = 1, most = 0;
+    for (const uint32_t region : room.someRegions(8)) {
+        const glm::vec3 p(0.1f, -0.9f, 0.2f);
+        const uint32_t departure = shared::packReceiver({0, 1, 0});
+        std::vector<double> observed(count + 1), expected(count + 1);
+        const int draws = 200'000;
+        for (int i = 0; i < draws; ++i) {
+            float pmf = 0;
+            const uint32_t chosen = shared::chooseEmitterIn(room.scene, room.settings, region, p,
+                                                            departure, unitOf(random), pmf);
+            if (!(pmf > 0)) {
+                observed.back() += 1;
+                continue;
+            }
+            ASSERT_LT(chosen, count);
+            const float stated =
+                chosen == room.settings.environmentEmitter
+                    ? shared::pmfEnvironmentIn(room.scene, room.settings, region)
+                    : shared::pmfEmitterIn(room.scene, room.settings, region, chosen, p, departure);
+            ASSERT_FLOAT_EQ(pmf, stated);
+            observed[chosen] += 1;
+        }
+        double sum = 0;
+        for (uint32_t i = 0; i < count; ++i) {
+            const double pmf = static_cast<double>(
+                i == room.settings.environmentEmitter
+                    ? shared::pmfEnvironmentIn(room.scene, room.settings, region)
+                    : shared::pmfEmitterIn(room.scene, room.settings, region, i, p, departure));
+            expected[i] = pmf * draws;
+            sum += pmf;
+        }
+        ASSERT_LE(sum, 1 + 1e-5);
+        expected.back() = std::max(0.0, 1 - sum) * draws;
+        const ChiSquare test = chiSquareTest(observed, expected);
+        EXPECT_GT(test.p, sidak(kLevel, 8));
+        const double sky = static_cast<double>(shared::skyShare(room.scene, region));
+        least = std::min(least, sky);
+        most = std::max(most, sky);
+    }
+    EXPECT_GE(least, 0.04);
+    EXPECT_LE(most, 0.96);
+    EXPECT_GT(most, 2 * least) << "all places have the same share";
+}
+
+/// Of what is drawn on the floor, many times as much goes through the window.
+TEST(SkyRegions, OpeningsAreFound)
+{
+    const Learnt room(windowRoom(false));
+    ASSERT_NE(room.regions, nullptr);
+    std::mt19937 random(11);
+    int whole = 0, here = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const glm::vec3 floor(1.8f * unitOf(random) - 0.9f, -1.0f, 1.8f * unitOf(random) - 0.9f);
+        const glm::vec3 p(room.world->placement.toWorld(glm::dvec3(floor)));
+        const glm::vec3 up(0, 1, 0);
+        const glm::vec2 u(unitOf(random), unitOf(random));
+        for (const uint32_t region : {0u, shared::findSkyRegion(room.scene, p, up)}) {
+            shared::EmitterSample s;
+            if (!shared::sampleEnvironment(room.scene, room.settings, region, u, s)) continue;
+            if (s.wi.y < 0) continue;
+            const bool open = !room.accel.occluded({shared::offsetRay(p, up), 1e30f, s.wi, 0});
+            (region == 0 ? whole : here) += open;
+        }
+    }
+    EXPECT_GT(whole, 50);
+    EXPECT_GT(here, 8 * whole) << here << " and " << whole;
+}
+
+TEST(SkyRegions, ThreadsDoNotCount)
+{
+    const auto world = windowRoom(true).world();
+    const core::Accel accel(world);
+    const auto all = core::makeSkyRegions(accel, SkyNeed::always);
+    const core::ThreadLimit limit(1);
+    const auto one = core::makeSkyRegions(accel, SkyNeed::always);
+    ASSERT_TRUE(all && one);
+    EXPECT_EQ(all->count, one->count);
+    EXPECT_EQ(all->words, one->words);
+}
+
+TEST(SkyRegions, NothingIsMadeWhereMostOfTheSkyIsSeen)
+{
+    SceneBuilder b;
+    b.quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, b.material(lambert(glm::vec3(0.5f))));
+    b.sphere({0, 1, 0}, 1, 3, b.material(lambert(glm::vec3(0.5f))));
+    b.camera({0, 1, 5}, {0, 1, 0}, 0.8);
+    addSky(b, false);
+    EXPECT_EQ(Learnt(b).regions, nullptr);
+    b.scene.cameras.clear();
+    EXPECT_EQ(Learnt(b).regions, nullptr);
+    EXPECT_NE(Learnt(b, SkyNeed::always).regions, nullptr);
+}
+
+TEST(SkyRegions, ScenesWithoutASkyOrAPlaceHaveNone)
+{
+    SceneBuilder dark = windowRoom(false);
+    for (glm::vec4& texel : dark.scene.environment->texels) texel = glm::vec4(0, 0, 0, 1);
+    EXPECT_EQ(Learnt(dark, SkyNeed::always).regions, nullptr);
+    SceneBuilder without = windowRoom(false);
+    without.scene.environment.reset();
+    EXPECT_EQ(Learnt(without, SkyNeed::always).regions, nullptr);
+    SceneBuilder away;  // a camera that looks past all there is
+    away.quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, away.material(lambert(glm::vec3(0.5f))));
+    away.camera({0, 1, 5}, {0, 1, 10}, 0.8);
+    addSky(away, false);
+    EXPECT_EQ(Learnt(away).regions, nullptr);
+}
+
+/// Where nothing of the sky is ever seen, all of it is drawn.
+TEST(SkyRegions, ClosedRoomsDrawTheWholeSky)
+{
+    SceneBuilder b;
+    b.box({-1, -1, -1}, {1, 1, 1}, b.material(lambert(glm::vec3(0.5f))), true);
+    b.camera({0, 0, 0.9}, {0, 0, 0}, 0.8);
+    addSky(b, true);
+    const Learnt closed(b);
+    ASSERT_NE(closed.regions, nullptr);
+    std::mt19937 random(19);
+    for (const uint32_t region : closed.someRegions(10)) {
+        for (int i = 0; i < 1000; ++i) {
+            const glm::vec3 d = shared::sampleSphere({unitOf(random), unitOf(random)});
+            const float whole = shared::pdfEnvironment(closed.scene, closed.settings, 0, d);
+            const float here = shared::pdfEnvironment(closed.scene, closed.settings, region, d);
+            ASSERT_NEAR(here, whole, 1e-4f * whole);
+        }
+    }
+}
+
+}  // namespace
