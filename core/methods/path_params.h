@@ -45,7 +45,8 @@ inline constexpr Field kKernel{
 inline constexpr Field kSky{
     "sky",
     "how connections draw the environment: as each region of the scene sees it through windows and "
-    "doors, or as a whole; auto: by regions where most places see little of it"};
+    "doors, or as a whole; auto: by regions where most places see little of it and nothing "
+    "moves"};
 
 }  // namespace fields
 

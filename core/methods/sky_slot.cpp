@@ -1,3 +1,4 @@
+// See sky_slot.h.
 #include "core/methods/sky_slot.h"
 
 #include "core/base/check.h"
@@ -11,11 +12,16 @@ void SkySlot::forget()
     taken_.reset();
 }
 
-/// Where regions pay, they are those that are made in any case.
-bool SkySlot::isKnown(SkySampling sampling, const World& world) const
+bool SkySlot::isWanted(SkySampling sampling, const World& world)
 {
-    return sampling == SkySampling::whole || world.environmentEmitter == shared::kNone ||
-           regions_ != nullptr || asked_ == sampling;
+    if (sampling == SkySampling::whole || world.environmentEmitter == shared::kNone) return false;
+    return sampling == SkySampling::regions || world.movingTriangles.empty();
+}
+
+/// Where regions pay, they are those that are made in any case.
+bool SkySlot::isKnown(SkySampling sampling) const
+{
+    return regions_ != nullptr || asked_ == sampling;
 }
 
 void SkySlot::make(SkySampling sampling, const Accel& accel)
@@ -27,18 +33,20 @@ void SkySlot::make(SkySampling sampling, const Accel& accel)
 
 std::shared_ptr<const SkyRegions> SkySlot::take(SkySampling sampling, const Accel& accel)
 {
-    if (!isKnown(sampling, accel.world())) make(sampling, accel);
-    taken_ = sampling == SkySampling::whole ? nullptr : regions_;
-    return taken_;
+    taken_ = nullptr;
+    if (!isWanted(sampling, accel.world())) return taken_;
+    if (!isKnown(sampling)) make(sampling, accel);
+    return taken_ = regions_;
 }
 
 std::shared_ptr<const SkyRegions> SkySlot::take(SkySampling sampling,
                                                 const std::shared_ptr<const World>& world)
 {
     CHECK(world != nullptr);
-    if (!isKnown(sampling, *world)) make(sampling, Accel(world));
-    taken_ = sampling == SkySampling::whole ? nullptr : regions_;
-    return taken_;
+    taken_ = nullptr;
+    if (!isWanted(sampling, *world)) return taken_;
+    if (!isKnown(sampling)) make(sampling, Accel(world, {}, {}, AccelQuality::medium));
+    return taken_ = regions_;
 }
 
 void SkySlot::addTo(RenderStats& stats) const

@@ -17,11 +17,12 @@ public:
     void forget();
 
     /// Regions for views that ask for `sampling` in the accelerated world; null where the
-    /// environment is to be drawn as a whole.
+    /// environment is to be drawn as a whole. Learning takes longer than a frame of an animation
+    /// may, so what moves has regions only where they are asked for by name.
     std::shared_ptr<const SkyRegions> take(SkySampling sampling, const Accel& accel);
 
-    /// The same where there is no hierarchy for the CPU: one is built where it is needed, and let
-    /// go. The regions are the same.
+    /// The same where there is no hierarchy for the CPU: one is built where it is needed, quickly,
+    /// and let go. Only rays that meet an edge may find others.
     std::shared_ptr<const SkyRegions> take(SkySampling sampling,
                                            const std::shared_ptr<const World>& world);
 
@@ -32,7 +33,8 @@ public:
     void addTo(RenderStats& stats) const;
 
 private:
-    bool isKnown(SkySampling sampling, const World& world) const;
+    static bool isWanted(SkySampling sampling, const World& world);
+    bool isKnown(SkySampling sampling) const;
     void make(SkySampling sampling, const Accel& accel);
 
     std::optional<SkySampling> asked_;  // what regions_ were made for
