@@ -51,6 +51,7 @@ TEST(Args, EveryParameterOfTheMethodIsAnOption)
     expected.strategy = core::Strategy::light;
     expected.clampIndirect = 2.5f;
     expected.kernel = core::Kernel::megakernel;
+    expected.sky = core::SkySampling::regions;
     std::vector<std::string> words{"rekindle", "render", "a.gltf", "-o", "a.exr"};
     const auto json = app::paramsJson(expected);
     for (const auto& [name, value] : json.items()) {

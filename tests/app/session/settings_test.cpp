@@ -96,7 +96,8 @@ Settings someSettings()
                                   .sampler = core::SamplerKind::independent,
                                   .strategy = core::Strategy::light,
                                   .clampIndirect = 2.7f,
-                                  .kernel = core::Kernel::megakernel});
+                                  .kernel = core::Kernel::megakernel,
+                                  .sky = core::SkySampling::regions});
     s.windowSize = {800, 601};
     s.recentFiles = {"/a/b.glb", "/a/c d.gltf"};
     s.presets = {{"mine", core::PathParams{.maxDepth = 3}},

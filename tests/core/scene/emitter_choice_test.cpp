@@ -5,6 +5,7 @@
 #include "core/scene/emitter_choice.h"
 #include "core/scene/emitter_tree.h"
 #include "tests/support/animated_scenes.h"
+#include "tests/support/instanced_scenes.h"
 #include "tests/support/test_scenes.h"
 
 namespace {
@@ -39,6 +40,20 @@ SceneBuilder chandelier(int lamps)
     return b;
 }
 
+/// Of triangles.
+std::vector<core::EmitterBounds> boundsOf(const core::World& world)
+{
+    std::vector<core::EmitterBounds> bounds;
+    for (const shared::Emitter& e : world.emitters) {
+        const glm::vec3 n = glm::cross(e.b - e.a, e.c - e.a);
+        core::EmitterBounds of{glm::min(e.a, glm::min(e.b, e.c)), glm::max(e.a, glm::max(e.b, e.c)),
+                               glm::normalize(n)};
+        of.intensity = 0.5 * static_cast<double>(glm::length(n) * shared::luminance(e.radiance));
+        bounds.push_back(of);
+    }
+    return bounds;
+}
+
 TEST(EmitterChoice, TheTreeChoosesWhereItPays)
 {
     const auto world = street(60).world();
@@ -60,21 +75,13 @@ TEST(EmitterChoice, GainIsTheRatioOfDeviations)
         SceneBuilder b;
         b.quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, b.material(lambert(glm::vec3(0.5f))));
         const int lamp = b.material(emitter(glm::vec3(1000)));
-        std::vector<core::EmitterBounds> bounds;
         for (int i = 0; i < 16; ++i) {
             const float x = 0.02f * static_cast<float>(i), turn = up && i % 2 == 1 ? -1.0f : 1.0f;
             b.mesh({{x, 50, 0}, {x, 50, 0.01f}, {x - turn * 0.01f, 50, 0}}, {{0, 1, 2}}, lamp);
         }
         const auto world = core::chosenByPlace(b.world());
         ASSERT_EQ(world->treeEmitters, 16u);
-        for (const shared::Emitter& e : world->emitters) {
-            const glm::vec3 n = glm::cross(e.b - e.a, e.c - e.a);
-            core::EmitterBounds of{glm::min(e.a, glm::min(e.b, e.c)),
-                                   glm::max(e.a, glm::max(e.b, e.c)), glm::normalize(n)};
-            of.intensity =
-                0.5 * static_cast<double>(glm::length(n) * shared::luminance(e.radiance));
-            bounds.push_back(of);
-        }
+        const std::vector<core::EmitterBounds> bounds = boundsOf(*world);
         const double gain = core::treeGain(*world, bounds);
         if (up)
             EXPECT_GT(gain, 4);
@@ -82,6 +89,26 @@ TEST(EmitterChoice, GainIsTheRatioOfDeviations)
             EXPECT_NEAR(gain, 1, 0.3);
         EXPECT_EQ(core::treeGain(*world, bounds), gain);
     }
+}
+
+/// A street of paving stones that are instances has its places where one of triangles has them: in
+/// the space of the prototype they would all be at the middle of the street.
+TEST(EmitterChoice, PlacesAreOnWhatInstancesShow)
+{
+    SceneBuilder b = street(60);
+    b.scene.meshes[0].triangles.clear();
+    const int stone = b.looseMesh({{0, 0, 3}, {6, 0, 3}, {6, 0, -3}, {0, 0, -3}},
+                                  {{0, 1, 2}, {0, 2, 3}}, b.scene.meshes[0].material);
+    for (int i = 0; i < 60; ++i) {
+        glm::dmat4 node(1);
+        node[3] = glm::dvec4(6 * i, 0, 0, 1);
+        b.node(node, {stone});
+    }
+    const auto flat = worldOf(b, core::Instancing::flat), kept = worldOf(b, core::Instancing::kept);
+    ASSERT_EQ(kept->instances.size(), 60u);
+    EXPECT_EQ(kept->treeEmitters, 120u);
+    const double gain = core::treeGain(*flat, boundsOf(*flat));
+    EXPECT_NEAR(core::treeGain(*kept, boundsOf(*kept)), gain, 0.2 * gain);
 }
 
 TEST(EmitterChoice, CanBeTold)

@@ -136,21 +136,6 @@ TEST(Instances, AreNeitherLampsNorPanesNorInMotion)
     EXPECT_EQ(fresh->boundsHigh, later->boundsHigh);
 }
 
-/// Whether the tree over emitters pays is tried at places on what is shown.
-TEST(Instances, DoNotChangeHowEmittersAreChosen)
-{
-    Thing thing{.levels = 4};
-    thing.leaf = emitter(glm::vec3(3));
-    for (const int count : {25, 100}) {
-        const SceneBuilder scene = thicket(count, thing);
-        const auto flat = worldOf(scene, Instancing::flat), kept = worldOf(scene, Instancing::kept);
-        ASSERT_EQ(kept->instances.size(), static_cast<size_t>(count));
-        EXPECT_EQ(kept->emitters.size(), 2u * static_cast<size_t>(count) + 2);
-        EXPECT_EQ(kept->treeEmitters, flat->treeEmitters);
-        EXPECT_GT(kept->treeEmitters, 0u) << "lamps all around";
-    }
-}
-
 /// A matrix that flattens the mesh has no inverse; one so small loses the triangles' normals.
 TEST(Instances, AreSoundOrWrittenOut)
 {
