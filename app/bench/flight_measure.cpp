@@ -83,7 +83,7 @@ void Measurement::load(size_t index)
     for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
     scene_.name = sceneName(options.file, taken);
     scene_.file = options.file;
-    scene_.triangles = world_->triangles.size();
+    scene_.triangles = core::shownTriangles(*world_);
     scene_.size = o_.size ? *o_.size : core::sizeForWidth(camera, o_.width);
     flight_ = o_.path.empty() ? Flight::around(world_, camera, scene_.size, o_.steps.back())
                               : Flight::along(readCameraPath(o_.path, camera, world_->placement));

@@ -55,7 +55,7 @@ void Measurement::load(size_t index)
     for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
     scene_.name = sceneName(options.file, taken);
     scene_.file = options.file;
-    scene_.triangles = world_->triangles.size();
+    scene_.triangles = core::shownTriangles(*world_);
     scene_.size = o_.size ? *o_.size : usualSize(camera);
     view_ = {camera, scene_.size, o_.params};
     for (const Station& s : stations_)

@@ -54,7 +54,7 @@ void Measurement::load(size_t index)
     scene_.name = sceneName(options.file, taken);
     scene_.file = options.file;
     scene_.loadSeconds = core::secondsSince(start);
-    scene_.triangles = world_->triangles.size();
+    scene_.triangles = core::shownTriangles(*world_);
     scene_.emitters = world_->emitters.size();
     scene_.hasTree = !world_->emitterTree.empty();
     scene_.choosesByTree = world_->treeEmitters > 0;

@@ -84,7 +84,7 @@ void Measurement::load(size_t index)
     for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
     scene_.name = sceneName(options.file, taken);
     scene_.file = options.file;
-    scene_.triangles = world->triangles.size();
+    scene_.triangles = core::shownTriangles(*world);
     scene_.size = o_.size ? *o_.size : sizeFor(camera, o_.width);
     lit_ = std::make_unique<LitScene>(world, camera, scene_.size, o_.params, tools_.loading,
                                       tools_.stop);

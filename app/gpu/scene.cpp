@@ -8,6 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/base/time.h"
+#include "core/scene/features.h"
 #include "core/scene/instances.h"
 #include "core/trace/world_bvh.h"
 
@@ -27,8 +28,7 @@ std::vector<glm::uvec4> triangleWords(const core::World& world, const Slots& slo
     };
     for (const uint32_t index : slots) {
         const core::WorldTriangle& t = world.triangles[index];
-        const bool alpha = (world.materials[t.material].flags &
-                            (shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend)) != 0;
+        const bool alpha = core::hasAlphaTest(world.materials[t.material]);
         words.push_back(word(world.positions[t.v0], index));
         words.push_back(
             word(world.positions[t.v1], t.material | (alpha ? shared::kTriangleAlphaBit : 0)));

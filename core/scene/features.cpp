@@ -78,8 +78,7 @@ uint32_t bitsOf(const Material& material, TextureRanges& textures)
     }
     if ((m.flags & shared::kMaterialUnlit) != 0) return bits;
 
-    const uint32_t alphaFlags = shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend;
-    if ((m.flags & alphaFlags) != 0) {
+    if (hasAlphaTest(m)) {
         const float lowest = m.alpha * textures.range(material, shared::kTextureBaseColor, 3).low;
         const bool mask = (m.flags & shared::kMaterialAlphaMask) != 0;
         if (lowest < (mask ? m.alphaCutoff : 1.0f)) bits |= shared::kFeatureAlpha;
@@ -192,10 +191,8 @@ uint32_t meshFeatures(const Scene& scene, std::span<const int> meshes, uint32_t 
         }
         for (const shared::VertexExtra& v : mesh.extra) {
             colours |= v.colorRg != kWhite || v.colorBa != kWhite;
-            const uint32_t alphaFlags = shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend;
-            if ((v.colorBa >> 16) != 0x3c00u && (material.data.flags & alphaFlags) != 0) {
+            if ((v.colorBa >> 16) != 0x3c00u && hasAlphaTest(material.data))
                 bits |= shared::kFeatureAlpha;
-            }
         }
         if (second || colours) bits |= shared::kFeatureVertexExtra;
     }

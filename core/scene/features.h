@@ -21,6 +21,19 @@ std::vector<std::string> featureList(uint32_t features, bool set);
 /// The bit of a name; throws core::Error (command line) listing the names there are.
 uint32_t featureBit(std::string_view name);
 
+/// Whether hits on the material need the alpha test.
+inline bool hasAlphaTest(const shared::Material& m)
+{
+    return (m.flags & (shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend)) != 0;
+}
+
+/// Whether light may go straight through the material somewhere: smooth or not is a matter of
+/// textures.
+inline bool mayBePane(const shared::Material& m)
+{
+    return m.transmission > 0 && (m.flags & shared::kMaterialVolume) == 0;
+}
+
 /// Bits that the materials with these indices can need. Textures are scanned for the values that
 /// they can take, so that a roughness map that never gets near zero does not bring in mirrors.
 /// Exact but for correlations between channels.

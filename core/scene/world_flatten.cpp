@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
 
 #include "core/base/check.h"
-#include "core/base/parallel.h"
 #include "core/scene/world_geometry.h"
-#include "shared/warp.h"
 
 namespace core {
 

@@ -1,6 +1,7 @@
 // Triangles written out as the arrays of a world hold them. Private to world*.cpp.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "core/scene/world_parts.h"

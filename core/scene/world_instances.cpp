@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "core/base/check.h"
@@ -33,14 +32,12 @@ bool mayBeInstanced(const Scene& scene, const Mesh& mesh)
 {
     const shared::Material& m = scene.materials[static_cast<size_t>(mesh.material)].data;
     const bool shines = m.emissive.x > 0 || m.emissive.y > 0 || m.emissive.z > 0;
-    const bool pane = m.transmission > 0 && (m.flags & shared::kMaterialVolume) == 0;
-    return !shines && !pane && !mesh.triangles.empty();
+    return !shines && !mayBePane(m) && !mesh.triangles.empty();
 }
 
 bool hasAlpha(const Scene& scene, const Mesh& mesh)
 {
-    const uint32_t flags = shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend;
-    return (scene.materials[static_cast<size_t>(mesh.material)].data.flags & flags) != 0;
+    return hasAlphaTest(scene.materials[static_cast<size_t>(mesh.material)].data);
 }
 
 uint64_t triangleCount(const Scene& scene, const PrototypePlan& plan)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/scene/features.h"
 #include "core/scene/world_geometry.h"
 
 namespace core {
@@ -157,11 +158,10 @@ Placement placeScene(const Scene& scene, const std::vector<Instance>& instances)
 
 void orderInstances(const Scene& scene, bool alpha, std::vector<Instance>& instances)
 {
-    const uint32_t flags = shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend;
     const auto place = [&](const Instance& instance) {
         const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
         const Material& material = scene.materials[static_cast<size_t>(mesh.material)];
-        const bool tested = alpha && (material.data.flags & flags) != 0;
+        const bool tested = alpha && hasAlphaTest(material.data);
         return tested ? (instance.moves ? 2 : 3) : (instance.moves ? 1 : 0);
     };
     std::stable_sort(instances.begin(), instances.end(),

@@ -5,24 +5,11 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/scene/features.h"
 
 namespace core {
 
 namespace {
-
-bool hasAlpha(const World& world, const WorldTriangle& triangle)
-{
-    const uint32_t flags = shared::kMaterialAlphaMask | shared::kMaterialAlphaBlend;
-    return (world.materials[triangle.material].flags & flags) != 0;
-}
-
-/// Whether light may go straight through the triangle somewhere: smooth or not is a matter of
-/// textures.
-bool mayBePane(const World& world, const WorldTriangle& triangle)
-{
-    const shared::Material& m = world.materials[triangle.material];
-    return m.transmission > 0 && (m.flags & shared::kMaterialVolume) == 0;
-}
 
 RTCSceneFlags robust(RTCSceneFlags flags)
 {
@@ -94,7 +81,8 @@ void AccelScenes::findPieces()
     uint32_t opaque = count;  // before the first whose alpha is tested
     if ((world->features & shared::kFeatureAlpha) != 0) {
         opaque = 0;
-        while (opaque < count && !hasAlpha(*world, world->triangles[opaque])) ++opaque;
+        while (opaque < count && !hasAlphaTest(world->materials[world->triangles[opaque].material]))
+            ++opaque;
     }
     const IndexRange moves = world->movingTriangles;
     const auto add = [&](const Piece& piece) {
@@ -238,7 +226,7 @@ void AccelScenes::makePanes(Monitor& monitor)
     paneIndices_.clear();
     for (uint32_t i = 0; i < flatTriangles(*world); ++i) {
         const WorldTriangle& t = world->triangles[i];
-        if (mayBePane(*world, t)) paneIndices_.emplace_back(t.v0, t.v1, t.v2);
+        if (mayBePane(world->materials[t.material])) paneIndices_.emplace_back(t.v0, t.v1, t.v2);
     }
     if (paneIndices_.empty()) return;
     panes = rtcNewScene(device);

@@ -2,12 +2,14 @@
 #include "core/trace/sky_places.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/parallel.h"
 #include "core/base/pcg32.h"
 #include "core/scene/light_table.h"
 #include "core/trace/scene_view.h"
+#include "shared/instances.h"
 
 namespace core {
 
@@ -42,30 +44,74 @@ Walk fromCamera(const Camera& camera, Pcg32& random)
     return walk;
 }
 
-/// Chooses triangles by the root of their area: a ground of kilometres is not all there is.
+/// The prototype that a stored triangle belongs to; null where it stands for itself.
+const Prototype* prototypeOf(const World& world, size_t triangle)
+{
+    if (triangle < flatTriangles(world)) return nullptr;
+    return std::upper_bound(world.prototypes.begin(), world.prototypes.end(), triangle,
+                            [](size_t t, const Prototype& p) { return t < p.triangles.begin; }) -
+           1;
+}
+
+/// Of an edge in an instance to that of its prototype, more or less.
+double sizeOf(const shared::InstanceMatrix& m)
+{
+    const glm::dvec3 a(m.row0), b(m.row1), c(m.row2);
+    return std::cbrt(std::abs(glm::dot(glm::cross(a, b), c)));
+}
+
+/// How many triangles of the table there are for one of the world: it holds so many, of more it has
+/// every n-th.
+size_t strideOf(const World& world)
+{
+    return world.triangles.size() / (kMaxCdfEntries / 2) + 1;
+}
+
+/// Chooses triangles by the root of their area: a ground of kilometres is not all there is. Those
+/// of prototypes count as often as they are shown.
 std::vector<float> surfaceCdf(const World& world)
 {
-    // The table holds so many; of more triangles every n-th.
-    const size_t stride = world.triangles.size() / (kMaxCdfEntries / 2) + 1;
+    std::vector<double> shown(world.prototypes.size(), 0.0);
+    for (size_t p = 0; p < shown.size(); ++p) {
+        const IndexRange& instances = world.prototypes[p].instances;
+        for (uint32_t i = instances.begin; i < instances.end; ++i)
+            shown[p] += sizeOf(world.instances[i]);
+    }
+    const size_t stride = strideOf(world);
     std::vector<double> weights;
     weights.reserve(world.triangles.size() / stride + 1);
     for (size_t i = 0; i < world.triangles.size(); i += stride) {
         const WorldTriangle& t = world.triangles[i];
         const vec3 a = world.positions[t.v0];
         const vec3 n = glm::cross(world.positions[t.v1] - a, world.positions[t.v2] - a);
-        weights.push_back(std::sqrt(std::sqrt(static_cast<double>(glm::dot(n, n)))));
+        const Prototype* prototype = prototypeOf(world, i);
+        weights.push_back(
+            std::sqrt(std::sqrt(static_cast<double>(glm::dot(n, n)))) *
+            (prototype ? shown[static_cast<size_t>(prototype - world.prototypes.begin())] : 1.0));
     }
     return makeCdf(weights);
 }
 
+/// A triangle as it is shown, one of its instances if it has such.
+std::array<vec3, 3> shownCorners(const World& world, size_t triangle, Pcg32& random)
+{
+    const WorldTriangle& t = world.triangles[triangle];
+    std::array<vec3, 3> corners{world.positions[t.v0], world.positions[t.v1],
+                                world.positions[t.v2]};
+    if (const Prototype* prototype = prototypeOf(world, triangle)) {
+        const auto any = static_cast<uint32_t>(random() * prototype->instances.size());
+        const shared::InstanceMatrix& m = world.instances[prototype->instances.begin + any];
+        for (vec3& corner : corners) corner = shared::transformPoint(m, corner);
+    }
+    return corners;
+}
+
 Walk fromSurface(const World& world, const std::vector<float>& cdf, Pcg32& random)
 {
-    const size_t stride = world.triangles.size() / (kMaxCdfEntries / 2) + 1;
     const auto above =
         std::upper_bound(cdf.begin(), cdf.end() - 1, static_cast<float>(random() * (1 - 0x1p-24)));
     const auto i = static_cast<size_t>(std::max<std::ptrdiff_t>(above - cdf.begin(), 1) - 1);
-    const WorldTriangle& t = world.triangles[i * stride];
-    const vec3 a = world.positions[t.v0], b = world.positions[t.v1], c = world.positions[t.v2];
+    const auto [a, b, c] = shownCorners(world, i * strideOf(world), random);
     const vec2 w = shared::sampleTriangle(pairOf(random));
     const vec3 cross = glm::cross(b - a, c - a);
     const float length = glm::length(cross);

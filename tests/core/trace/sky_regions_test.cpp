@@ -1,6 +1,7 @@
 // T35: in a region of the sky directions and emitters are drawn exactly as often as is stated,
 // whatever shines keeps a density, openings are found, and nothing is made where most of the sky is
 // seen or none shines.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -10,8 +11,10 @@
 
 #include "core/base/parallel.h"
 #include "core/trace/scene_view.h"
+#include "core/trace/sky_places.h"
 #include "core/trace/sky_regions.h"
 #include "shared/lights.h"
+#include "tests/support/instanced_scenes.h"
 #include "tests/support/sky_rooms.h"
 #include "tests/support/stats.h"
 
@@ -134,6 +137,30 @@ TEST(SkyRegions, WhateverShinesKeepsADensity)
             ASSERT_TRUE(here > 0.09f * whole && here < 1e6f) << here << " of " << whole;
         }
     }
+}
+
+/// Walks begin on what instances show: in the space of the prototype they would begin in its
+/// middle.
+TEST(SkyRegions, PlacesAreOnWhatInstancesShow)
+{
+    const auto outer = [](core::Instancing instancing) {
+        SceneBuilder b = thicket(400);  // on 20 x 20 around the origin
+        for (core::Node& node : b.scene.nodes) node.camera = -1;
+        b.camera({0, 1e4, 0}, {0, 2e4, 1}, 0.5);  // sees nothing
+        const auto world = worldOf(b, instancing);
+        EXPECT_EQ(world->instances.empty(), instancing == core::Instancing::flat);
+        const core::Accel accel(world);
+        const std::vector<core::Place> places = core::findPlaces(accel, 4096, 0);
+        EXPECT_GT(places.size(), 2000u);
+        const auto far = std::ranges::count_if(places, [&](const core::Place& p) {
+            const glm::dvec3 at = world->placement.toFile(glm::dvec3(p.position));
+            return std::max(std::abs(at.x), std::abs(at.z)) > 5;
+        });
+        return static_cast<double>(far) / static_cast<double>(places.size());
+    };
+    const double flat = outer(core::Instancing::flat), kept = outer(core::Instancing::kept);
+    EXPECT_GT(flat, 0.6);
+    EXPECT_NEAR(kept, flat, 0.05);
 }
 
 TEST(SkyRegions, EmittersAreChosenByTheirProbability)
