@@ -9,6 +9,7 @@
 #include "core/methods/method.h"
 #include "core/scene/emitter_choice.h"
 #include "tests/support/compare_films.h"
+#include "tests/support/instanced_scenes.h"
 #include "tests/support/sky_rooms.h"
 #include "tests/support/test_scenes.h"
 
@@ -259,6 +260,24 @@ TEST_F(GpuPathAlone, DepthLimitsMeanWhatTheySay)
         for (const float mean : film.mean.pixels)
             ASSERT_NEAR(mean, 2 - std::pow(0.5, depth), 2e-5) << depth;
     }
+}
+
+/// T37: of 65 thousand triangles that are stored.
+TEST_F(GpuPathAlone, AHundredMillionTrianglesAgreeWithCpu)
+{
+    const auto world =
+        tests::worldOf(tests::thicket(3200, {.levels = 6}), core::Instancing::automatic);
+    ASSERT_GT(core::shownTriangles(*world), 100'000'000u);
+    const auto onDevice = gpu::makePathRenderer({.index = -1, .validation = true});
+    onDevice->setWorld(world, {});
+    const auto cpu = core::makeRenderer("path");
+    cpu->setWorld(world, {});
+    const core::Estimate a = render(*onDevice, *world, 64, 64, 192, independent(1));
+    const core::Estimate b = render(*cpu, *world, 64, 64, 192, independent(2));
+    const tests::FilmComparison c = tests::compareFilms(a, b);
+    EXPECT_TRUE(c.agree()) << c.describe();
+    EXPECT_LT(c.detectable, 0.05) << c.describe();
+    EXPECT_LT(onDevice->stats().peakDeviceBytes, 64u << 20);
 }
 
 TEST_F(GpuPathAlone, ASceneThatDoesNotFitIsRefusedWithTheNumbers)
