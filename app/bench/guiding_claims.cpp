@@ -52,7 +52,7 @@ private:
 std::string percent(double ratio)
 {
     const double change = 100 * (ratio - 1);
-    return (change < 0 ? "" : "+") + report::fixedNumber(change, 0) + " %";
+    return std::string(change < 0 ? "" : "+") + report::fixedNumber(change, 0) + " %";
 }
 
 std::string onPapers(const Rows& rows, const Claim& claim)

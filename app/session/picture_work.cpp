@@ -50,14 +50,17 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
 {
     std::shared_ptr<const core::Image> backdrop = std::move(backdrop_);
     *this = {};
-    if (coarse == Coarse::no) backdrop_ = std::move(backdrop);
     coarse_ = coarse;
+    if (!quick()) backdrop_ = std::move(backdrop);
     shaded_ = coarse == Coarse::moving && request.movingShows == Moving::shaded;
     core::AnyParams params = request.params.method;
     uint32_t* const depth = core::findParam<uint32_t>(params, "max-depth");
     depth_ = depth != nullptr ? *depth : 1;
     size_ = request.size;
-    if (coarse != Coarse::no) {
+    if (coarse == Coarse::half) {
+        scale_ = 0.5f;
+        size_ = glm::max(size_ / 2u, glm::uvec2(1));
+    } else if (quick()) {
         // Samples that are kept from view to view must be those of one kind of path.
         const bool keeps = core::methodNamed(params.id()).traits.keepsOnMove;
         if (shaded_)
@@ -72,8 +75,7 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         depth_ = preview.depth;
     }
     if (depth != nullptr && !shaded_) *depth = depth_;
-    renderer.setPace(
-        {.dispatchSeconds = (coarse == Coarse::no ? kPieceStill : kPieceMoving) * paceFactor});
+    renderer.setPace({.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor});
     renderer.setView({request.camera, size_, params}, start);
     version_ = publishedVersion_ = renderer.progress().version;
     nextPoint_ = 2;
@@ -107,7 +109,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     if (shaded_) return advanceShaded(renderer, control);
     const auto start = Clock::now();
     core::Budget budget{.samples = nextCount(request)};
-    if (coarse_ == Coarse::no) budget.seconds = kStepSeconds;
+    if (!quick()) budget.seconds = kStepSeconds;
     renderer.advance(budget, stop);
     if (coarse_ == Coarse::moving && renderer.progress().samples > 0)
         aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
@@ -121,7 +123,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     if (now.samples <= samples_) return;
     if (samples_ > 0 || coarse_ != Coarse::no) {
         control.observe(double(now.samples - samples_) * size_.x * size_.y, depth_, stepSeconds_,
-                        coarse_ != Coarse::no);
+                        quick());
     }
     if (samples_ == 0) firstSeconds_ = stepSeconds_;
     samples_ = now.samples;
@@ -226,7 +228,8 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     if (request.wantVariance)
         picture->variance = std::make_shared<core::Image>(std::move(estimate.variance));
     if (coarse_ != Coarse::no) addPreview(*picture, request);
-    if (coarse_ != Coarse::no && !shaded_) backdrop_ = std::make_shared<core::Image>(picture->mean);
+    if (coarse_ != Coarse::no && !shaded_ && !holes)
+        backdrop_ = std::make_shared<core::Image>(picture->mean);
     if (request.wantAovs && !aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
     if (request.wantAovs) picture->aovs = aovs_;
     if (request.wantMaps) {

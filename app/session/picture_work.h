@@ -17,8 +17,9 @@ namespace app {
 enum class Change { nothing, view, world, renderer };
 Change changeBetween(const RenderRequest& from, const RenderRequest& to);
 
-/// A small picture that comes before the full one, or instead of it.
-enum class Coarse { no, first, moving };
+/// A small picture that comes before the full one, or instead of it: one that takes a moment, one
+/// of half the sides after it where the full one takes long, one of a camera that moves.
+enum class Coarse { no, first, half, moving };
 
 class PictureWork {
 public:
@@ -54,6 +55,10 @@ public:
     void discard() { *this = {}; }  // the renderer holds no picture any more
     void dropBackdrop() { backdrop_.reset(); }
     Coarse coarse() const { return coarse_; }
+    /// Whether it takes about as long as a frame, and is not cut up.
+    bool quick() const { return coarse_ == Coarse::first || coarse_ == Coarse::moving; }
+    /// Whether a finer picture of the same view follows it.
+    bool precedes() const { return coarse_ == Coarse::first || coarse_ == Coarse::half; }
     bool shaded() const { return shaded_; }
     float scale() const { return scale_; }
     uint64_t samples() const { return samples_; }

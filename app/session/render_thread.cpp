@@ -38,6 +38,13 @@ static uint32_t depthOf(const RenderParams& params)
     return depth != nullptr ? *depth : 1;
 }
 
+/// Whether a picture of half the sides is a quarter of the work and tells of the whole.
+static bool inSteps(const RenderParams& params)
+{
+    const core::Traits& traits = core::methodNamed(params.method.id()).traits;
+    return traits.streams && !traits.sharesLight;
+}
+
 class RenderThread::Loop {
 public:
     explicit Loop(RendererFactory factory) : factory_(std::move(factory)) {}
@@ -223,7 +230,7 @@ void RenderThread::Loop::step()
     }
     if ((publishDue_ && work_.presentable()) || work_.due()) publish();
     warmUp();
-    workLeft_ = wantsSamples() || work_.coarse() == Coarse::first;
+    workLeft_ = wantsSamples() || work_.precedes();
 }
 
 /// The first camera motion needs first hits, whose kernel a software device compiles for seconds:
@@ -249,7 +256,7 @@ bool RenderThread::Loop::prepareRenderer()
     }
     if (world_ != request_.world && !setWorld()) return false;
     const bool coarseIsOver = (work_.coarse() == Coarse::moving && !request_.moving) ||
-                              (work_.coarse() == Coarse::first && work_.published() > 0);
+                              (work_.precedes() && work_.published() > 0);
     if (!work_.begun() || changeBetween(*begun_, request_) != Change::nothing || coarseIsOver)
         beginPicture();
     return true;
@@ -335,6 +342,7 @@ void RenderThread::Loop::beginPicture()
     // Seconds of a full sample from which on a small one comes first
     constexpr double kSlow = 0.15;
     constexpr double kManyPixels = 1u << 15;  // and from here on, when nothing is known
+    constexpr double kVerySlow = 1;           // and one of half the sides after that
     Coarse coarse = Coarse::no;
     const double pixels = double(request_.size.x) * request_.size.y;
     const double expected = control_.predict(pixels, depthOf(request_.params));
@@ -345,6 +353,9 @@ void RenderThread::Loop::beginPicture()
         coarse = Coarse::moving;
     } else if (!shown && (expected > 0 ? expected > kSlow : pixels > kManyPixels)) {
         coarse = Coarse::first;
+    } else if (shown && work_.coarse() != Coarse::half && work_.scale() < 0.4f &&
+               expected > kVerySlow && inSteps(request_.params)) {
+        coarse = Coarse::half;
     }
     enter(Phase::building);
     {
@@ -360,7 +371,7 @@ void RenderThread::Loop::beginPicture()
 
 void RenderThread::Loop::takeSamples()
 {
-    const bool firstLook = work_.coarse() != Coarse::no && work_.samples() == 0;
+    const bool firstLook = work_.quick() && work_.samples() == 0;
     const std::stop_token stop = enter(firstLook ? Phase::coarse : Phase::sampling);
     work_.advance(*renderer_, request_, work_.shaded() ? shadedControl_ : control_, stop);
     const std::lock_guard lock(mutex_);

@@ -181,7 +181,7 @@ double contribution(const shared::Emitter& e, const EmitterBounds& bounds, const
     if (!found || !(cosine > 0)) return 0;
     if (!isTriangle) return cosine * static_cast<double>(shared::luminance(s.radiance)) / pmf;
     const double area = 0.5 * glm::length(glm::cross(glm::dvec3(e.b - e.a), glm::dvec3(e.c - e.a)));
-    const double density = pmf * static_cast<double>(s.pdf), other = cosine / shared::kPi;
+    const double density = pmf * static_cast<double>(s.pdf), other = cosine / std::numbers::pi;
     const double weight = density * density / (density * density + other * other);
     return cosine * bounds.intensity / area * weight / density;
 }

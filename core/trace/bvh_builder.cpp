@@ -347,7 +347,7 @@ uint32_t Builder::appendChunk(Layout& out, const Chunk& chunk)
         out.nodes.push_back(record);
     }
     for (const uint32_t entry : chunk.entries)  // their last components are no references
-        std::copy_n(chunk.nodes.begin() + entry, 6, out.nodes.begin() + firstWord + entry);
+        std::copy_n(&chunk.nodes[entry], 6, &out.nodes[firstWord + entry]);
     out.slots.insert(out.slots.end(), chunk.slots.begin(), chunk.slots.end());
     return relocate(chunk.root);
 }

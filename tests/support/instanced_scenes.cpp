@@ -50,7 +50,7 @@ SceneBuilder thicket(int count, const Thing& thing)
         m = glm::rotate(m, uniform(0, 6.283),
                         glm::dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1) + 2));
         m = glm::scale(m, glm::dvec3(uniform(0.5, 1), uniform(0.5, 1),
-                                     (i % 3 == 0 ? -1 : 1) * uniform(0.5, 1)));
+                                     (i % 3 == 0 ? -1.0 : 1.0) * uniform(0.5, 1)));
         m = glm::translate(m, glm::dvec3(-5, 3, -2));
         builder.node(m, meshes);
     }

@@ -33,6 +33,12 @@ StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThr
         return {status.stage.empty() ? "no picture" : status.stage, "no picture yet", dimColour(),
                 9};
     }
+    if (picture->preview && picture->fraction > 0) {
+        const bool full = picture->mean.width == picture->fullSize.x;
+        return {
+            format(full ? "first sample, %.0f %%" : "half size, %.0f %%", 100 * picture->fraction),
+            "what has no sample yet shows the smaller picture before it", kWarningColour, 9};
+    }
     if (picture->preview) {
         const std::string help =
             format("coarse while the camera moves: %u x %u pixels%s", picture->mean.width,
@@ -99,8 +105,10 @@ std::vector<StatusItem> statusItems(const UiContext& c)
                          kWarningColour, 9});
     }
     const ImVec4 text = textColour(), dim = dimColour();
-    items.push_back(
-        {countText(static_cast<double>(picture->samples)) + " spp", "samples per pixel", text, 8});
+    std::string samples = countText(static_cast<double>(picture->samples)) + " spp";
+    if (!picture->preview && picture->fraction > 0)
+        samples += format(", next %.0f %%", 100 * picture->fraction);
+    items.push_back({samples, "samples per pixel", text, 8});
     items.push_back(
         {secondsText(picture->seconds), "of rendering, since this picture began", text, 5});
     errorItem(*picture, c.session.reference().get(), items);

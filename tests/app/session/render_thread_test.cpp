@@ -167,11 +167,12 @@ TEST_F(RenderThread, PartsOfASlowSampleAreNews)
     start();
     book.set(&Book::secondsPerPixel, 2.5 / (256 * 256));
     post();
-    ASSERT_TRUE(
-        until([&] { return newest() && newest()->samples == 0 && newest()->fraction > 0; }));
+    ASSERT_TRUE(until([&] {
+        return newest() && newest()->mean.width == 256 && newest()->samples == 0 &&
+               newest()->fraction > 0;
+    }));
     const auto part = newest();
     EXPECT_TRUE(part->preview);
-    EXPECT_EQ(part->mean.width, 256u);
     // What has not been rendered yet shows the small picture.
     for (const float value : part->mean.pixels) ASSERT_EQ(value, 1.0f);
     ASSERT_TRUE(until([&] { return newest()->fraction > part->fraction; }));
@@ -179,7 +180,43 @@ TEST_F(RenderThread, PartsOfASlowSampleAreNews)
     EXPECT_EQ(finished()->samples, 1u);
     EXPECT_EQ(newest()->fraction, 0);
     EXPECT_FALSE(newest()->preview);
-    EXPECT_EQ(book.get(&Book::views), 2);  // the small one and the full one
+    EXPECT_EQ(book.get(&Book::views), 3);  // two small ones and the full one
+}
+
+TEST_F(RenderThread, AVerySlowPictureComesByHalvesOfItsSides)
+{
+    order.params.sppLimit = 1;
+    order.size = {256, 256};
+    start();
+    book.set(&Book::secondsPerPixel, 1.6 / (256 * 256));
+    post();
+    std::vector<uint32_t> widths;
+    ASSERT_TRUE(until([&] {
+        const auto p = newest();
+        if (!p) return false;
+        EXPECT_EQ(p->preview, p->samples == 0 || p->mean.width < 256);
+        if (widths.empty() || widths.back() != p->mean.width) widths.push_back(p->mean.width);
+        return p->finished;
+    }));
+    EXPECT_EQ(widths, (std::vector<uint32_t>{64, 128, 256}));
+    EXPECT_EQ(newest()->mean.pixels[0], 1.0f);
+}
+
+TEST_F(RenderThread, ACameraThatMovesWaitsForNoPictureOfHalfTheSides)
+{
+    order.params.sppLimit = 1;
+    order.size = {256, 256};
+    start();
+    book.set(&Book::secondsPerPixel, 40.0 / (256 * 256));
+    post();
+    ASSERT_TRUE(until([&] { return newest() && newest()->mean.width == 128; }));
+    EXPECT_TRUE(newest()->preview);
+    EXPECT_EQ(newest()->samples, 0u);
+    book.set(&Book::secondsPerPixel, 0.0);
+    order.camera.position.x = 7;
+    post();
+    EXPECT_EQ(finished()->mean.pixels[0], 7.0f);
+    EXPECT_LT(thread->status().lastStopSeconds, 5);
 }
 
 TEST_F(RenderThread, GoingBackToWhatWasInterruptedStillGivesAPicture)
