@@ -101,6 +101,7 @@ void Log::progress(const char* stage, double fraction)
     }
     if (now - stageStart_ < kSilentStart || !mayShow(now)) return;
     lastProgress_ = now;
+    if (fraction == core::kUnknownShare) return show(stage_ + " ...");
     fraction = std::clamp(fraction, 0.0, 1.0);
     show(terminal_ ? bar(fraction) + ' ' + percent(fraction) + "  " + stage_
                    : stage_ + ": " + percent(fraction));

@@ -50,7 +50,7 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
         const std::shared_ptr<const core::Scene> scene =
             core::loadGltf(options.file, options.load, progress, stop);
         core::giveBackMemory();  // what the document took
-        if (progress) progress("flatten", 0);
+        if (progress) progress("placing meshes", core::kUnknownShare);
         loaded.world =
             core::makeWorld(scene, options.at, forcedFeatures, {}, options.load.instancing);
         if (stop.stop_requested())

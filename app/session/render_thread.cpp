@@ -74,7 +74,8 @@ private:
     void suspendUntil(Change until, const std::string& error);
     void dropRenderer();
     core::Progress reportProgress();
-    std::stop_token enter(Phase phase);
+    std::stop_token enter(Phase phase, const char* stage);
+    void setStage(const char* stage, double fraction);
     void publishError(const std::string& error);
     bool interrupts(const RenderRequest& next) const;
 
@@ -87,7 +88,7 @@ private:
     Phase phase_ = Phase::idle;
     bool movingPreview_ = false;  // the picture under way is one
     std::stop_source interrupt_;
-    Clock::time_point interruptedAt_, postedAt_;
+    Clock::time_point interruptedAt_, postedAt_, stageSince_;
     std::shared_ptr<const Picture> picture_;
     RenderThreadStatus status_;
 
@@ -153,7 +154,9 @@ std::shared_ptr<const Picture> RenderThread::Loop::newest() const
 RenderThreadStatus RenderThread::Loop::status() const
 {
     const std::lock_guard lock(mutex_);
-    return status_;
+    RenderThreadStatus status = status_;
+    status.stageSeconds = secondsSince(stageSince_);
+    return status;
 }
 
 // --- the render thread
@@ -184,8 +187,7 @@ bool RenderThread::Loop::takeRequest()
     std::unique_lock lock(mutex_);
     phase_ = Phase::idle;
     if (!workLeft_ && !hasNext_) {
-        status_.stage = "idle";
-        status_.fraction = 0;
+        setStage("idle", 0);
         status_.rendering = false;
         changed_.wait(lock, [this] { return hasNext_ || ended_; });
     }
@@ -266,11 +268,7 @@ bool RenderThread::Loop::prepareRenderer()
 /// go back.
 void RenderThread::Loop::makeRenderer()
 {
-    enter(Phase::building);
-    {
-        const std::lock_guard lock(mutex_);
-        status_.stage = "start";
-    }
+    enter(Phase::building, "start");
     std::unique_ptr<core::Renderer> renderer = factory_(request_.params, request_.validation);
     dropRenderer();
     renderer_ = std::move(renderer);
@@ -292,8 +290,7 @@ core::Progress RenderThread::Loop::reportProgress()
 {
     return [this](const char* stage, double fraction) {
         const std::lock_guard lock(mutex_);
-        status_.stage = stage;
-        status_.fraction = fraction;
+        setStage(stage, fraction);
         if (interrupt_.stop_requested()) {
             throw core::Error("the scene is no longer wanted", core::ExitCode::interrupted);
         }
@@ -302,7 +299,7 @@ core::Progress RenderThread::Loop::reportProgress()
 
 bool RenderThread::Loop::setWorld()
 {
-    enter(Phase::building);
+    enter(Phase::building, "scene");
     work_.discard();
     const std::shared_ptr<const core::World> old = std::exchange(world_, nullptr);
     std::string text;
@@ -357,11 +354,7 @@ void RenderThread::Loop::beginPicture()
                expected > kVerySlow && inSteps(request_.params)) {
         coarse = Coarse::half;
     }
-    enter(Phase::building);
-    {
-        const std::lock_guard lock(mutex_);
-        status_.stage = "prepare";
-    }
+    enter(Phase::building, "prepare");
     const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;
     const bool shaded = coarse == Coarse::moving && request_.movingShows == Moving::shaded;
@@ -372,7 +365,7 @@ void RenderThread::Loop::beginPicture()
 void RenderThread::Loop::takeSamples()
 {
     const bool firstLook = work_.quick() && work_.samples() == 0;
-    const std::stop_token stop = enter(firstLook ? Phase::coarse : Phase::sampling);
+    const std::stop_token stop = enter(firstLook ? Phase::coarse : Phase::sampling, "render");
     work_.advance(*renderer_, request_, work_.shaded() ? shadedControl_ : control_, stop);
     const std::lock_guard lock(mutex_);
     phase_ = Phase::idle;
@@ -380,17 +373,22 @@ void RenderThread::Loop::takeSamples()
     if (stop.stop_requested()) status_.lastStopSeconds = secondsSince(interruptedAt_);
 }
 
+/// Under the lock.
+void RenderThread::Loop::setStage(const char* stage, double fraction)
+{
+    if (status_.stage != stage) stageSince_ = Clock::now();
+    status_.stage = stage;
+    status_.fraction = fraction;
+}
+
 /// From here on requests may stop what is done; one that has come in the meantime does so at once.
-std::stop_token RenderThread::Loop::enter(Phase phase)
+std::stop_token RenderThread::Loop::enter(Phase phase, const char* stage)
 {
     const std::lock_guard lock(mutex_);
     phase_ = phase;
     movingPreview_ = work_.coarse() == Coarse::moving;
     status_.rendering = phase == Phase::sampling || phase == Phase::coarse;
-    if (status_.rendering) {
-        status_.stage = "render";
-        status_.fraction = 0;
-    }
+    setStage(stage, status_.rendering ? work_.fraction() : core::kUnknownShare);
     if (hasNext_ && interrupts(next_) && !interrupt_.stop_requested()) {
         interruptedAt_ = Clock::now();
         interrupt_.request_stop();

@@ -12,8 +12,9 @@
 namespace app {
 
 struct RenderThreadStatus {
-    std::string stage;        // "build", "compile", "render", "idle", ...
-    double fraction = 0;      // of long stages
+    std::string stage;        // "start", "building the BVH", "prepare", "render", "idle", ...
+    double fraction = 0;      // of the stage, or core::kUnknownShare
+    double stageSeconds = 0;  // since it began
     bool rendering = false;   // samples are being taken now
     std::string error;        // the last failure; cleared by the next picture
     uint64_t errorCount = 0;  // grows with every failure, so that each is told once

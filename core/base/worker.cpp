@@ -13,6 +13,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "core/base/progress.h"
 #include "core/base/time.h"
 
 namespace core {
@@ -63,7 +64,7 @@ struct Worker::Running final : JobContext {
     {
         const std::lock_guard lock(mutex);
         if (stage != newStage) stage = newStage;
-        fraction = std::clamp(newFraction, 0.0, 1.0);
+        fraction = newFraction == kUnknownShare ? kUnknownShare : std::clamp(newFraction, 0.0, 1.0);
     }
     JobStatus status(JobState state) const
     {

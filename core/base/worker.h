@@ -55,7 +55,7 @@ struct JobStatus {
     uint64_t generation = 0;  // of the job that this is about; 0: there has been none
     JobState state = JobState::idle;
     std::string name, stage;
-    double fraction = 0;  // of the stage, in [0,1]
+    double fraction = 0;  // of the stage, in [0,1], or kUnknownShare
     double seconds = 0;   // since it began to run; of all its run once it has ended
     std::string error;    // message of a failed job
 

@@ -1,6 +1,7 @@
 // Environment map and sun, as scenes[].extras.environment and .sun hold them (not part of glTF).
 #include <cmath>
 
+#include "core/base/progress.h"
 #include "core/base/text.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
@@ -71,7 +72,7 @@ void readSun(Load& load, const Object& object)
 
 void readEnvironment(Load& load)
 {
-    load.stage("environment", 0);
+    load.stage("environment", kUnknownShare);
     const std::optional<Object> scene = shownScene(load);
     const std::optional<Object> extras = scene ? scene->softObject("extras") : std::nullopt;
     if (!extras) return;

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <new>
 
+#include "core/base/progress.h"
 #include "core/base/text.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
@@ -109,12 +110,12 @@ std::shared_ptr<const Scene> build(Load& load, std::span<const std::byte> bytes)
     load.scene.file = load.file;
     load.scene.fileBytes = bytes.size();
     load.hash.add(bytes);
-    load.stage("parsing", 0);
+    load.stage("parsing", kUnknownShare);
     parseDocument(load, openContainer(load, bytes));
     if (load.binaryChunk.empty()) load.content = {};  // the tree has copies of what it needs
     checkVersionAndExtensions(load);
     readBuffers(load);
-    load.stage("checking", 0);
+    load.stage("checking", kUnknownShare);
     const std::vector<Accessor> accessors = readAccessors(load);
     const NodePlan nodes = readNodes(load);
     readCameras(load, nodes);

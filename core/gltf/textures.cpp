@@ -124,10 +124,15 @@ void readTextures(Load& load)
     load.scene.textures.resize(load.textureRequests.size());
     std::vector<Job> jobs = makeJobs(load.textureRequests);
     std::mutex mutex;
+    size_t done = 0;
     parallelFor(
         jobs.size(), 1,
         [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; ++i) run(load, jobs[i], mutex);
+            for (size_t i = begin; i < end; ++i) {
+                run(load, jobs[i], mutex);
+                const std::lock_guard lock(mutex);
+                load.stage("textures", static_cast<double>(++done) / double(jobs.size()));
+            }
         },
         load.stop);
     load.checkpoint();

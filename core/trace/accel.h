@@ -49,9 +49,9 @@ struct AccelScenes;  // accel_scenes.h
 
 class Accel {
 public:
-    /// Builds over the world's own arrays, which are not copied. `progress` gets "accelerate" with
-    /// the fraction done. Throws core::Error when memory runs out, and (interrupted) when `stop` is
-    /// requested meanwhile. What `progress` throws ends the build and is passed on.
+    /// Builds over the world's own arrays, which are not copied. `progress` gets "building the BVH"
+    /// with the fraction done. Throws core::Error when memory runs out, and (interrupted) when
+    /// `stop` is requested meanwhile. What `progress` throws ends the build and is passed on.
     explicit Accel(std::shared_ptr<const World> world,
                    const std::function<void(const char*, double)>& progress = {},
                    std::stop_token stop = {}, AccelQuality quality = AccelQuality::automatic);

@@ -144,7 +144,7 @@ bool AccelScenes::Monitor::goesOn(double fraction)
     const std::lock_guard lock(mutex);
     if (thrown || stop.stop_requested()) return false;
     try {
-        if (progress) progress("accelerate", fraction);
+        if (progress) progress("building the BVH", fraction);
     } catch (...) {
         thrown = std::current_exception();
     }

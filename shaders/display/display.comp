@@ -1,5 +1,6 @@
-// One output pixel per lane, 8x8 to a group: the text of shared/display.h over two images of floats. What is shown is
-// constant in the pipeline: a software device runs every branch that is left in it, for each pixel.
+// One output pixel per lane, 8x8 to a group: the text of shared/display.h over two images of floats, in texel buffers:
+// a software device loads 16 bytes at once from them and single words from others. What is shown is constant in the
+// pipeline: such a device runs every branch that is left in it, for each pixel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -19,8 +20,8 @@ layout(constant_id = kSpecializeShow + 5u) const uint kChannelsA = 0u;
 layout(constant_id = kSpecializeShow + 6u) const uint kChannelsB = 0u;
 layout(constant_id = kSpecializeShow + 7u) const uint kSwapped = 0u;
 
-layout(set = kSetKernel, binding = kBindImageA, scalar) readonly buffer ImageA { float imageA[]; };
-layout(set = kSetKernel, binding = kBindImageB, scalar) readonly buffer ImageB { float imageB[]; };
+layout(set = kSetKernel, binding = kBindImageA) uniform samplerBuffer imageA;  // a value of one channel is there thrice
+layout(set = kSetKernel, binding = kBindImageB) uniform samplerBuffer imageB;
 layout(set = kSetKernel, binding = kBindDisplayed, scalar) writeonly buffer Output { uint outputPixels[]; };
 layout(push_constant, scalar) uniform SettingsBlock { DisplaySettings given; };
 
@@ -45,24 +46,19 @@ void main()
     if (settings.channelsA != 0u) {
         const uint pixel = displayIndexA(settings, p.x, p.y);
         besideA = pixel == kBeside;
-        const uint i = besideA ? 0u : settings.channelsA * pixel;
-        a = settings.channelsA == 1u ? vec3(imageA[i]) : vec3(imageA[i], imageA[i + 1u], imageA[i + 2u]);
+        a = texelFetch(imageA, besideA ? 0 : int(pixel)).rgb;
     }
     if (settings.channelsB != 0u) {
         const uint pixel = displayIndexB(settings, p.x, p.y);
         besideB = pixel == kBeside;
-        const uint i = besideB ? 0u : settings.channelsB * pixel;
-        b = settings.channelsB == 1u ? vec3(imageB[i]) : vec3(imageB[i], imageB[i + 1u], imageB[i + 2u]);
+        b = texelFetch(imageB, besideB ? 0 : int(pixel)).rgb;
     }
     if (kShow == kShowPreview && displayGuided(settings) && !besideA) {
         uvec4 pixels;
         vec4 weights;
         displayCorners(settings, p.x, p.y, uint(b.x), pixels, weights);
         a *= weights.x;
-        for (int i = 1; i < 4; ++i) {
-            const uint at = 3u * pixels[i];
-            a += weights[i] * vec3(imageA[at], imageA[at + 1u], imageA[at + 2u]);
-        }
+        for (int i = 1; i < 4; ++i) a += weights[i] * texelFetch(imageA, int(pixels[i])).rgb;
     }
     const uint packed = displayPack(displayColour(settings, p.x, a, b, besideA, besideB));
     outputPixels[p.y * settings.width + p.x] = kSwapped != 0u ? displaySwap(packed) : packed;

@@ -45,7 +45,8 @@ SceneBuilder thicket(int count, const Thing& thing)
         return low + (high - low) * 0x1p-32 * static_cast<double>(random());
     };
     for (int i = 0; i < count; ++i) {
-        const glm::dvec3 place(i % side - half + 0.5, uniform(0.4, 0.8), i / side - half + 0.5);
+        const glm::dvec3 place(i % side - 0.5 * (side - 1), uniform(0.4, 0.8),
+                               i / side - 0.5 * (side - 1));
         glm::dmat4 m = glm::translate(glm::dmat4(1), place);
         m = glm::rotate(m, uniform(0, 6.283),
                         glm::dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1) + 2));
@@ -54,7 +55,8 @@ SceneBuilder thicket(int count, const Thing& thing)
         m = glm::translate(m, glm::dvec3(-5, 3, -2));
         builder.node(m, meshes);
     }
-    builder.camera({0.2 * half, 2.5, 2.2 * half + 2}, {0, 0.4, 0}, 0.8);
+    const double reach = 0.5 * side;
+    builder.camera({0.2 * reach, 2.5, 2.2 * reach + 2}, {0, 0.4, 0}, 0.8);
     return builder;
 }
 

@@ -54,4 +54,14 @@ Markup readMarkup(const std::string& html)
     return m;
 }
 
+std::string withoutPictures(std::string html)
+{
+    size_t at = 0;
+    while ((at = html.find("\"data:", at)) != std::string::npos) {
+        ++at;
+        html.erase(at, html.find('"', at) - at);
+    }
+    return html;
+}
+
 }  // namespace tests

@@ -17,4 +17,7 @@ struct Markup {
 /// no stray < or &.
 Markup readMarkup(const std::string& html);
 
+/// The page without its embedded pictures, whose base64 may spell any word.
+std::string withoutPictures(std::string html);
+
 }  // namespace tests

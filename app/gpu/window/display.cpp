@@ -2,6 +2,8 @@
 // constants.
 #include "app/gpu/window/display.h"
 
+#include <algorithm>
+
 #include <spirv/display.h>
 
 namespace gpu {
@@ -31,12 +33,25 @@ DisplayChoices choicesOf(const shared::DisplaySettings& s, bool swapped)
     return c;
 }
 
-/// The smallest step at which every step-th pixel of every step-th row fits.
+/// The smallest step at which every step-th pixel of every step-th row are no more than `limit`.
 uint32_t stepToFit(const core::Image& image, uint64_t limit)
 {
     for (uint32_t step = 1;; ++step) {
         const uint64_t w = (image.width + step - 1) / step, h = (image.height + step - 1) / step;
-        if (w * h * image.channels * sizeof(float) <= limit) return step;
+        if (w * h <= limit) return step;
+    }
+}
+
+/// Four floats a pixel; a single channel is repeated.
+void toTexels(const core::Image& image, std::vector<glm::vec4>& texels)
+{
+    const size_t count = size_t(image.width) * image.height;
+    const float* from = image.pixels.data();
+    texels.resize(count);
+    if (image.channels == 1) {
+        for (size_t i = 0; i < count; ++i) texels[i] = glm::vec4(from[i]);
+    } else {
+        for (size_t i = 0; i < count; ++i, from += 3) texels[i] = {from[0], from[1], from[2], 0};
     }
 }
 
@@ -67,18 +82,21 @@ void Display::setImage(int which, const core::Image* image)
         return;
     }
     CHECK(image->channels == 1 || image->channels == 3);
-    const uint32_t step = stepToFit(*image, device_.limits().maxStorageBufferRange - 16);
+    const uint64_t most = std::min<uint64_t>(device_.limits().maxTexelBufferElements,
+                                             device_.info().maxAllocation / sizeof(glm::vec4));
+    const uint32_t step = stepToFit(*image, most);
     if (step > 1) {
         const core::Image small = thinned(*image, step);
         setImage(which, &small);
         return;
     }
-    const auto bytes = std::as_bytes(std::span(image->pixels));
+    toTexels(*image, texels_);
+    const auto bytes = std::as_bytes(std::span(texels_));
     if (input.buffer.bytes() < bytes.size()) {
         const uint32_t binding = which == 0 ? shared::kBindImageA : shared::kBindImageB;
         set_.unbind(binding);
         input = {};  // before the new one: both at once may not fit
-        input.buffer = Buffer(device_, "the picture", bytes.size());
+        input.buffer = Buffer(device_, "the picture", bytes.size(), VK_FORMAT_R32G32B32A32_SFLOAT);
         set_.bind(binding, input.buffer);
     }
     input.buffer.write(bytes);

@@ -20,9 +20,9 @@ class Display {
 public:
     explicit Display(Device& device);
 
-    /// Uploads image 0 (a) or 1 (b), of 1 or 3 channels; null: it is absent. An image that exceeds
-    /// the device's storage range is thinned to every second, third, ... pixel. No command that
-    /// record() wrote may be running.
+    /// Uploads image 0 (a) or 1 (b), of 1 or 3 channels; null: it is absent. An image of more
+    /// pixels than a texel buffer holds is thinned to every second, third, ... pixel. No command
+    /// that record() wrote may be running.
     void setImage(int which, const core::Image* image);
 
     /// Makes room for an output of that size. As setImage: nothing may be running.
@@ -49,6 +49,7 @@ private:
     Kernel<shared::DisplaySettings, DisplayChoices> kernel_;
     DescriptorSet set_;
     std::array<Input, 2> inputs_;
+    std::vector<glm::vec4> texels_;  // of the upload
     Buffer output_;
     uint32_t width_ = 0, height_ = 0;
 };

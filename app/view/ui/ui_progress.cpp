@@ -14,17 +14,20 @@ constexpr ImGuiWindowFlags kNote = ImGuiWindowFlags_NoDecoration | ImGuiWindowFl
                                    ImGuiWindowFlags_AlwaysAutoResize;
 constexpr size_t kMostToasts = 4;
 
+// What is over sooner is not worth reading
+constexpr double kShortest = 0.5;
+
 /// Something that takes its time.
 struct Strip {
     std::string name, stage;
-    double fraction = 0, seconds = 0;
+    double fraction = 0, seconds = 0;  // of the stage, or core::kUnknownShare
     bool cancel = false;
 };
 
 void addJob(const core::JobStatus& job, std::vector<Strip>& strips)
 {
-    // Not worth reading; poses of an animation come all the time.
-    if (!job.active() || job.seconds < 0.5 || job.name == kPoseJob) return;
+    // Poses of an animation come all the time.
+    if (!job.active() || job.seconds < kShortest || job.name == kPoseJob) return;
     strips.push_back({job.name, job.state == core::JobState::waiting ? "waiting" : job.stage,
                       job.fraction, job.seconds, true});
 }
@@ -42,23 +45,46 @@ std::vector<Strip> presentStrips(const UiContext& c)
     const RenderThreadStatus status = c.session.rendering();
     const bool quiet = status.stage.empty() || status.stage == "idle" || status.stage == "render";
     // A camera that moves begins a picture many times a second.
-    if (!quiet && !status.rendering && status.error.empty() && !c.session.isMoving()) {
-        strips.push_back({"renderer", status.stage, status.fraction, -1, false});
+    if (!quiet && !status.rendering && status.error.empty() && !c.session.isMoving() &&
+        status.stageSeconds >= kShortest) {
+        strips.push_back({"renderer", status.stage, status.fraction, status.stageSeconds, false});
     }
     return strips;
+}
+
+/// A bar of which a part moves, where nobody knows how much is done.
+void unknownBar(float width, const std::string& text)
+{
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const float height = ImGui::GetFrameHeight(), part = 0.25f * width;
+    ImGui::ProgressBar(0, ImVec2(width, 0), "");
+    const double turn = std::fmod(ImGui::GetTime() / 2, 1.0);  // a turn takes two seconds
+    const float at = static_cast<float>(0.5 - 0.5 * std::cos(turn * 6.2831853)) * (width - part);
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled({corner.x + at, corner.y}, {corner.x + at + part, corner.y + height},
+                       ImGui::GetColorU32(ImGuiCol_PlotHistogram), ImGui::GetStyle().FrameRounding);
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    list.AddText({corner.x + 0.5f * (width - size.x), corner.y + 0.5f * (height - size.y)},
+                 ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
 }
 
 void drawStrip(const UiContext& c, const Strip& strip, float width)
 {
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(strip.name.c_str());
+    const bool known = strip.fraction != core::kUnknownShare;
     std::string text = strip.stage.empty() ? "" : strip.stage + "  ";
-    text += format("%.0f %%", 100 * std::clamp(strip.fraction, 0.0, 1.0));
-    if (strip.seconds >= 0) text += "  " + secondsText(std::floor(strip.seconds * 10) / 10);
+    if (known) text += format("%.0f %%  ", 100 * std::clamp(strip.fraction, 0.0, 1.0));
+    text += secondsText(std::floor(strip.seconds * 10) / 10);
     ImGui::SameLine(6 * c.em);
     const float button = strip.cancel ? buttonWidth("Cancel") + ImGui::GetStyle().ItemSpacing.x : 0;
-    ImGui::ProgressBar(static_cast<float>(std::clamp(strip.fraction, 0.0, 1.0)),
-                       ImVec2(std::max(width - 6 * c.em - button, 4 * c.em), 0), text.c_str());
+    const float room = std::max(width - 6 * c.em - button, 4 * c.em);
+    if (known) {
+        ImGui::ProgressBar(static_cast<float>(std::clamp(strip.fraction, 0.0, 1.0)),
+                           ImVec2(room, 0), text.c_str());
+    } else {
+        unknownBar(room, text);
+    }
     if (!strip.cancel) return;
     ImGui::SameLine();
     actionButton(c, "Cancel", "cancel");

@@ -24,6 +24,18 @@ void work(app::Log& log)
     log.progress("building", 0.75);
 }
 
+TEST(Log, AnUnknownShareIsNoNumber)
+{
+    CaptureStderr();
+    {
+        app::Log log(false, false);
+        log.progress("placing meshes", core::kUnknownShare);
+        std::this_thread::sleep_for(std::chrono::milliseconds(550));
+        log.progress("placing meshes", core::kUnknownShare);
+    }
+    EXPECT_EQ(GetCapturedStderr(), "placing meshes ...\n");
+}
+
 size_t count(const std::string& text, const std::string& part)
 {
     size_t n = 0;

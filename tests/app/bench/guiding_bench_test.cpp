@@ -156,7 +156,7 @@ TEST(GuidingPage, ShowsAnyNumbers)
         r.scenes[0].shots = {{"guided", odd, odd, "none.png"}};
         const std::string page = resultsPage(r, "/nowhere");
         EXPECT_EQ(readMarkup(page).problem, "") << odd;
-        EXPECT_FALSE(contains(page, "nan"));
+        EXPECT_FALSE(contains(withoutPictures(page), "nan"));
         EXPECT_TRUE(contains(page, "Interrupted"));
         EXPECT_EQ(Json::parse(resultsJson(r)).at("rows").size(), 4u);
         EXPECT_TRUE(contains(resultsTable(r), "a<b"));
@@ -304,7 +304,7 @@ TEST_F(GuidingCommand, WritesAPageAndItsNumbers)
                       csv = readAll(work("new/guiding/guiding.csv"));
     EXPECT_EQ(readMarkup(page).problem, "");
     EXPECT_FALSE(contains(page, "http://") || contains(page, "https://"));
-    EXPECT_FALSE(contains(page, "nan"));
+    EXPECT_FALSE(contains(withoutPictures(page), "nan"));
     EXPECT_TRUE(csv.starts_with("scene,variant,device,spp,"));
     EXPECT_EQ(size_t(std::ranges::count(csv, '\n')), 1 + json.at("rows").size());
     const Json& pictures = json.at("scenes")[0].at("pictures");

@@ -103,7 +103,7 @@ TEST(ReferenceJob, IsCancelledWhileTheHierarchyIsBuilt)
     const auto box = std::make_shared<core::Mailbox<app::Reference>>();
     core::Worker worker("core");
     worker.start("reference", app::referenceJob(order, box));
-    while (worker.status().stage != "accelerate" && worker.status().active())
+    while (worker.status().stage != "building the BVH" && worker.status().active())
         std::this_thread::sleep_for(100us);
     worker.cancel();
     worker.wait();

@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "core/base/check.h"
+#include "core/base/progress.h"
 #include "core/base/worker.h"
 
 namespace {
@@ -61,7 +62,8 @@ TEST(Worker, RunsAJobAndSaysSo)
     const uint64_t generation = worker.start("count", [&](JobContext& job) {
         EXPECT_EQ(job.generation(), 1u);
         thread = std::this_thread::get_id();
-        job.progress("first", 0.25);
+        job.progress("first", core::kUnknownShare);
+        EXPECT_EQ(worker.status().fraction, core::kUnknownShare);
         job.progress("second", 1.5);
         told.open();
         goOn.pass();

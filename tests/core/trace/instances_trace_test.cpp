@@ -100,7 +100,7 @@ TEST(InstancedRays, FindWhatIsThereWhenItIsWrittenOut)
         ++hits;
         instanced += b.slot >= shared::kFirstInstancedSlot;
         others +=
-            alike(look(*flat, a, rays[i].direction), look(*kept, b, rays[i].direction)) ? 0 : 1;
+            alike(look(*flat, a, rays[i].direction), look(*kept, b, rays[i].direction)) ? 0u : 1u;
     }
     EXPECT_GT(hits, rays.size() / 4);
     EXPECT_GT(instanced, rays.size() / 20);
@@ -165,7 +165,7 @@ size_t disagreements(const WorldPointer& pointer, size_t count)
         const shared::StoredTriangle stored =
             shared::findTriangle(core::sceneView(world), hit.slot);
         const bool same = stored.slot == met.triangle && stored.matrix == met.matrix;
-        others += !same && std::abs(hit.t - met.t) > 1e-4f * hit.t ? 1 : 0;
+        others += !same && std::abs(hit.t - met.t) > 1e-4f * hit.t ? 1u : 0u;
         EXPECT_EQ(own.any(ray), met.triangle != shared::kNone);
     }
     return others;
