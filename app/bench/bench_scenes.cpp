@@ -4,17 +4,13 @@
 #include <cmath>
 
 #include "app/files/load.h"
-#include "core/base/check.h"
+#include "app/files/scene_path.h"
 
 namespace app {
 
 void requireFiles(std::span<const SceneOptions> scenes)
 {
-    for (const SceneOptions& scene : scenes) {
-        std::error_code none;
-        if (!std::filesystem::exists(scene.file, none))
-            throw core::Error(scene.file.string() + ": there is no such file");
-    }
+    for (const SceneOptions& scene : scenes) (void)scenePath(scene.file);
 }
 
 std::string sceneName(const std::filesystem::path& file, const std::vector<std::string>& taken)

@@ -113,6 +113,7 @@ void Job::prepare()
     renderer_ = makeRenderer_();
     report_.deviceSeconds = secondsSince(opening);
     const LoadedWorld loaded = loadWorld(o_.scene, forced_, log_.callback());
+    o_.scene.file = loaded.file;
     for (const std::string& line : warningLines(loaded.world->warnings))
         log_.warning(o_.scene.file.string() + ": " + line);
     report_.options = &o_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/files/scene_path.h"
 #include "core/base/check.h"
 #include "core/base/memory.h"
 #include "core/base/time.h"
@@ -45,23 +46,24 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
 {
     const core::Clock::time_point start = core::Clock::now();
     LoadedWorld loaded;
+    loaded.file = scenePath(options.file);
     {
         // The scene's own copies of meshes and texels are freed at the end of this block.
         const std::shared_ptr<const core::Scene> scene =
-            core::loadGltf(options.file, options.load, progress, stop);
+            core::loadGltf(loaded.file, options.load, progress, stop);
         core::giveBackMemory();  // what the document took
         if (progress) progress("placing meshes", core::kUnknownShare);
         loaded.world =
             core::makeWorld(scene, options.at, forcedFeatures, {}, options.load.instancing);
         if (stop.stop_requested())
-            throw core::Error(options.file.string() + ": loading was cancelled",
+            throw core::Error(loaded.file.string() + ": loading was cancelled",
                               core::ExitCode::interrupted);
     }
     loaded.seconds = core::secondsSince(start);
 
     const core::Warnings& warnings = loaded.world->warnings;
     if (options.load.strict && warnings.total() > 0)
-        throw core::Error(options.file.string() + ": " + warningLines(warnings).front() +
+        throw core::Error(loaded.file.string() + ": " + warningLines(warnings).front() +
                           " — refused because of --strict");
     return loaded;
 }

@@ -15,12 +15,14 @@
 namespace app {
 
 struct LoadedWorld {
+    std::filesystem::path file;  // that was meant: see scenePath
     std::shared_ptr<const core::World> world;
     double seconds = 0;
 };
 
-/// Loads and flattens the scene. `forcedFeatures`: see core::makeWorld. Throws core::Error, also
-/// for a warning when the options are strict, and (interrupted) when `stop` is requested.
+/// Loads and flattens the scene of a file, or of a folder that holds one. `forcedFeatures`: see
+/// core::makeWorld. Throws core::Error, also for a warning when the options are strict, and
+/// (interrupted) when `stop` is requested.
 LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
                       const core::Progress& progress, std::stop_token stop = {});
 

@@ -6,11 +6,10 @@
 
 namespace app {
 
-/// What the last part of `typed` may become: whole paths that begin as it was typed, folders first
-/// (with a slash at their end), then files that end in one of `extensions` (lower case, with their
-/// dot; empty: all), each sorted by name, at most 50. "~" is the home folder, hidden names appear
-/// when their dot is typed, case is ignored where no name has the case typed. What cannot be read
-/// is empty.
+/// What the last part of `typed` may become: whole paths that begin as it was typed, files first,
+/// then folders with a slash at their end, as listFolder() has them, at most 50. "~" is the home
+/// folder, hidden names appear when their dot is typed, case is ignored where no name has the case
+/// typed. What cannot be read is empty.
 std::vector<std::string> completePath(const std::string& typed,
                                       const std::vector<std::string>& extensions);
 

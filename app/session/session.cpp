@@ -255,6 +255,11 @@ void Session::tellEnds()
             notices.tell(Severity::news, job.name + ": done");
     };
     tell(loader_.status(), toldLoader_);
+    // Something to look at behind the message.
+    if (!document_ && loader_.status().state == core::JobState::failed && !builtInTried_) {
+        builtInTried_ = true;
+        load(defaultScene());
+    }
     tell(core_.status(), toldCore_);
     tell(saver_.status(), toldSaver_);
     for (const auto& [failed, text] : saves_->takeTold()) {

@@ -219,6 +219,7 @@ private:
     float keptScale_ = 0;      // of the letters, when this run has another
     std::unique_ptr<Replay> pendingReplay_;
 
+    bool builtInTried_ = false;  // in place of a first scene that could not be loaded
     uint64_t loadGeneration_ = 0, takenLoad_ = 0, referenceGeneration_ = 0;
     uint64_t toldLoader_ = 0, toldCore_ = 0, toldSaver_ = 0, toldRendering_ = 0;
 

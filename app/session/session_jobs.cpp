@@ -20,7 +20,7 @@ core::Worker::Job loadJob(const SceneOptions& scene, std::shared_ptr<core::Mailb
             context.stop());
         auto result = std::make_shared<Loaded>();
         Document& document = result->document;
-        document.file = fs::absolute(scene.file);
+        document.file = fs::absolute(loaded.file);
         document.world = loaded.world;
         document.time = scene.at;
         document.loadSeconds = loaded.seconds;

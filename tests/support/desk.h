@@ -80,7 +80,7 @@ inline app::SessionOptions deskOptions(const char* scene = nullptr)
 }
 
 inline const app::UiKey kTab = *app::findKey("Tab"), kEnter = *app::findKey("Enter"),
-                        kEscape = *app::findKey("Esc");
+                        kEscape = *app::findKey("Esc"), kDown = *app::findKey("Down");
 
 /// A session whose panel is drawn: makes frames and checks them.
 class Desk {
@@ -103,6 +103,7 @@ public:
         io.KeyMap[ImGuiKey_Tab] = kTab;
         io.KeyMap[ImGuiKey_Enter] = kEnter;
         io.KeyMap[ImGuiKey_Escape] = kEscape;
+        io.KeyMap[ImGuiKey_DownArrow] = kDown;
 #endif
     }
     ~Desk()

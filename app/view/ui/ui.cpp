@@ -146,7 +146,7 @@ bool closeSomething(const UiContext& c)
     UiState& state = c.state;
     for (PathBox* box : {&state.scene, &state.reference, &state.path, &state.picture})
         if (std::exchange(box->open, false)) return true;
-    return std::exchange(state.openBox, false) ||
+    return std::exchange(state.browser.open, false) ||
            std::exchange(c.session.settings.panels.help, false);
 }
 
@@ -192,7 +192,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
     }
     drawProgress(c);
     drawHelpWindow(c);
-    drawOpenBox(c);
+    drawSceneBrowser(c);
     drawToasts(c);
     drawQuitQuestion(c);
     drawInspector(c);

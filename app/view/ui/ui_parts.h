@@ -8,6 +8,7 @@
 #include <imgui.h>
 #include <nlohmann/json.hpp>
 
+#include "app/files/folder_list.h"
 #include "app/view/ui/param_widgets.h"
 #include "app/view/ui/ui.h"
 #include "app/view/ui/ui_text.h"
@@ -25,8 +26,20 @@ struct PathBox {
     std::string text;
     std::string completedFor;  // the text that `completions` belong to
     std::vector<std::string> completions;
-    bool focus = false;  // give it the keyboard
-    bool open = false;   // whether the completions are on show
+    bool focus = false;       // give it the keyboard, everything selected
+    bool caretAtEnd = false;  // with `focus`: nothing selected, what is typed goes on from there
+    bool open = false;        // whether the completions are on show
+    bool ownList = false;     // they are shown elsewhere, and the arrow keys choose there
+    int arrows = 0;           // presses downwards less those upwards that nobody has taken yet
+};
+
+/// The window that looks for a scene.
+struct SceneBrowser {
+    bool open = false;
+    PathBox box;
+    std::string listed;  // the folder that `entries` are of, as it was typed
+    std::vector<FolderEntry> entries;
+    int chosen = -1;  // by the keyboard, of the rows on show
 };
 
 /// What lives from frame to frame and belongs to nobody else.
@@ -41,7 +54,8 @@ struct UiState {
     double editedFrame = 0;  // of the key whose frame is being typed
     std::vector<Toast> toasts;
     uint64_t seenNotices = 0;
-    bool openBox = false, inspector = false, logAtEnd = true;
+    SceneBrowser browser;
+    bool inspector = false, logAtEnd = true;
     uint64_t loggedNotices = 0;
     std::vector<std::string> unknownActions;
     bool recalled = false;            // the places of windows
@@ -153,7 +167,7 @@ void drawColourBar(const UiContext& c);
 void drawProgress(const UiContext& c);
 void drawToasts(const UiContext& c);
 void drawInspector(const UiContext& c);
-void drawOpenBox(const UiContext& c);
+void drawSceneBrowser(const UiContext& c);
 void drawQuitQuestion(const UiContext& c);
 void drawHelpWindow(const UiContext& c);
 void drawLogWindow(const UiContext& c);

@@ -1,6 +1,7 @@
 // Small pieces that the parts of the panel share. See ui_parts.h.
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "app/files/params_json.h"
 #include "app/files/path_completion.h"
@@ -30,20 +31,31 @@ public:
     Disabled& operator=(const Disabled&) = delete;
 };
 
-int completePressed(ImGuiInputTextCallbackData* data)
+int pathEdited(ImGuiInputTextCallbackData* data)
 {
     auto& box = *static_cast<PathBox*>(data->UserData);
+    if (data->EventFlag == ImGuiInputTextFlags_CallbackAlways) {
+        if (std::exchange(box.caretAtEnd, false)) {
+            data->ClearSelection();
+            data->CursorPos = data->BufTextLen;
+        }
+        return 0;
+    }
+    if (data->EventFlag == ImGuiInputTextFlags_CallbackHistory) {
+        box.arrows += data->EventKey == ImGuiKey_DownArrow ? 1 : -1;
+        return 0;
+    }
     const std::string typed(data->Buf, static_cast<size_t>(data->BufTextLen));
     if (box.completions.empty() || box.completedFor != typed) return 0;
-    // As far as all of them agree; the first one when that is no farther than what is typed.
+    // As far as all of them agree, which may be no farther than what is typed.
     std::string common = box.completions.front();
     for (const std::string& other : box.completions) {
         const auto ends = std::mismatch(common.begin(), common.end(), other.begin(), other.end());
         common.erase(ends.first, common.end());
     }
-    const std::string& text = common.size() > typed.size() ? common : box.completions.front();
+    if (common.size() < typed.size()) common = typed;
     data->DeleteChars(0, data->BufTextLen);
-    data->InsertChars(0, text.c_str());
+    data->InsertChars(0, common.c_str());
     return 0;
 }
 
@@ -170,10 +182,12 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
     if (box.focus) ImGui::SetKeyboardFocusHere();
     box.focus = false;
     ImGui::SetNextItemWidth(-1);
-    const bool entered = ImGui::InputTextWithHint("##path", hint, &box.text,
-                                                  ImGuiInputTextFlags_EnterReturnsTrue |
-                                                      ImGuiInputTextFlags_CallbackCompletion,
-                                                  completePressed, &box);
+    const bool entered = ImGui::InputTextWithHint(
+        "##path", hint, &box.text,
+        ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_CallbackCompletion |
+            ImGuiInputTextFlags_CallbackAlways |
+            (box.ownList ? ImGuiInputTextFlags_CallbackHistory : 0),
+        pathEdited, &box);
     const bool typing = ImGui::IsItemActive();
     if (ImGui::IsItemActivated() || (typing && box.completedFor != box.text)) {
         box.completions = completePath(box.text, extensions);
@@ -181,7 +195,7 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
         box.open = true;
     }
     if (entered || (typing && escapePressed(false))) box.open = false;
-    if (box.open) drawCompletions(box, typing);
+    if (box.open && !box.ownList) drawCompletions(box, typing);
     ImGui::PopID();
     if (!entered || box.text.empty()) return false;
     box.text = expandHome(box.text);

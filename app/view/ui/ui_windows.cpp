@@ -172,33 +172,6 @@ void drawLogWindow(const UiContext& c)
     ImGui::End();
 }
 
-void drawOpenBox(const UiContext& c)
-{
-    if (c.app.openPathBox) {
-        c.app.openPathBox = false;
-        c.state.openBox = true;
-        c.state.scene.focus = true;
-    }
-    if (!c.state.openBox) return;
-    const float width = std::min(44 * c.em, c.window.x - 2 * c.em);
-    ImGui::SetNextWindowPos(ImVec2(c.window.x / 2, std::min(4 * c.em, 0.15f * c.window.y)),
-                            ImGuiCond_Always, ImVec2(0.5f, 0));
-    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, c.window.y));
-    constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
-                                        ImGuiWindowFlags_NoSavedSettings |
-                                        ImGuiWindowFlags_AlwaysAutoResize;
-    ImGui::SetNextWindowBgAlpha(0.98f);
-    if (ImGui::Begin("Open a scene###open", &c.state.openBox, kFlags)) {
-        if (pathInput(c.state.scene, "scene", "path of a .gltf or .glb", {".gltf", ".glb"})) {
-            c.act("load", {{"file", c.state.scene.text}});
-            c.state.openBox = false;
-        }
-        dimText("Tab completes, Enter loads, Esc closes.");
-        if (escapePressed(true)) c.state.openBox = false;
-    }
-    ImGui::End();
-}
-
 void drawQuitQuestion(const UiContext& c)
 {
     if (c.app.askQuit) {

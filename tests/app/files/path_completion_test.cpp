@@ -48,13 +48,13 @@ protected:
     tests::TemporaryFolder folder_;
 };
 
-TEST_F(PathCompletion, FoldersFirstThenScenesSorted)
+TEST_F(PathCompletion, ScenesFirstThenFoldersSorted)
 {
     EXPECT_EQ(complete(""),
-              (Strings{"Zoo/", "rolinked/", "rooms/", "ROOM2.GLB", "rock.gltf", "room.glb"}));
-    EXPECT_EQ(complete("roo"), (Strings{"rooms/", "room.glb"}));
+              (Strings{"rock.gltf", "room.glb", "ROOM2.GLB", "rolinked/", "rooms/", "Zoo/"}));
+    EXPECT_EQ(complete("roo"), (Strings{"room.glb", "rooms/"}));
     EXPECT_EQ(complete("room."), (Strings{"room.glb"}));
-    EXPECT_EQ(complete("rooms/"), (Strings{"rooms/deep/", "rooms/hall.glb"}));
+    EXPECT_EQ(complete("rooms/"), (Strings{"rooms/hall.glb", "rooms/deep/"}));
     EXPECT_EQ(complete("n"), Strings{});
     EXPECT_EQ(complete("n", {}), (Strings{"notes.txt"}));
     EXPECT_EQ(complete("n", {".txt"}), (Strings{"notes.txt"}));
@@ -69,7 +69,7 @@ TEST_F(PathCompletion, CaseIsIgnoredWhereNothingElseFits)
 
 TEST_F(PathCompletion, HiddenNamesOnlyWhenTyped)
 {
-    EXPECT_EQ(complete("."), (Strings{".hidden/", ".secret.glb"}));
+    EXPECT_EQ(complete("."), (Strings{".secret.glb", ".hidden/"}));
     EXPECT_EQ(complete(".s"), (Strings{".secret.glb"}));
 }
 
@@ -93,7 +93,7 @@ TEST_F(PathCompletion, HomeAndTheCurrentFolder)
     fs::current_path(folder_.path());
     EXPECT_EQ(app::completePath("roc", kScenes), (Strings{"rock.gltf"}));
     EXPECT_EQ(app::completePath("./roc", kScenes), (Strings{"./rock.gltf"}));
-    EXPECT_EQ(app::completePath("rooms/", kScenes), (Strings{"rooms/deep/", "rooms/hall.glb"}));
+    EXPECT_EQ(app::completePath("rooms/", kScenes), (Strings{"rooms/hall.glb", "rooms/deep/"}));
     fs::current_path(before);
 }
 

@@ -51,6 +51,14 @@ TEST(Session, ABrokenFileLeavesTheSceneAsItIs)
     EXPECT_EQ(session.document()->world, world);
 }
 
+TEST(Session, BehindAFirstSceneThatIsNoneStandsTheBuiltInOne)
+{
+    Session session(options("cornel-difuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_TRUE(told(session, "cornell-diffuse.gltf?")) << "the nearest name is proposed";
+    EXPECT_EQ(session.document()->file.filename(), "cornell-diffuse.gltf");
+}
+
 TEST(Session, OnlyWhatAnEditInvalidatesStartsAnew)
 {
     Session session(options("cornell-diffuse.gltf"));

@@ -1,4 +1,6 @@
 // What the hand does to the panel: keys, lists, boxes, the edge, windows that are moved.
+#include <filesystem>
+
 #include <gtest/gtest.h>
 #include <imgui.h>
 #include <imgui_internal.h>
@@ -6,10 +8,12 @@
 #include "app/view/imgui/windows.h"
 #include "app/view/ui/ui_parts.h"
 #include "tests/support/desk.h"
+#include "tests/support/temporary_folder.h"
 
 namespace {
 
 using namespace tests;
+namespace fs = std::filesystem;
 
 TEST(Ui, QuestionBeforeQuitting)
 {
@@ -38,9 +42,7 @@ TEST(Ui, EscClosesWhatIsOpenBeforeItLeaves)
     desk.session.settings.panels.help = true;
     desk.requests.openPathBox = true;
     desk.frames(3);
-    desk.type("/");  // there is always something to complete it to
-    escape(desk);
-    EXPECT_TRUE(desk.windows().contains("Open a scene###open")) << "the list first";
+    desk.type("/");
     escape(desk);
     EXPECT_FALSE(desk.windows().contains("Open a scene###open"));
     EXPECT_TRUE(desk.session.settings.panels.help);
@@ -97,6 +99,32 @@ TEST(Ui, PathBoxCompletesAndLoads)
     EXPECT_FALSE(desk.windows().contains("Open a scene###open"));
     EXPECT_TRUE(desk.framesUntil([&] { return desk.session.document() != nullptr; }));
     EXPECT_EQ(desk.session.document()->file.filename(), "animated.gltf");
+}
+
+TEST(Ui, TheBrowserWalksFoldersByTheKeyboard)
+{
+    const tests::TemporaryFolder folder;
+    fs::create_directories(folder / "rooms" / "deep");
+    for (const char* name : {"hall.gltf", "hall.bin"})
+        fs::copy_file(fs::path(REKINDLE_SOURCE_DIR "/assets") / name, folder / "rooms" / name);
+    fs::copy_file(folder / "rooms" / "hall.gltf", folder / "rooms" / "attic.gltf");
+    Desk desk(deskOptions());
+    desk.session.settings.panels.panel = false;
+    desk.requests.openPathBox = true;
+    desk.frames(3);
+    desk.type(folder.path().string() + "/");  // in place of what stood there
+    desk.frames(2);
+    for (int i = 0; i < 2; ++i) desk.key(kDown);  // "..", then the only folder
+    desk.key(kEnter);
+    desk.frames(3);
+    EXPECT_TRUE(desk.windows().contains("Open a scene###open"));
+    EXPECT_EQ(desk.session.document(), nullptr);
+    desk.type("ha");  // goes on behind the folder
+    desk.frames(2);
+    desk.key(kEnter);
+    EXPECT_FALSE(desk.windows().contains("Open a scene###open"));
+    EXPECT_TRUE(desk.framesUntil([&] { return desk.session.document() != nullptr; }));
+    EXPECT_EQ(desk.session.document()->file, folder / "rooms" / "hall.gltf");
 }
 
 TEST(Ui, WholeNumbersCanBeTyped)
