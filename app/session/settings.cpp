@@ -85,11 +85,24 @@ void readMethods(const Json& json, Settings& s)
     }
 }
 
+/// How pictures are looked at is kept; what was looked at, and how bright it was, belongs to one
+/// picture: the first thing that a new run shows is the picture itself.
+ViewParams lasting(ViewParams view)
+{
+    const ViewParams fresh;
+    view.show = fresh.show;
+    view.methodMap = fresh.methodMap;
+    view.exposure = fresh.exposure;
+    view.compareAt = fresh.compareAt;
+    return view;
+}
+
 Settings settingsOf(const Json& json)
 {
     Settings s;
     // What is wrong with single values is not worth a word: each has a default.
     (void)readParams(member(json, "view"), s.view, "view");
+    s.view = lasting(s.view);
     (void)readParams(member(json, "panels"), s.panels, "panels");
     (void)readParams(member(json, "sections"), s.sections, "sections");
     readMethods(json, s);
@@ -137,7 +150,7 @@ Json settingsJson(const Settings& s)
         if (isUtf8(hash) && list.is_array() && !list.empty()) cameras[hash] = list;
     }
     return {{"version", kVersion},
-            {"view", paramsJson(s.view)},
+            {"view", paramsJson(lasting(s.view))},
             {"panels", paramsJson(s.panels)},
             {"sections", paramsJson(s.sections)},
             {"methods", methods},

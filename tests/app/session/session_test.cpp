@@ -225,11 +225,13 @@ TEST(Session, KeepsSettingsAndCamerasBetweenRuns)
         act(session, "save-camera", {{"name", "near"}});
         kept = session.navigation.camera();
         act(session, "set", {{"name", "exposure"}, {"value", 1.5}});
+        act(session, "set", {{"name", "frame-limit"}, {"value", 30}});
         act(session, "set", {{"name", "max-depth"}, {"value", 5}});
     }
     Session session(o);
     ASSERT_TRUE(until(session, [&] { return settled(session); }));
-    EXPECT_EQ(session.settings.view.exposure, 1.5f);
+    EXPECT_EQ(session.settings.view.exposure, 0) << "it was that picture's";
+    EXPECT_EQ(session.settings.view.frameLimit, 30);
     EXPECT_EQ(session.render.method.as<core::PathParams>().maxDepth, 5u);
     ASSERT_EQ(session.savedCameras().size(), 1u);
     EXPECT_EQ(session.savedCameras()[0].name, "near");
