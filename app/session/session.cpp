@@ -100,7 +100,8 @@ bool Session::busy() const
     const RenderThreadStatus rendering = renderThread_.status();
     return rendering.rendering || loader_.status().active() || core_.status().active() ||
            saver_.status().active() || track.playing() || player.playing || isMoving() ||
-           equalTime_.running() || pendingSave_.has_value() || unsettled_ || hasNews();
+           equalTime_.running() || pendingSave_.has_value() || unsettled_ || hasNews() ||
+           (referenceKeySeconds > 0 && !holdReference);
 }
 
 bool Session::hasNews() const

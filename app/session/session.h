@@ -92,7 +92,8 @@ public:
     std::array<Slot, 2> slots;  // of the compare slider
     bool comparing = false;
     bool flying = false;         // WASD moves; else orbiting
-    bool holdReference = false;  // the reference is shown while it is held
+    bool holdReference = false;  // the reference is shown while its key is held
+    double referenceKeySeconds = 0;
 
     // --- method
     /// Another method with its parameters as they were last; throws core::Error when there is none
@@ -113,6 +114,7 @@ public:
     /// whenever the hand has moved the camera: pictures come small and quick for a moment
     void moved();
     void useSceneCamera(size_t index);
+    core::Camera homeCamera() const;  // where goHome() leads; needs a document
     void goHome();  // the scene's camera that was used last, at first the one it began with
     void goBack();  // the view that one rested at before
     void goForward();

@@ -43,6 +43,12 @@ void Session::useSceneCamera(size_t index)
     followed_ = document_->world->cameras[index];
 }
 
+core::Camera Session::homeCamera() const
+{
+    const std::vector<core::Camera>& cameras = document_->world->cameras;
+    return home_ ? *home_ : cameras[std::min(homeCamera_, cameras.size() - 1)];
+}
+
 void Session::goHome()
 {
     if (!document_) return;

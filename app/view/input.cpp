@@ -156,14 +156,18 @@ bool handleInput(Session& session, AppRequests& app, const Area& area, double se
 {
     const ImGuiIO& io = ImGui::GetIO();
     bool any = false;
-    session.holdReference = false;
+    bool reference = false;
     if (!io.WantCaptureKeyboard) {
         any = runKeys(session, app);
         if (session.flying)
             any = fly(session, seconds) || any;
         else
-            session.holdReference = io.KeyShift && !io.KeyCtrl && session.referenceFits();
+            reference = io.KeyShift && !io.KeyCtrl && session.referenceFits();
     }
+    // Held for a moment: Shift with a key or a click is no look at the reference.
+    constexpr double kMoment = 0.15;
+    session.referenceKeySeconds = reference ? session.referenceKeySeconds + seconds : 0;
+    session.holdReference = session.referenceKeySeconds > kMoment;
     if (!io.WantCaptureMouse) any = mouse(session, area) || any;
     return any;
 }

@@ -1,27 +1,33 @@
 // Section of the panel: cameras, the lens, how fast one flies.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <glm/gtc/constants.hpp>
 
+#include "app/session/lens.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
 namespace {
 
-/// A slider of a double in a row of its own; true when it changed.
+/// A slider of a double in a row of its own, with a way back to `standard` where there is one;
+/// true when it changed.
 bool doubleRow(const char* label, const char* help, double& value, double low, double high,
-               const char* text, bool logarithmic)
+               const std::string& text, bool logarithmic,
+               const std::optional<double>& standard = {})
 {
     ImGui::PushID(label);
     rowLabel(label, help);
     ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat;
     if (logarithmic) flags |= ImGuiSliderFlags_Logarithmic;
-    const bool changed =
-        ImGui::SliderScalar("##value", ImGuiDataType_Double, &value, &low, &high, text, flags);
+    bool changed = ImGui::SliderScalar("##value", ImGuiDataType_Double, &value, &low, &high,
+                                       text.c_str(), flags);
     tip(std::string(help) + "\n\nCtrl-click to type.");
-    ImGui::SameLine(0, 0);
-    ImGui::Dummy(ImVec2(ImGui::GetFrameHeight(), ImGui::GetFrameHeight()));
+    if (rowReset(standard && value != *standard, "that of the scene's camera")) {
+        value = *standard;
+        changed = true;
+    }
     ImGui::PopID();
     return changed;
 }
@@ -81,6 +87,21 @@ void drawKeep(const UiContext& c)
     if (clicked || entered) c.state.cameraName.clear();
 }
 
+bool angleRow(double& yfov, const core::Camera& home)
+{
+    constexpr double kDegree = glm::pi<double>() / 180;
+    double degrees = yfov / kDegree;
+    const std::optional<double> standard =
+        home.orthographic ? std::nullopt : std::optional(home.yfov / kDegree);
+    if (!doubleRow(
+            "angle of view",
+            "vertical, in degrees, and the focal length on a camera whose film is 24 mm high",
+            degrees, 2, 150, format("%%.1f deg, %.0f mm", focalLengthMm(yfov)), false, standard))
+        return false;
+    yfov = degrees == standard ? home.yfov : degrees * kDegree;  // to the bit
+    return true;
+}
+
 void drawLens(const UiContext& c)
 {
     const double radius =
@@ -88,25 +109,27 @@ void drawLens(const UiContext& c)
             ? std::max(static_cast<double>(c.session.document()->world->radius), 1e-3)
             : 1;
     core::Camera& camera = c.session.navigation.edit();
+    const core::Camera home = c.session.document() ? c.session.homeCamera() : camera;
     bool changed = false;
+    std::string opening = "%.4g m";
     if (camera.orthographic) {
         changed |= doubleRow("height", "half the height of what is seen, in metres", camera.ymag,
-                             1e-3 * radius, 10 * radius, "%.4g m", true);
+                             1e-3 * radius, 10 * radius, "%.4g m", true,
+                             home.orthographic ? std::optional(home.ymag) : std::nullopt);
     } else {
-        double degrees = camera.yfov * 180 / glm::pi<double>();
-        if (doubleRow("angle of view", "vertical, in degrees", degrees, 2, 150, "%.1f deg",
-                      false)) {
-            camera.yfov = degrees * glm::pi<double>() / 180;
-            changed = true;
-        }
+        changed |= angleRow(camera.yfov, home);
+        if (camera.apertureRadius > 0)
+            opening += format(", f/%.2g", fNumber(camera.yfov, camera.apertureRadius));
     }
-    changed |=
-        doubleRow("aperture", "radius of the lens in metres; 0 is a pinhole, where all is sharp",
-                  camera.apertureRadius, 0, 0.1 * radius, "%.4g m", true);
+    changed |= doubleRow(
+        "aperture",
+        "radius of the lens in metres, and what that is on a camera whose film is 24 mm high; 0 is "
+        "a pinhole, where all is sharp",
+        camera.apertureRadius, 0, 0.1 * radius, opening, true, home.apertureRadius);
     changed |= doubleRow(
         "focus",
         "distance in metres at which the picture is sharp; a double click on the picture sets it",
-        camera.focusDistance, 1e-3 * radius, 10 * radius, "%.4g m", true);
+        camera.focusDistance, 1e-3 * radius, 10 * radius, "%.4g m", true, home.focusDistance);
     if (changed) c.session.moved();
 }
 
