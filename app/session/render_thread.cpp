@@ -26,9 +26,12 @@ constexpr int kNiceness = 5;
 
 }  // namespace
 
-std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, bool validation)
+RendererFactory viewRenderers(const std::filesystem::path& cacheFolder)
 {
-    return makeRenderer(params.method.id(), {params.device, params.deviceIndex, validation});
+    return [cacheFolder](const RenderParams& params, bool validation) {
+        return makeRenderer(params.method.id(),
+                            {params.device, params.deviceIndex, validation, cacheFolder});
+    };
 }
 
 /// What the choice of a preview's size needs to know; methods without depth count as one.

@@ -2,6 +2,7 @@
 // and picks up pictures, and neither waits for the other.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -23,14 +24,15 @@ struct RenderThreadStatus {
     float previewScale = 1;     // of its sides
 };
 
-/// Makes the renderer for a request: replaced by tests.
+/// Makes the renderer for a request.
 using RendererFactory =
     std::function<std::unique_ptr<core::Renderer>(const RenderParams&, bool validation)>;
-std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, bool validation);
+/// Of the program's own methods; what is dear to make is kept in `cacheFolder` (empty: nowhere).
+RendererFactory viewRenderers(const std::filesystem::path& cacheFolder = {});
 
 class RenderThread {
 public:
-    explicit RenderThread(RendererFactory factory = makeViewRenderer);
+    explicit RenderThread(RendererFactory factory = viewRenderers());
     ~RenderThread();
 
     /// Takes the order and returns its generation. Restarts only what it changes: a new device or

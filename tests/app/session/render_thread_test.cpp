@@ -450,7 +450,7 @@ void expectDirectRender(app::DeviceKind device)
     EXPECT_EQ(picture->generation, generation);
     EXPECT_GT(picture->stats.rays, 0u);
 
-    const auto renderer = app::makeViewRenderer(order.params, false);
+    const auto renderer = app::viewRenderers()(order.params, false);
     renderer->setWorld(order.world, {});
     renderer->setView({order.camera, order.size, order.params.method}, core::Start::anew);
     renderer->advance({.samples = 21}, {});
