@@ -35,7 +35,8 @@ public:
     explicit RenderThread(RendererFactory factory = viewRenderers());
     ~RenderThread();
 
-    /// Takes the order and returns its generation. Restarts only what it changes: a new device or
+    /// Takes the order and returns its generation. Without a scene only the renderer is made, so
+    /// that its device is open once there is one. Restarts only what it changes: a new device or
     /// method makes a new renderer, a new world is uploaded, a new view clears the film, everything
     /// else continues. Never blocks. While paused, a new view still gets its first picture. Where a
     /// full sample takes longer than a moment, one coarse picture (Picture::preview) comes first,

@@ -39,14 +39,19 @@ TEST_F(RenderThread, RendersUpToTheLimitAndRests)
     EXPECT_EQ(newest(), picture);
 }
 
-TEST_F(RenderThread, WithoutASceneNothingHappens)
+TEST_F(RenderThread, WithoutASceneThereIsARendererAndNothingElse)
 {
     start();
-    order.world = nullptr;
+    const auto world = std::exchange(order.world, nullptr);
     post();
     std::this_thread::sleep_for(20ms);
-    EXPECT_EQ(work(), (Work{0, 0, 0}));
+    EXPECT_EQ(work(), (Work{1, 0, 0}));
     EXPECT_EQ(newest(), nullptr);
+    EXPECT_EQ(thread->status().stage, "idle");
+    order.world = world;
+    post();
+    finished();
+    EXPECT_EQ(work(), (Work{0, 1, 1})) << "the same renderer";
 }
 
 TEST_F(RenderThread, OnlyWhatAChangeInvalidatesIsMadeAnew)
