@@ -146,6 +146,7 @@ Subcommand renderCommandLine(CLI::App& root)
     app.add_flag("--validation", o->validation,
                  "run with the Vulkan validation layer and count its messages")
         ->group(system);
+    addNoCache(app, system, o->noCache);
     addRead(app, system, "--no-skip", "LIST", o->noSkip, splitList,
             "features to compile in although the scene does not need them (see rekindle info)");
     addValue(app, system, "--stats", o->stats, "write measurements as JSON");

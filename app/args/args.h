@@ -67,6 +67,7 @@ struct RenderOptions {
     double exposure = 0;  // stops
     Tone tone = Tone::agx;
     std::vector<std::string> noSkip;  // names of features
+    bool noCache = false;             // neither read nor keep what is dear to make
     bool quiet = false;
 };
 
@@ -193,6 +194,7 @@ struct ViewOptions {
     std::optional<glm::uvec2> size;  // of the window; else the kept one
     float uiScale = 0;               // 0: the kept one, or that of the display
     bool noSettings = false;
+    bool noCache = false;
 };
 
 /// What is shown where there is no window: a short fly-through in numbered pictures.
@@ -201,6 +203,7 @@ struct FlyThroughOptions {
     DeviceKind device = DeviceKind::vulkan;  // the CPU when there is no suitable one
     int deviceIndex = -1;
     bool validation = false;
+    bool noCache = false;
     core::AnyParams params;  // and with them the method
     std::string camera;
 };

@@ -121,6 +121,15 @@ std::vector<std::string> splitList(const std::string& text)
     return items;
 }
 
+void addNoCache(CLI::App& app, const std::string& group, bool& noCache)
+{
+    app.add_flag(
+           "--no-cache", noCache,
+           "neither read nor keep compiled kernels and hierarchies of scenes, which otherwise "
+           "wait in ~/.cache/rekindle for the next run")
+        ->group(group);
+}
+
 void addSceneOptions(CLI::App& app, SceneOptions& scene)
 {
     addValue(app, "Arguments", "SCENE", scene.file, "glTF 2.0 file, .gltf or .glb");

@@ -128,6 +128,9 @@ void requireRuns(const core::AnyParams& params, DeviceKind device);
 /// What every command that loads a scene has: SCENE and the group "Loading".
 void addSceneOptions(CLI::App& app, SceneOptions& scene);
 
+/// --no-cache, in the group of the device.
+void addNoCache(CLI::App& app, const std::string& group, bool& noCache);
+
 /// The group alone, for commands that take several scenes.
 void addLoadingOptions(CLI::App& app, SceneOptions& scene);
 

@@ -56,6 +56,7 @@ Subcommand viewCommandLine(CLI::App& app, const std::string& usage)
     app.add_flag("--validation", o->validation,
                  "run with the Vulkan validation layer and count its messages")
         ->group(device);
+    addNoCache(app, device, o->noCache);
     return {&app, usage, [o, method]() -> Command {
                 o->paramsGiven = method->given();
                 o->params = method->params();

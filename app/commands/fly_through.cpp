@@ -72,6 +72,7 @@ int flyThrough(const FlyThroughOptions& options)
     o.device = vulkan ? DeviceKind::vulkan : DeviceKind::cpu;
     o.deviceIndex = vulkan ? options.deviceIndex : -1;
     o.validation = vulkan && options.validation;
+    o.noCache = options.noCache;
     o.params = options.params;
     o.camera = options.camera;
     o.width = kWidth;

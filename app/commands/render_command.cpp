@@ -8,6 +8,7 @@
 #include "app/base/files.h"
 #include "app/base/interrupt.h"
 #include "app/base/log.h"
+#include "app/base/user_folders.h"
 #include "app/commands/frame_budget.h"
 #include "app/commands/render_loop.h"
 #include "app/files/load.h"
@@ -391,9 +392,12 @@ int renderWith(const RenderOptions& options, const PathMaker& makePath,
 int renderFrames(const RenderOptions& options, const PathMaker& makePath)
 {
     return renderWith(options, makePath, [&options] {
-        return makeRenderer(options.params.id(), {.device = options.device,
-                                                  .deviceIndex = options.deviceIndex,
-                                                  .validation = options.validation});
+        return makeRenderer(
+            options.params.id(),
+            {.device = options.device,
+             .deviceIndex = options.deviceIndex,
+             .validation = options.validation,
+             .cacheFolder = options.noCache ? std::filesystem::path() : userCacheFolder()});
     });
 }
 

@@ -171,6 +171,7 @@ std::string statsJson(const RenderReport& r)
               {"triangles", core::shownTriangles(*r.world)},
               {"stored_triangles", r.world->triangles.size()},
               {"kept_instances", r.world->instances.size()},
+              {"hierarchy_cached", r.renderer.hierarchyCached},
               {"ended", r.ended},
               {"seconds", secondsJson(r)},
               {"rays", r.rays()},

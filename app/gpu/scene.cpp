@@ -69,8 +69,10 @@ void GpuScene::setWorld(const core::World& world, const core::Progress& progress
         const auto report = [&](double fraction) {
             if (progress) progress("building the BVH", fraction);
         };
-        bvh = core::bvhOf(world, report);
+        core::BvhCache cache(device_.cacheFolder());
+        bvh = core::bvhOf(world, report, {}, &cache);
         buildSeconds_ = core::secondsSince(start);
+        hierarchyCached_ = cache.found();
         CHECK(bvh->depth <=
               shared::kBvhMaxDepth);  // deeper, and traversal would overflow its stack
         uploadHierarchy(world, *bvh);
@@ -194,6 +196,12 @@ uint32_t GpuScene::features() const
     const bool changes = bvh_ && bvh_->gridChanges() > 0;
     return world_.features | (changes ? shared::kFeatureGridChanges : 0) |
            (sky_ ? shared::kFeatureSkyRegions : 0);
+}
+
+void GpuScene::addTo(core::RenderStats& stats) const
+{
+    stats.buildSeconds = buildSeconds_;
+    stats.hierarchyCached = hierarchyCached_;
 }
 
 uint64_t GpuScene::bytes() const

@@ -37,7 +37,8 @@ public:
     uint32_t features() const;
     glm::vec3 gridLow() const { return bvh_->gridLow; }
     glm::vec3 gridScale() const { return bvh_->gridScale; }
-    double buildSeconds() const { return buildSeconds_; }
+    /// How the hierarchy was come by.
+    void addTo(core::RenderStats& stats) const;
     uint64_t bytes() const;
 
 private:
@@ -60,6 +61,7 @@ private:
     std::array<Buffer, shared::kSceneBindings> buffers_;
     DescriptorSet set_;
     double buildSeconds_ = 0;
+    bool hierarchyCached_ = false;
 };
 
 /// Another world in place of the one that `scene` and `held` have (both may be empty): of another

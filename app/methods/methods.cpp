@@ -1,6 +1,5 @@
 #include "app/methods/methods.h"
 
-#include "app/gpu/base/pipeline_cache.h"
 #include "app/gpu/methods/methods.h"
 #include "core/base/check.h"
 
@@ -40,7 +39,7 @@ std::unique_ptr<core::Renderer> makeRenderer(std::string_view id, const Target& 
     if (target.device == DeviceKind::cpu) return method.make();
     return findGpuMethod(id)->make({.index = target.deviceIndex,
                                     .validation = target.validation,
-                                    .cacheFolder = gpu::userCacheFolder()});
+                                    .cacheFolder = target.cacheFolder});
 }
 
 }  // namespace app

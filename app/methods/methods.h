@@ -2,6 +2,7 @@
 // app/gpu/methods/methods.h) by name and device.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -18,6 +19,7 @@ struct Target {
     DeviceKind device = DeviceKind::vulkan;
     int deviceIndex = -1;  // of the Vulkan devices; -1: the program chooses
     bool validation = false;
+    std::filesystem::path cacheFolder{};  // of gpu::DeviceOptions; empty: nothing is kept
 };
 
 /// Why a method does not run on such a device, in words for a person; empty when it does.

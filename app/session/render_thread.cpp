@@ -27,9 +27,12 @@ constexpr int kNiceness = 5;
 
 }  // namespace
 
-std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, bool validation)
+RendererFactory viewRenderers(const std::filesystem::path& cacheFolder)
 {
-    return makeRenderer(params.method.id(), {params.device, params.deviceIndex, validation});
+    return [cacheFolder](const RenderParams& params, bool validation) {
+        return makeRenderer(params.method.id(),
+                            {params.device, params.deviceIndex, validation, cacheFolder});
+    };
 }
 
 /// What the choice of a preview's size needs to know; methods without depth count as one.
@@ -64,6 +67,7 @@ private:
     bool takeRequest();
     void step();
     bool prepareRenderer();
+    bool preparePicture();
     void makeRenderer();
     bool setWorld();
     void restoreWorld(std::shared_ptr<const core::World> old);
@@ -218,8 +222,9 @@ bool RenderThread::Loop::takeRequest()
 void RenderThread::Loop::step()
 {
     workLeft_ = false;
-    if (suspendedUntil_ || !request_.world || request_.size.x == 0 || request_.size.y == 0) return;
-    if (!prepareRenderer()) return;
+    if (suspendedUntil_ || !prepareRenderer()) return;
+    if (!request_.world || request_.size.x == 0 || request_.size.y == 0) return;
+    if (!preparePicture()) return;
     const auto wantsSamples = [&] {
         // A pause waits for a whole sample.
         const bool whole = work_.published() > 0 && work_.fraction() == 0;
@@ -247,18 +252,23 @@ void RenderThread::Loop::warmUp()
     core::giveBackMemory();
 }
 
-/// Brings renderer, world and view to the request; false when that has failed or is no longer
-/// wanted.
+/// Brings the renderer to the request, whether there is a scene yet or not; false when that has
+/// failed.
 bool RenderThread::Loop::prepareRenderer()
 {
-    if (!renderer_ || changeBetween(*made_, request_) == Change::renderer) {
-        try {
-            makeRenderer();
-        } catch (const core::Error& error) {
-            suspendUntil(Change::renderer, error.what());
-            return false;
-        }
+    if (renderer_ && changeBetween(*made_, request_) != Change::renderer) return true;
+    try {
+        makeRenderer();
+        return true;
+    } catch (const core::Error& error) {
+        suspendUntil(Change::renderer, error.what());
+        return false;
     }
+}
+
+/// Brings world and view to the request; false when that has failed or is no longer wanted.
+bool RenderThread::Loop::preparePicture()
+{
     if (world_ != request_.world && !setWorld()) return false;
     const bool coarseIsOver = (work_.coarse() == Coarse::moving && !request_.moving) ||
                               (work_.precedes() && work_.published() > 0);

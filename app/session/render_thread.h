@@ -2,6 +2,7 @@
 // and picks up pictures, and neither waits for the other.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,17 +25,19 @@ struct RenderThreadStatus {
     float previewScale = 1;     // of its sides
 };
 
-/// Makes the renderer for a request: replaced by tests.
+/// Makes the renderer for a request.
 using RendererFactory =
     std::function<std::unique_ptr<core::Renderer>(const RenderParams&, bool validation)>;
-std::unique_ptr<core::Renderer> makeViewRenderer(const RenderParams& params, bool validation);
+/// Of the program's own methods; what is dear to make is kept in `cacheFolder` (empty: nowhere).
+RendererFactory viewRenderers(const std::filesystem::path& cacheFolder = {});
 
 class RenderThread {
 public:
-    explicit RenderThread(RendererFactory factory = makeViewRenderer);
+    explicit RenderThread(RendererFactory factory = viewRenderers());
     ~RenderThread();
 
-    /// Takes the order and returns its generation. Restarts only what it changes: a new device or
+    /// Takes the order and returns its generation. Without a scene only the renderer is made, so
+    /// that its device is open once there is one. Restarts only what it changes: a new device or
     /// method makes a new renderer, a new world is uploaded, a new view clears the film, everything
     /// else continues. Never blocks. While paused, a new view still gets its first picture. Where a
     /// full sample takes longer than a moment, one coarse picture (Picture::preview) comes first,

@@ -51,7 +51,12 @@ Session::Session(const SessionOptions& options)
     keptScale_ = settings.panels.uiScale;
     if (options.uiScale > 0) settings.panels.uiScale = options.uiScale;
     if (!options.methodGiven) render.method = settings.paramsOf(render.method.id());
-    if (!options.scene.file.empty()) load(options.scene);
+    if (options.scene.file.empty()) return;
+    load(options.scene);
+    RenderRequest early;  // the device opens while the scene loads
+    early.params = render;
+    early.validation = options.validation;
+    renderThread_.request(std::move(early));
 }
 
 Session::~Session()

@@ -64,7 +64,7 @@ struct SessionOptions {
     std::filesystem::path settings;  // empty: none are kept
     bool quiet = false;
     float uiScale = 0;  // of the letters, for this run; 0: as kept
-    RendererFactory factory = makeViewRenderer;
+    RendererFactory factory = viewRenderers();
 };
 
 class Session {

@@ -3,11 +3,11 @@
 #include "app/session/settings.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <optional>
 
 #include "app/base/files.h"
 #include "app/base/json_file.h"
+#include "app/base/user_folders.h"
 #include "app/files/params_json.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
@@ -23,14 +23,6 @@ using Json = nlohmann::ordered_json;
 constexpr int64_t kVersion = 1;
 constexpr size_t kMostRecent = 12, kLongestPlaces = 1 << 16;
 constexpr uint32_t kSmallestWindow = 64, kLargestWindow = 16384;
-
-/// An environment variable that names an absolute folder, else nothing.
-fs::path folderOf(const char* variable)
-{
-    const char* value = std::getenv(variable);
-    const fs::path folder = value != nullptr ? value : "";
-    return folder.is_absolute() ? folder : fs::path();
-}
 
 /// JSON is UTF-8; names of files need not be.
 bool isUtf8(const std::string& text)
@@ -212,11 +204,8 @@ void Settings::addRecent(const fs::path& file)
 
 fs::path settingsFile()
 {
-    const fs::path name = fs::path("rekindle") / "settings.json";
-    const fs::path configuration = folderOf("XDG_CONFIG_HOME");
-    if (!configuration.empty()) return configuration / name;
-    const fs::path home = folderOf("HOME");
-    return home.empty() ? fs::path() : home / ".config" / name;
+    const fs::path folder = userSettingsFolder();
+    return folder.empty() ? fs::path() : folder / "settings.json";
 }
 
 Settings readSettings(const fs::path& file, std::string& problem)

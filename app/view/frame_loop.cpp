@@ -10,6 +10,7 @@
 #include <imgui.h>
 #include <nlohmann/json.hpp>
 
+#include "app/base/user_folders.h"
 #include "app/files/stats.h"
 #include "app/session/losses.h"
 #include "app/view/input.h"
@@ -26,6 +27,12 @@ constexpr double kIdleTick = 0.25;     // seconds that an idle window sleeps
 constexpr double kNoticeSeconds = 10;  // for which a message may fade
 constexpr size_t kKeptTimes = 240;
 
+/// Where the window and the renderer keep what is dear to make.
+fs::path cacheFolder(const ViewOptions& o)
+{
+    return o.noCache ? fs::path() : userCacheFolder();
+}
+
 SessionOptions sessionOptions(const ViewOptions& o)
 {
     SessionOptions s;
@@ -38,6 +45,7 @@ SessionOptions sessionOptions(const ViewOptions& o)
     s.methodGiven = o.paramsGiven;
     s.validation = o.validation;
     s.uiScale = o.uiScale;
+    s.factory = viewRenderers(cacheFolder(o));
     if (!o.noSettings) s.settings = settingsFile();
     return s;
 }
@@ -60,8 +68,8 @@ FrameLoop::FrameLoop(const ViewOptions& options)
     : options_(options),
       script_(options.script.empty() ? std::nullopt : std::optional<Script>(options.script)),
       window_("Rekindle", windowSize(options)),
-      gui_(std::make_unique<Gui>(
-          window_, GuiOptions{options.deviceIndex, options.validation, options.uiScale})),
+      gui_(std::make_unique<Gui>(window_, GuiOptions{options.deviceIndex, options.validation,
+                                                     options.uiScale, cacheFolder(options)})),
       session_(std::make_unique<Session>(sessionOptions(options))), ui_(std::make_unique<Ui>())
 {
     interrupt_.keepResult(true);  // the settings
@@ -225,7 +233,8 @@ void FrameLoop::present(const DisplayInputs& inputs)
                                std::string(error.what()) + " — the window was set up anew");
         gui_.reset();
         gui_ = std::make_unique<Gui>(window_, GuiOptions{options_.deviceIndex, options_.validation,
-                                                         session_->settings.panels.uiScale});
+                                                         session_->settings.panels.uiScale,
+                                                         cacheFolder(options_)});
     }
 }
 

@@ -13,7 +13,6 @@
 #include <backends/imgui_impl_vulkan.h>
 #include <imgui.h>
 
-#include "app/gpu/base/pipeline_cache.h"
 #include "app/gpu/window/display.h"
 #include "app/gpu/window/offscreen.h"
 #include "app/gpu/window/swapchain.h"
@@ -99,7 +98,7 @@ struct Gui::Impl {
                   .validation = options.validation,
                   .instanceExtensions = w.instanceExtensions(),
                   .surface = [&w](VkInstance instance) { return w.makeSurface(instance); },
-                  .cacheFolder = gpu::userCacheFolder()}),
+                  .cacheFolder = options.cacheFolder}),
           swapchain(device, [&w](VkInstance instance) { return w.makeSurface(instance); }),
           display(device), context(w.get()), wantedScale(options.uiScale)
     {

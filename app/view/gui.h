@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,7 +20,8 @@ namespace app {
 struct GuiOptions {
     int deviceIndex = -1;
     bool validation = false;
-    float uiScale = 0;  // 0: the display's
+    float uiScale = 0;                    // 0: the display's
+    std::filesystem::path cacheFolder{};  // of gpu::DeviceOptions
 };
 
 /// The two images that the display kernel reads; each is uploaded only when its pointer changes.

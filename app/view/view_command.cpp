@@ -27,6 +27,7 @@ int withoutWindow(const ViewOptions& o, const std::string& reason)
                                  .device = o.device,
                                  .deviceIndex = o.deviceIndex,
                                  .validation = o.validation,
+                                 .noCache = o.noCache,
                                  .params = o.params,
                                  .camera = o.camera});
     std::cerr << "there is no window (" << reason << "), so this was a flight in pictures\n";

@@ -11,23 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "core/base/content_hash.h"
 #include "core/gltf/gltf.h"
 #include "core/gltf/json_tree.h"
 
 namespace core::gltf {
 
 using Bytes = std::vector<std::byte>;
-
-/// 64-bit hash of a sequence of byte strings: eight bytes at a time, multiplied and rotated, then
-/// avalanched.
-class ContentHash {
-public:
-    void add(std::span<const std::byte> bytes);
-    uint64_t value() const;
-
-private:
-    uint64_t state_ = 0x9e3779b97f4a7c15u;
-};
 
 /// An image of the document as one role needs it: decoded from sRGB, or plain data. Parallel to
 /// scene.textures.

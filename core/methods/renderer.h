@@ -65,6 +65,8 @@ struct StatsDetail {
 struct RenderStats {
     std::string device, driver;
     double buildSeconds = 0, compileSeconds = 0, renderSeconds = 0, readbackSeconds = 0;
+    bool hierarchyCached =
+        false;  // read from a file of an earlier run; buildSeconds tells how fast
     uint64_t rays = 0, paths = 0;
     uint64_t peakDeviceBytes = 0;
     std::vector<StatsDetail> details;

@@ -262,6 +262,7 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, co
     if (!prototypes.empty()) world->features |= shared::kFeatureInstances;
     topology->forcedFeatures = forcedFeatures;
     topology->instancing = instancing;
+    topology->ofLaterPose = previous != nullptr;
     topology->fixedFeatures = world->features;
     removeInstances(topology->plan, instances);
     orderInstances(*scene, alpha, instances);

@@ -1,4 +1,5 @@
-// The steps of makeWorld and poseWorld, in the order in which they run. Private to world*.cpp.
+// The steps of makeWorld and poseWorld, in the order in which they run. Private to world*.cpp, here
+// and in core/trace.
 #pragma once
 
 #include <cstring>
@@ -91,6 +92,7 @@ struct TriangleEmission {
 struct Topology {
     uint32_t forcedFeatures = 0;
     Instancing instancing = Instancing::automatic;
+    bool ofLaterPose = false;    // one of many: not worth keeping anything of for later runs
     InstancePlan plan;           // without prototypes
     uint32_t fixedFeatures = 0;  // without those of emitters and cameras
     std::vector<int> usedMaterials;

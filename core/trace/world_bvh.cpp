@@ -1,9 +1,11 @@
-// When to refit and when to build. See world_bvh.h.
+// When to refit, when to look in the cache and when to build. See world_bvh.h.
 #include "core/trace/world_bvh.h"
 
 #include <exception>
 
 #include "core/base/check.h"
+#include "core/base/time.h"
+#include "core/scene/world_parts.h"
 
 namespace core {
 namespace {
@@ -28,7 +30,8 @@ BvhOptions optionsFor(const World& world)
     return options;
 }
 
-Bvh build(const World& world, const std::function<void(double)>& progress, std::stop_token stop)
+Bvh build(const World& world, const BvhOptions& options,
+          const std::function<void(double)>& progress, std::stop_token stop)
 {
     std::stop_source ended;
     const std::stop_callback passOn(std::move(stop), [&] { ended.request_stop(); });
@@ -42,11 +45,25 @@ Bvh build(const World& world, const std::function<void(double)>& progress, std::
             ended.request_stop();
         }
     };
-    Bvh bvh =
-        buildBvh(world.positions, world.triangles, optionsFor(world), report, ended.get_token());
+    Bvh bvh = buildBvh(world.positions, world.triangles, options, report, ended.get_token());
     if (thrown) std::rethrow_exception(thrown);
     if (ended.stop_requested())
         throw Error("building the hierarchy was cancelled", ExitCode::interrupted);
+    return bvh;
+}
+
+/// From the cache, where an animation does not make another one for every pose; else built.
+Bvh findOrBuild(const World& world, BvhCache* cache, const std::function<void(double)>& progress,
+                std::stop_token stop)
+{
+    const BvhOptions options = optionsFor(world);
+    if (cache == nullptr || (world.topology && world.topology->ofLaterPose))
+        return build(world, options, progress, std::move(stop));
+    if (auto found = cache->find(world.positions, world.triangles, options))
+        return *std::move(found);
+    const Clock::time_point start = Clock::now();
+    Bvh bvh = build(world, options, progress, std::move(stop));
+    cache->keep(bvh, secondsSince(start));
     return bvh;
 }
 
@@ -60,12 +77,12 @@ std::optional<Bvh> fitted(const Bvh& previous, const World& world)
 }  // namespace
 
 std::shared_ptr<const Bvh> bvhOf(const World& world, const std::function<void(double)>& progress,
-                                 std::stop_token stop)
+                                 std::stop_token stop, BvhCache* cache)
 {
     const auto make = [&](const std::shared_ptr<const Bvh>& previous) {
         std::optional<Bvh> bvh;
         if (previous) bvh = fitted(*previous, world);
-        if (!bvh) bvh = build(world, progress, stop);
+        if (!bvh) bvh = findOrBuild(world, previous ? nullptr : cache, progress, stop);
         return std::make_shared<const Bvh>(*std::move(bvh));
     };
     if (!world.bvh) return make(nullptr);  // made by hand, not by makeWorld

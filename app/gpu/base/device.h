@@ -29,7 +29,8 @@ struct DeviceOptions {
     /// until takeSurface().
     std::function<VkSurfaceKHR(VkInstance)> surface{};
 
-    // Where compiled kernels are kept for the next run; empty: nowhere
+    // Where what is dear to make is kept for the next run (compiled kernels, hierarchies of
+    // scenes); empty: nowhere
     std::filesystem::path cacheFolder{};
     double waitStep = 2;  // seconds; a notice after 3 of them, lost after 10 (software devices: 30)
     std::function<void(const std::string&)> notice{};  // takes "GPU busy ..."; empty: stderr does

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/gpu/base/pipeline_cache.h"
+#include "core/base/content_hash.h"
 
 namespace gpu {
 
@@ -22,7 +23,10 @@ CacheKey keyOf(const Device& device, std::span<const uint32_t> spirv,
     key.vendor = p.vendorID;
     key.device = p.deviceID;
     key.driverVersion = p.driverVersion;
-    key.kernel = hashBytes(std::as_bytes(constants.values), hashBytes(std::as_bytes(spirv)));
+    core::ContentHash hash;
+    hash.add(std::as_bytes(spirv));
+    hash.add(std::as_bytes(constants.values));
+    key.kernel = hash.value();
     return key;
 }
 

@@ -12,12 +12,6 @@
 
 namespace gpu {
 
-/// $XDG_CACHE_HOME/rekindle, else ~/.cache/rekindle; empty when neither is known.
-std::filesystem::path userCacheFolder();
-
-/// FNV-1a (Fowler, Noll, Vo), 64 bits; `seed` is the hash of what came before.
-uint64_t hashBytes(std::span<const std::byte> bytes, uint64_t seed = 0xcbf29ce484222325u);
-
 /// What a compiled kernel is good for.
 struct CacheKey {
     std::array<uint8_t, 16> cacheUuid{};  // VkPhysicalDeviceProperties::pipelineCacheUUID

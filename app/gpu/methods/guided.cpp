@@ -93,7 +93,7 @@ public:
     core::RenderStats stats() const override
     {
         core::RenderStats stats = context_.stats();
-        stats.buildSeconds = scene_ ? scene_->buildSeconds() : 0;
+        if (scene_) scene_->addTo(stats);
         stats.compileSeconds = compileSeconds_;
         stats.details = training_.details();
         stats.details.push_back({"kernel", std::string(batches_.kernelName())});

@@ -80,7 +80,7 @@ public:
     core::RenderStats stats() const override
     {
         core::RenderStats stats = context_.stats();
-        stats.buildSeconds = scene_ ? scene_->buildSeconds() : 0;
+        if (scene_) scene_->addTo(stats);
         stats.compileSeconds = compileSeconds_;
         const core::ReuseFigures& figures = film_.counts().reuse;
         const double pixels = double(film_.frame().width()) * film_.frame().height();

@@ -145,7 +145,7 @@ void pictureFigures(const Picture& picture)
         figure(detail.name.c_str(), word != nullptr ? *word : digitsText(*number),
                "of this method");
     }
-    figure("build", secondsText(s.buildSeconds),
+    figure("build", secondsText(s.buildSeconds) + (s.hierarchyCached ? ", from a file" : ""),
            "the tree of boxes through which rays find triangles");
     figure("compile", secondsText(s.compileSeconds), "kernels specialised on the scene");
     figure("read back", secondsText(s.readbackSeconds), "from the device to where it can be shown");

@@ -292,6 +292,8 @@ TEST(Args, NoCommandIsTheWindow)
     EXPECT_EQ(o.params.as<core::PathParams>().maxDepth, 3u);
     EXPECT_EQ(o.deviceIndex, 1);
     EXPECT_TRUE(o.validation);
+    EXPECT_FALSE(o.noCache);
+    EXPECT_TRUE(view({"r.gltf", "--no-cache"}).noCache);
     EXPECT_EQ(view({"--replay", "a.exr"}).replay, "a.exr");
     EXPECT_EQ(view({"view", "--replay", "a.PNG"}).replay, "a.PNG");
 }

@@ -39,14 +39,19 @@ TEST_F(RenderThread, RendersUpToTheLimitAndRests)
     EXPECT_EQ(newest(), picture);
 }
 
-TEST_F(RenderThread, WithoutASceneNothingHappens)
+TEST_F(RenderThread, WithoutASceneThereIsARendererAndNothingElse)
 {
     start();
-    order.world = nullptr;
+    const auto world = std::exchange(order.world, nullptr);
     post();
     std::this_thread::sleep_for(20ms);
-    EXPECT_EQ(work(), (Work{0, 0, 0}));
+    EXPECT_EQ(work(), (Work{1, 0, 0}));
     EXPECT_EQ(newest(), nullptr);
+    EXPECT_EQ(thread->status().stage, "idle");
+    order.world = world;
+    post();
+    finished();
+    EXPECT_EQ(work(), (Work{0, 1, 1})) << "the same renderer";
 }
 
 TEST_F(RenderThread, OnlyWhatAChangeInvalidatesIsMadeAnew)
@@ -487,7 +492,7 @@ void expectDirectRender(app::DeviceKind device)
     EXPECT_EQ(picture->generation, generation);
     EXPECT_GT(picture->stats.rays, 0u);
 
-    const auto renderer = app::makeViewRenderer(order.params, false);
+    const auto renderer = app::viewRenderers()(order.params, false);
     renderer->setWorld(order.world, {});
     renderer->setView({order.camera, order.size, order.params.method}, core::Start::anew);
     renderer->advance({.samples = 21}, {});
