@@ -39,11 +39,11 @@ room(app/version SEES core/base core/trace app/base app/gpu/base FOREIGN CLI/ GL
 room(app/args SEES ${core} app/base app/lab app/methods app/version FOREIGN CLI/)
 room(app/files SEES ${core} app/base app/methods app/args FOREIGN nlohmann/)
 room(app/commands SEES ${core} app/base app/args app/files app/lab app/methods app/gpu/base FOREIGN nlohmann/)
-room(app/session SEES ${core} core/trace app/base app/methods app/args app/files FOREIGN nlohmann/)
+room(app/session SEES ${core} core/trace app/base app/report app/methods app/args app/files FOREIGN nlohmann/)
 room(app/bench SEES ${core} core/trace core/many_lights app/base app/version app/args app/files app/report app/methods app/session
      app/gpu/base app/gpu FOREIGN nlohmann/)
 room(app/view/imgui SEES core/base app/gpu/base FOREIGN GLFW/ imgui backends/)
-room(app/view/ui SEES ${core} app/base app/methods app/files app/session app/gpu/base app/view/imgui FOREIGN imgui nlohmann/)
+room(app/view/ui SEES ${core} app/base app/report app/methods app/files app/session app/gpu/base app/view/imgui FOREIGN imgui nlohmann/)
 room(app/view SEES ${core} app/base app/args app/files app/commands app/session app/view/imgui app/view/ui app/gpu/base
      app/gpu/window FOREIGN GLFW/ imgui backends/ nlohmann/ vulkan/)
 room(app SEES core/base app/args app/bench app/commands app/view)

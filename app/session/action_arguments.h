@@ -1,5 +1,5 @@
 // Arguments of an action, read from its JSON and checked: a wrong one is refused with its name.
-// Only actions.cpp includes this.
+// Only the files of actions include this.
 #pragma once
 
 #include <cmath>

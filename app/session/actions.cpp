@@ -11,6 +11,7 @@
 
 #include "app/base/nearest.h"
 #include "app/session/action_arguments.h"
+#include "app/session/comparison_actions.h"
 #include "app/session/set_param.h"
 #include "core/base/check.h"
 
@@ -30,17 +31,6 @@ fs::path stamped(const char* extension)
     char name[64];
     std::strftime(name, sizeof name, "rekindle-%Y-%m-%d-%H%M%S", &local);
     return std::string(name) + extension;
-}
-
-/// The parameters of the picture with `changes` ({"device": ..., "max-depth": ...}) made to them.
-RenderParams changed(const Session& session, const Json& changes)
-{
-    RenderParams params = session.render;
-    if (changes.is_null()) return params;
-    if (!changes.is_object()) refuse("a, b", "objects of parameters");
-    const std::string unknown = setRenderParams(params, changes);
-    if (!unknown.empty()) throw unknownParam(unknown, renderParamNames(params));
-    return params;
 }
 
 void show(const ActionContext& c, Show what)
@@ -132,19 +122,6 @@ void dolly(const ActionContext& c)
     c.session.moved();
 }
 
-void equalTimeAction(const ActionContext& c)
-{
-    const double seconds = number(c, "seconds", 5);
-    if (!(seconds > 0 && seconds <= 86400)) refuse("seconds", "a time from 0 to 86400");
-    const Json none;
-    const auto side = [&](const char* name) -> const Json& {
-        const auto found = c.arguments.find(name);
-        return found == c.arguments.end() ? none : *found;
-    };
-    const RenderParams a = changed(c.session, side("a")), b = changed(c.session, side("b"));
-    c.session.compareEqualTime(a, b, seconds);
-}
-
 void screenshotAction(const ActionContext& c)
 {
     c.app.screenshot = text(c, "file", stamped(".png").string());
@@ -205,7 +182,8 @@ void savePath(const ActionContext& c)
     if (!c.session.document()) return;
     try {
         c.session.track.save(text(c, "file"), c.session.document()->world->placement);
-        c.session.notices.tell(Severity::news, text(c, "file") + ": path saved");
+        const fs::path file = text(c, "file");
+        c.session.notices.tell(Severity::news, wholePath(file) + ": path saved", file);
     } catch (const core::Error& error) {
         if (error.code() == core::ExitCode::commandLine) throw;
         c.session.notices.tell(Severity::error, error.what());
@@ -257,6 +235,8 @@ std::span<const Action> actions()
                showAction<Show::difference>},
         Action{"show-error", "Shift+D", "", "show the error against the reference as a map",
                showAction<Show::error>},
+        Action{"show-flip", "Ctrl+D", "", "show the error as a viewer sees it (FLIP)",
+               showAction<Show::flip>},
         Action{"next-map", "0", "", "show the method's own maps, one after the other", nextMap},
         Action{"brighter", "E", "", "exposure up by half a stop", [](C c) { exposure(c, 0.5f); }},
         Action{"darker", "Shift+E", "", "exposure down by half a stop",
@@ -332,11 +312,25 @@ std::span<const Action> actions()
         Action{"store-b", "]", "", "keep the picture as B", [](C c) { slot(c, 1); }},
         Action{"swap", "\\", "", "swap A and B",
                [](C c) { std::swap(c.session.slots[0], c.session.slots[1]); }},
-        Action{"clear-slots", "", "", "both sides live again", [](C c) { c.session.slots = {}; }},
+        Action{"clear-slots", "", "", "both sides live again",
+               [](C c) {
+                   c.session.slots = {};
+                   c.session.chosenParams = {};
+               }},
+        Action{"params-a", "", "params", "choose the panel's parameters for A at equal time",
+               [](C c) { chooseParamsAction(c, 0); }},
+        Action{"params-b", "", "params", "choose the panel's parameters for B at equal time",
+               [](C c) { chooseParamsAction(c, 1); }},
+        Action{"use-params", "", "side", "the parameters of A or B into the panel",
+               useParamsAction},
         Action{"equal-time", "", "seconds, a, b",
                "render A's parameters, then B's, for the same time", equalTimeAction},
-        Action{"reference", "B", "spp", "render a reference in the background",
-               [](C c) { c.session.startReference(std::max(count(c, "spp", 1024), 2u)); }},
+        Action{"copy-comparison", "", "", "the errors of A and B to the clipboard",
+               copyComparisonAction},
+        Action{"reference", "B", "spp, method", "render a reference in the background",
+               referenceAction},
+        Action{"keep-reference", "Shift+B", "", "keep the picture as the reference",
+               [](C c) { c.session.keepAsReference(); }},
         Action{"load-reference", "", "file", "a reference from a file",
                [](C c) { c.session.loadReference(text(c, "file")); }},
         Action{"drop-reference", "", "", "forget the reference",

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "app/session/param_defaults.h"
 
@@ -28,6 +29,18 @@ RenderParams timed(RenderParams params, double seconds)
     return params;
 }
 
+template <class T> std::string valueText(const T& value)
+{
+    if constexpr (std::is_enum_v<T>)
+        return std::string(core::enumName(value));
+    else if constexpr (std::is_same_v<T, bool>)
+        return value ? "yes" : "no";
+    else if constexpr (std::is_floating_point_v<T>)
+        return formatted("%g", static_cast<double>(value));
+    else
+        return std::to_string(value);
+}
+
 /// ", clamp-indirect 10, sampler independent": fields that are not at their defaults, but for the
 /// depth.
 std::string unusual(const core::AnyParams& params)
@@ -37,16 +50,19 @@ std::string unusual(const core::AnyParams& params)
                       [&](const core::Field& field, const auto& member, const auto& standard) {
                           if (member == standard || std::string_view(field.name) == "max-depth")
                               return;
-                          using Member = std::remove_cvref_t<decltype(member)>;
-                          text += std::string(", ") + field.name + " ";
-                          if constexpr (std::is_enum_v<Member>)
-                              text += core::enumName(member);
-                          else if constexpr (std::is_floating_point_v<Member>)
-                              text += formatted("%g", static_cast<double>(member));
-                          else
-                              text += std::to_string(member);
+                          text += std::string(", ") + field.name + " " + valueText(member);
                       });
     return text;
+}
+
+/// Names and values of the method's parameters.
+std::vector<std::pair<std::string, std::string>> valuesOf(const core::AnyParams& params)
+{
+    std::vector<std::pair<std::string, std::string>> values;
+    core::AnyParams::visit(params, [&](const core::Field& field, const auto& member) {
+        values.emplace_back(field.name, valueText(member));
+    });
+    return values;
 }
 
 }  // namespace
@@ -82,6 +98,26 @@ std::optional<Slot> EqualTime::offer(const std::shared_ptr<const Picture>& pictu
     fraction_ = 0;
     before_ = picture->generation;
     return Slot{picture, pictureLabel(*picture)};
+}
+
+std::vector<ParamDifference> differences(const RenderParams& a, const RenderParams& b)
+{
+    std::vector<ParamDifference> found;
+    const auto add = [&](const std::string& name, const std::string& x, const std::string& y) {
+        if (x != y) found.push_back({name, x, y});
+    };
+    add("method", std::string(a.method.id()), std::string(b.method.id()));
+    add("device", valueText(a.device), valueText(b.device));
+    add("device-index", valueText(a.deviceIndex), valueText(b.deviceIndex));
+    auto ofA = valuesOf(a.method), ofB = valuesOf(b.method);
+    for (const auto& [name, value] : ofA) {
+        const auto same = std::find_if(ofB.begin(), ofB.end(),
+                                       [&](const auto& other) { return other.first == name; });
+        add(name, value, same == ofB.end() ? "-" : same->second);
+        if (same != ofB.end()) ofB.erase(same);
+    }
+    for (const auto& [name, value] : ofB) add(name, "-", value);
+    return found;
 }
 
 std::string paramsLabel(const RenderParams& params)

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/session/picture.h"
 
@@ -44,6 +45,15 @@ private:
     // Pictures of this generation and older were ordered before the side began
     uint64_t before_ = 0;
 };
+
+/// A parameter that two sides do not have in common, as text; "-" where a method has none of that
+/// name.
+struct ParamDifference {
+    std::string name, a, b;
+};
+/// Device, method and its parameters; not the limits, which equal time replaces. In the order of
+/// the lists.
+std::vector<ParamDifference> differences(const RenderParams& a, const RenderParams& b);
 
 /// "path, vulkan, depth 8", and every other parameter that is not at its default.
 std::string paramsLabel(const RenderParams& params);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "app/session/comparison.h"
@@ -18,7 +19,7 @@ namespace {
 
 constexpr double kFitSpan = 16;  // of time, back from the last point
 constexpr double kLeastSpan = 1.5;
-constexpr size_t kMostPast = 8, kLeastKept = 4;
+constexpr size_t kMostPast = 8, kMostOther = 8 * kMostPast, kLeastKept = 4;
 
 /// A point of the curve in logarithms.
 struct LogPoint {
@@ -148,30 +149,47 @@ double referenceNoise(const Reference& reference)
     return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-bool Convergence::continues(const Picture& picture) const
+bool Convergence::continues(const Picture& picture, const CurveView& view) const
 {
     if (picture.samples < samples_ || picture.seconds < seconds_) return false;
-    if (!sameRestarting(picture.params, params_) || picture.fullSize != size_ ||
-        !(picture.camera == camera_)) {
-        return false;
-    }
+    if (!sameRestarting(picture.params, params_) || view != present_.view) return false;
     // A new start that has overtaken the old picture between two looks differs in its first point.
     if (picture.curve.empty() || present_.points.empty()) return true;
     return picture.curve.front().seconds == present_.points.front().seconds;
 }
 
-void Convergence::take(const Picture& picture)
+void Convergence::keepPresent()
+{
+    if (present_.points.size() >= kLeastKept) past_.push_back(std::move(present_));
+    if (past_.size() > kMostPast) past_.erase(past_.begin());
+    present_ = {};
+}
+
+/// Puts the past curves of another view away and takes out those of the present one.
+void Convergence::recall()
+{
+    if (!past_.empty() && past_.front().view == present_.view) return;
+    other_.insert(other_.end(), std::make_move_iterator(past_.begin()),
+                  std::make_move_iterator(past_.end()));
+    past_.clear();
+    const auto here = std::stable_partition(other_.begin(), other_.end(), [&](const Curve& curve) {
+        return curve.view != present_.view;
+    });
+    past_.assign(std::make_move_iterator(here), std::make_move_iterator(other_.end()));
+    other_.erase(here, other_.end());
+    if (other_.size() > kMostOther)
+        other_.erase(other_.begin(), other_.end() - static_cast<ptrdiff_t>(kMostOther));
+}
+
+void Convergence::take(const Picture& picture, const std::string& scene)
 {
     if (picture.preview || picture.samples == 0) return;
-    if (!continues(picture)) {
-        if (present_.points.size() >= kLeastKept) {
-            past_.push_back(std::move(present_));
-            if (past_.size() > kMostPast) past_.erase(past_.begin());
-        }
-        present_ = {};
+    CurveView view{scene, picture.camera, picture.fullSize};
+    if (!continues(picture, view)) {
+        keepPresent();
+        present_.view = std::move(view);
+        recall();
         params_ = picture.params;
-        camera_ = picture.camera;
-        size_ = picture.fullSize;
     }
     samples_ = picture.samples;
     seconds_ = picture.seconds;

@@ -11,7 +11,17 @@
 
 namespace app {
 
+/// What a curve is of: curves of other scenes or cameras cannot be compared with it.
+struct CurveView {
+    std::string scene;  // tells scenes and their instants apart
+    core::Camera camera;
+    glm::uvec2 size{0};
+
+    friend bool operator==(const CurveView&, const CurveView&) = default;
+};
+
 struct Curve {
+    CurveView view;
     std::string label;
     std::vector<ErrorPoint> points;
     bool against = false;  // whether the points carry an RMSE against a reference
@@ -50,21 +60,24 @@ double referenceNoise(const Reference& reference);
 class Convergence {
 public:
     /// Every new picture; previews are ignored. A picture that starts anew moves the present curve
-    /// to the past ones, if it has at least four points.
-    void take(const Picture& picture);
+    /// to the past ones, if it has at least four points. `scene` tells scenes and their instants
+    /// apart.
+    void take(const Picture& picture, const std::string& scene);
     const Curve& present() const { return present_; }
-    const std::vector<Curve>& past() const { return past_; }  // newest last, at most eight
-    void clearPast();
+    /// Those of the present one's view, newest last, at most eight. Who comes back to a view finds
+    /// its curves again; eight views' worth are kept.
+    const std::vector<Curve>& past() const { return past_; }
+    void clearPast();  // of the present view
 
 private:
-    bool continues(const Picture& picture) const;
+    bool continues(const Picture& picture, const CurveView& view) const;
+    void keepPresent();
+    void recall();
 
     Curve present_;
-    std::vector<Curve> past_;
-    // What the present curve is of.
-    RenderParams params_;
-    core::Camera camera_;
-    glm::uvec2 size_{0};
+    std::vector<Curve> past_;   // of the present view
+    std::vector<Curve> other_;  // of other views, newest last
+    RenderParams params_;       // of the present curve
     uint64_t samples_ = 0;
     double seconds_ = 0;
 };

@@ -22,22 +22,32 @@ static void print(Severity severity, const std::string& text)
     std::fputs(whole.c_str(), stderr);
 }
 
-void Notices::tell(Severity severity, const std::string& message)
+std::string wholePath(const std::filesystem::path& file)
 {
+    std::error_code error;
+    const std::filesystem::path whole = std::filesystem::absolute(file, error);
+    return (error ? file : whole.lexically_normal()).string();
+}
+
+void Notices::tell(Severity severity, const std::string& message,
+                   const std::filesystem::path& written)
+{
+    const std::string file = written.empty() ? "" : wholePath(written);
     const std::string text = core::printableLines(message);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - kProgramStart).count();
     {
         const std::lock_guard lock(mutex_);
         ++count_;
-        if (!list_.empty() && list_.back().severity == severity && list_.back().text == text) {
+        if (!list_.empty() && list_.back().severity == severity && list_.back().text == text &&
+            list_.back().file == file) {
             list_.back().number = count_;
             list_.back().seconds = seconds;
             ++list_.back().times;
             return;
         }
         if (list_.size() == kKept) list_.erase(list_.begin());
-        list_.push_back({count_, severity, text, seconds, 1});
+        list_.push_back({count_, severity, text, file, seconds, 1});
     }
     // Outside the lock: whoever reads stderr may be slow.
     if (!quiet) print(severity, text);

@@ -95,7 +95,8 @@ struct ErrorPoint {
 /// An immutable result. `generation` is that of the request that it answers.
 struct Picture {
     uint64_t generation = 0;
-    core::Image mean;  // RGB radiance; smaller than asked for while moving
+    std::weak_ptr<const core::World> world;  // that it shows; a kept picture keeps no scene
+    core::Image mean;                        // RGB radiance; smaller than asked for while moving
     std::shared_ptr<const core::Image> variance;           // of the mean, RGB; when wanted
     std::shared_ptr<const core::Aovs> aovs;                // when wanted
     std::shared_ptr<const std::vector<core::Image>> maps;  // the method's own, when wanted
@@ -115,5 +116,12 @@ struct Picture {
     // From the start of the picture; thinned, at most a few hundred points
     std::vector<ErrorPoint> curve;
 };
+
+/// Whether two pictures show the same: scene at one instant, camera and size.
+inline bool oneView(const Picture& a, const Picture& b)
+{
+    return !a.world.owner_before(b.world) && !b.world.owner_before(a.world) &&
+           a.camera == b.camera && a.fullSize == b.fullSize;
+}
 
 }  // namespace app

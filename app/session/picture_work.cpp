@@ -236,6 +236,7 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
         picture->maps = std::make_shared<const std::vector<core::Image>>(renderer.maps());
         picture->probe = renderer.probe();
     }
+    picture->world = request.world;
     picture->camera = request.camera;
     picture->fullSize = request.size;
     picture->params = request.params;

@@ -46,6 +46,18 @@ void addLayer(core::ImageFile& exr, const std::string& name, const core::Image& 
 
 }  // namespace
 
+core::Metadata viewMetadata(const Picture& picture, const core::World& world,
+                            const std::filesystem::path& sceneFile, double at)
+{
+    PictureFacts facts = factsOf(picture, world, sceneFile, at);
+    facts.size = picture.fullSize;
+    if (picture.preview) {
+        facts.samples = 0;
+        facts.seconds = 0;
+    }
+    return imageMetadata(facts);
+}
+
 void savePicture(const std::filesystem::path& file, const Picture& picture,
                  const core::World& world, const std::filesystem::path& sceneFile, double at,
                  const ViewParams& view)

@@ -16,4 +16,9 @@ void savePicture(const std::filesystem::path& file, const Picture& picture,
                  const core::World& world, const std::filesystem::path& sceneFile, double at,
                  const ViewParams& view);
 
+/// What a picture of the window itself carries: the same, so that it can be replayed, too. A
+/// preview stands for its full picture, of which there are no samples yet.
+core::Metadata viewMetadata(const Picture& picture, const core::World& world,
+                            const std::filesystem::path& sceneFile, double at);
+
 }  // namespace app

@@ -94,6 +94,7 @@ void Session::update(double seconds, glm::uvec2 pictureArea)
     tellEnds();
     animate(seconds);
     takePicture();
+    judge();
     order(pictureArea);
     if (document_ && !track.playing() && !player.playing)
         history_.observe(navigation.viewpoint(), now_);
@@ -103,9 +104,10 @@ void Session::update(double seconds, glm::uvec2 pictureArea)
 bool Session::busy() const
 {
     const RenderThreadStatus rendering = renderThread_.status();
-    return rendering.rendering || loader_.status().active() || core_.status().active() ||
-           saver_.status().active() || track.playing() || player.playing || isMoving() ||
-           equalTime_.running() || pendingSave_.has_value() || unsettled_ || hasNews() ||
+    return rendering.rendering || judge_.busy() || loader_.status().active() ||
+           core_.status().active() || saver_.status().active() || track.playing() ||
+           player.playing || isMoving() || equalTime_.running() || pendingSave_.has_value() ||
+           pendingReference_.has_value() || unsettled_ || hasNews() ||
            (referenceKeySeconds > 0 && !holdReference);
 }
 
@@ -183,6 +185,7 @@ void Session::show(const Document& document)
     equalTime_.cancel();
     slots = {};
     comparing = false;
+    pendingReference_.reset();
     track.clear();
     player = {};
     player.time = document_->time;
@@ -258,7 +261,10 @@ void Session::tellEnds()
         if (job.state == core::JobState::cancelled)
             notices.tell(Severity::news, job.name + ": cancelled");
         if (job.state == core::JobState::done && job.name.starts_with("export"))
-            notices.tell(Severity::news, job.name + ": done");
+            notices.tell(Severity::news,
+                         job.name + ": done, in " +
+                             fs::path(wholePath(exportPattern_)).parent_path().string(),
+                         exportPattern_);
     };
     tell(loader_.status(), toldLoader_);
     // Something to look at behind the message.
@@ -268,8 +274,8 @@ void Session::tellEnds()
     }
     tell(core_.status(), toldCore_);
     tell(saver_.status(), toldSaver_);
-    for (const auto& [failed, text] : saves_->takeTold()) {
-        notices.tell(failed ? Severity::error : Severity::news, text);
+    for (const auto& [failed, text, file] : saves_->takeTold()) {
+        notices.tell(failed ? Severity::error : Severity::news, text, file);
         if (failed) savedSeconds_ = 0;
     }
     const RenderThreadStatus rendering = renderThread_.status();
@@ -322,21 +328,12 @@ void Session::takePicture()
     if (newest && newest != picture_) {
         picture_ = newest;
         if (picture_->seconds < savedSeconds_) savedSeconds_ = 0;  // it began anew
-        convergence_.take(*picture_);
-        if (equalTime_.running()) {
-            const int side = equalTime_.side();
-            if (std::optional<Slot> slot = equalTime_.offer(picture_)) {
-                slots[static_cast<size_t>(side)] = std::move(*slot);
-                if (equalTime_.running()) {
-                    restart();  // the next side's time begins now, also when it equals the first
-                } else {
-                    comparing = true;
-                    notices.tell(Severity::news,
-                                 "both sides have had their time: the slider compares them");
-                }
-            }
-        }
+        // One of the scene before is of no view that there is.
+        if (document_ && picture_->world.lock() == document_->world)
+            convergence_.take(*picture_, sceneName());
+        if (equalTime_.running()) takeEqualTime();
     }
+    if (pendingReference_ && picture_) takeReferencePicture();
     if (pendingSave_ && picture_) {
         // Whole samples only: what is saved can be rendered again to the bit.
         const bool whole = !picture_->preview && picture_->fraction == 0;
@@ -363,6 +360,12 @@ void Session::save(const fs::path& file)
         return;
     }
     pendingSave_ = PendingSave{file, now_ + kSaveSeconds};
+}
+
+core::Metadata Session::pictureMetadata() const
+{
+    if (!document_ || !picture_ || picture_->world.lock() != document_->world) return {};
+    return viewMetadata(*picture_, *document_->world, document_->file, document_->time);
 }
 
 double Session::unsavedSeconds() const
@@ -407,8 +410,9 @@ void Session::order(glm::uvec2 pictureArea)
     wanted.targetFrameSeconds = 1.0 / static_cast<double>(std::max(settings.view.movingRate, 1.0f));
     wanted.movingDepth = settings.view.movingDepth;
     wanted.movingShows = settings.view.moving;
-    wanted.wantVariance = settings.view.show == Show::deviation || pendingSave_.has_value();
-    wanted.wantAovs = settings.view.show >= Show::depth && settings.view.show <= Show::emitter;
+    wanted.wantVariance = wantsVariance();
+    wanted.wantAovs = inspecting || pendingSave_.has_value() ||
+                      (settings.view.show >= Show::depth && settings.view.show <= Show::emitter);
     wanted.wantMaps = settings.view.show == Show::methodMap;
     if (referenceFits(wanted)) wanted.reference = reference_;
     if (generation_ != 0 && wanted == ordered_) return;

@@ -16,6 +16,7 @@
 #include "app/session/navigation.h"
 #include "app/session/notices.h"
 #include "app/session/picture.h"
+#include "app/session/picture_judge.h"
 #include "app/session/reference_job.h"
 #include "app/session/render_thread.h"
 #include "app/session/settings.h"
@@ -94,6 +95,9 @@ public:
     bool flying = false;         // WASD moves; else orbiting
     bool holdReference = false;  // the reference is shown while its key is held
     double referenceKeySeconds = 0;
+    bool inspecting = false;  // values of pixels are looked at: all that is known is wanted
+    /// What A and B are rendered with at equal time, where it has been chosen: see sideParams().
+    std::array<std::optional<RenderParams>, 2> chosenParams;
 
     // --- method
     /// Another method with its parameters as they were last; throws core::Error when there is none
@@ -141,19 +145,32 @@ public:
     bool hasNews() const;                 // a picture newer than that waits for the next update
     uint64_t generation() const { return generation_; }  // of the newest order
     void save(const std::filesystem::path& file);
+    /// What a screenshot carries, so that its view can be had again; empty without a picture.
+    core::Metadata pictureMetadata() const;
     /// Seconds of rendering in the picture that no file has.
     double unsavedSeconds() const;
     /// Renders every frame of the track to numbered files, in the core thread, on the CPU.
     void exportTrack(const std::filesystem::path& pattern, uint32_t samples);
 
     // --- reference, comparison
-    void startReference(uint64_t samples);
+    /// On the CPU with the parameters of the picture, or with those last used of the method named,
+    /// as deep as the picture. Throws core::Error when there is none of that name on the CPU.
+    void startReference(uint64_t samples, std::string_view method = {});
+    /// The picture on show, with its variance as soon as that is known: what another device or
+    /// method makes of the view is then measured against it.
+    void keepAsReference();
     void loadReference(const std::filesystem::path& file);
     void dropReference();
     std::shared_ptr<const Reference> reference() const { return reference_; }
     bool referenceFits() const;  // whether it shows what is rendered: same scene, camera and size
     void storeSlot(int side);
     void compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds);
+    /// What a side is rendered with at equal time: as chosen, else as its picture was, else as the
+    /// panel says.
+    RenderParams sideParams(size_t side) const;
+    /// Of the pictures that are kept as A and B; null without both, and until it is measured.
+    std::shared_ptr<const PictureComparison> comparison() const { return judge_.comparison(); }
+    std::shared_ptr<const FlipMap> flip() const { return judge_.flip(); }
     const EqualTime& equalTime() const { return equalTime_; }
     const Convergence& convergence() const { return convergence_; }
     void clearCurves() { convergence_.clearPast(); }
@@ -187,6 +204,12 @@ private:
     void keepCameras();
     void recallCameras();
     bool referenceFits(const RenderRequest& request) const;
+    bool referenceFits(const Picture& picture) const;
+    bool wantsVariance() const;
+    void takeReferencePicture();
+    void takeEqualTime();
+    std::string sceneName() const;
+    void judge();
     glm::uvec2 pictureSize(glm::uvec2 area);
     void order(glm::uvec2 pictureArea);
 
@@ -217,6 +240,8 @@ private:
     double areaSince_ = 0;
     bool unsettled_ = false;
     std::optional<PendingSave> pendingSave_;
+    std::optional<double> pendingReference_;  // the picture is to be it, by then in any case
+    std::filesystem::path exportPattern_;
     double savedSeconds_ = 0;  // of rendering, of the present picture
     float keptScale_ = 0;      // of the letters, when this run has another
     std::unique_ptr<Replay> pendingReplay_;
@@ -230,6 +255,7 @@ private:
     std::shared_ptr<core::Mailbox<Reference>> referenceBox_;
     std::shared_ptr<SaveQueue> saves_;
     core::Worker loader_, core_, saver_;
+    PictureJudge judge_;
     RenderThread renderThread_;
 };
 

@@ -1,6 +1,8 @@
 // Jobs of the session's threads. See session_jobs.h.
 #include "app/session/session_jobs.h"
 
+#include <utility>
+
 #include "app/base/files.h"
 #include "app/files/load.h"
 #include "app/session/save_picture.h"
@@ -104,13 +106,14 @@ core::Worker::Job SaveQueue::job()
                 item = std::move(self->waiting_.front());
                 self->waiting_.pop_front();
             }
-            std::pair<bool, std::string> told{false, item.file.string() + ": saved, " +
-                                                         std::to_string(item.picture->samples) +
-                                                         " samples per pixel"};
+            Told told{false,
+                      wholePath(item.file) + ": saved, " + std::to_string(item.picture->samples) +
+                          " samples per pixel",
+                      item.file};
             try {
                 savePicture(item.file, *item.picture, *item.world, item.scene, item.at, item.view);
             } catch (const std::exception& error) {
-                told = {true, error.what()};
+                told = {true, error.what(), {}};
             }
             const std::lock_guard lock(self->mutex_);
             self->told_.push_back(std::move(told));
@@ -118,7 +121,7 @@ core::Worker::Job SaveQueue::job()
     };
 }
 
-std::vector<std::pair<bool, std::string>> SaveQueue::takeTold()
+std::vector<SaveQueue::Told> SaveQueue::takeTold()
 {
     const std::lock_guard lock(mutex_);
     return std::exchange(told_, {});

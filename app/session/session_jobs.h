@@ -6,7 +6,6 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/session/session.h"
@@ -40,13 +39,18 @@ public:
     void add(Item item);
     core::Worker::Job job();  // writes all that waits
 
-    /// What has been written or failed since the last call: (failed, text).
-    std::vector<std::pair<bool, std::string>> takeTold();
+    struct Told {
+        bool failed = false;
+        std::string text;
+        std::filesystem::path file;
+    };
+    /// What has been written or failed since the last call.
+    std::vector<Told> takeTold();
 
 private:
     std::mutex mutex_;
     std::deque<Item> waiting_;
-    std::vector<std::pair<bool, std::string>> told_;
+    std::vector<Told> told_;
 };
 
 }  // namespace app

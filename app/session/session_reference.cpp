@@ -2,6 +2,7 @@
 #include "app/session/session.h"
 #include "app/session/session_jobs.h"
 #include "core/base/check.h"
+#include "core/methods/method.h"
 
 namespace app {
 
@@ -13,20 +14,37 @@ bool Session::referenceFits(const RenderRequest& request) const
            reference_->mean.width == request.size.x && reference_->mean.height == request.size.y;
 }
 
+bool Session::referenceFits(const Picture& picture) const
+{
+    return reference_ && referenceWorld_ == picture.world.lock() &&
+           referenceCamera_ == picture.camera &&
+           glm::uvec2(reference_->mean.width, reference_->mean.height) == picture.fullSize;
+}
+
 bool Session::referenceFits() const
 {
     return referenceFits(ordered_);
 }
 
-void Session::startReference(uint64_t samples)
+void Session::startReference(uint64_t samples, std::string_view method)
 {
+    core::AnyParams params = render.method;
+    if (!method.empty() && method != params.id()) {
+        if (const char* why = core::methodNamed(method).whyNot)
+            throw core::Error("method: " + std::string(method) + " makes no references: " + why,
+                              core::ExitCode::commandLine);
+        params = settings.paramsOf(method);
+        uint32_t* const depth = core::findParam<uint32_t>(params, "max-depth");
+        const uint32_t* const shown = core::findParam<uint32_t>(render.method, "max-depth");
+        if (depth != nullptr && shown != nullptr) *depth = *shown;
+    }
     if (!document_ || ordered_.size.x == 0) return;
     dropReference();
     referenceWorld_ = document_->world;
     referenceCamera_ = navigation.view();
     referenceGeneration_ = core_.start(
         "reference",
-        referenceJob({document_->world, referenceCamera_, ordered_.size, render.method, samples},
+        referenceJob({document_->world, referenceCamera_, ordered_.size, params, samples},
                      referenceBox_));
 }
 
@@ -73,6 +91,89 @@ void Session::dropReference()
     referenceWorld_.reset();
 }
 
+void Session::keepAsReference()
+{
+    if (!document_ || !picture_) {
+        notices.tell(Severity::error, "there is no picture to keep as the reference yet");
+        return;
+    }
+    constexpr double kSeconds = 3;  // for the variance, which some methods do not have
+    pendingReference_ = now_ + kSeconds;
+}
+
+/// The first picture with its variance becomes the reference; without one where none comes in time.
+void Session::takeReferencePicture()
+{
+    const Picture& p = *picture_;
+    const bool whole = !p.preview && p.fraction == 0 && p.generation >= generation_;
+    if (!whole || (!p.variance && now_ < *pendingReference_)) return;
+    pendingReference_.reset();
+    dropReference();
+    auto reference = std::make_shared<Reference>();
+    reference->mean = p.mean;
+    if (p.variance && p.samples >= 2) reference->variance = *p.variance;
+    reference->samples = p.samples;
+    reference->seconds = p.seconds;
+    reference->origin = "the picture as it was, " + paramsLabel(p.params);
+    reference_ = std::move(reference);
+    referenceWorld_ = p.world.lock();
+    referenceCamera_ = p.camera;
+    notices.tell(Severity::news, "the picture is the reference now, after " +
+                                     std::to_string(p.samples) + " samples per pixel");
+}
+
+bool Session::wantsVariance() const
+{
+    // A comparison without a reference is made of variances.
+    return settings.view.show == Show::deviation || inspecting || pendingSave_.has_value() ||
+           pendingReference_.has_value() || equalTime_.running() || comparing ||
+           settings.sections.compare;
+}
+
+void Session::takeEqualTime()
+{
+    const auto side = static_cast<size_t>(equalTime_.side());
+    std::optional<Slot> slot = equalTime_.offer(picture_);
+    if (!slot) return;
+    slots[side] = std::move(*slot);
+    if (equalTime_.running()) {
+        restart();  // the next side's time begins now, also when it equals the first
+        return;
+    }
+    comparing = true;
+    notices.tell(Severity::news,
+                 "both sides have had their time: the slider compares them, the panel tells their "
+                 "errors");
+}
+
+RenderParams Session::sideParams(size_t side) const
+{
+    if (chosenParams[side]) return *chosenParams[side];
+    return slots[side].picture ? slots[side].picture->params : render;
+}
+
+/// Tells scenes and their instants apart, also when one is loaded again.
+std::string Session::sceneName() const
+{
+    return document_->world->scene->hash + " at " + std::to_string(document_->time);
+}
+
+void Session::judge()
+{
+    Judged wanted;
+    if (slots[0].picture && slots[1].picture) {
+        wanted.a = slots[0].picture;
+        wanted.b = slots[1].picture;
+        if (referenceFits(*wanted.a)) wanted.reference = reference_;
+    }
+    if (settings.view.show == Show::flip && picture_ && !picture_->preview &&
+        referenceFits(*picture_)) {
+        wanted.seen = picture_;
+        wanted.seenReference = reference_;
+    }
+    judge_.update(wanted);
+}
+
 void Session::storeSlot(int side)
 {
     if (!picture_) return;
@@ -81,6 +182,7 @@ void Session::storeSlot(int side)
 
 void Session::compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds)
 {
+    chosenParams = {a, b};
     equalTime_.start(a, b, seconds, generation_);
     restart();
 }
@@ -92,6 +194,7 @@ void Session::exportTrack(const fs::path& pattern, uint32_t samples)
         return;
     }
     try {
+        exportPattern_ = pattern;
         core_.start("export " + pattern.filename().string(),
                     exportJob(*document_, track, pattern, ordered_.size, render.method, samples,
                               settings.view));

@@ -24,6 +24,7 @@ enum class Show : uint32_t {
     deviation,
     difference,
     error,
+    flip,
     methodMap
 };
 
@@ -62,9 +63,9 @@ template <> struct EnumNames<app::PanelFold> {
     static constexpr std::array<std::string_view, 3> names{"automatic", "open", "folded"};
 };
 template <> struct EnumNames<app::Show> {
-    static constexpr std::array<std::string_view, 12> names{
-        "color",   "depth",   "normal",    "albedo",     "triangle", "material",
-        "emitter", "samples", "deviation", "difference", "error",    "method-map"};
+    static constexpr std::array<std::string_view, 13> names{
+        "color",   "depth",     "normal",     "albedo", "triangle", "material",  "emitter",
+        "samples", "deviation", "difference", "error",  "flip",     "method-map"};
 };
 template <> struct EnumNames<app::ColourMap> {
     static constexpr std::array<std::string_view, 3> names{"viridis", "magma", "grey"};
@@ -97,7 +98,8 @@ struct ViewParams {
     {
         using core::Field;
         v(Field{"show", "the picture, first hits, sample counts, standard deviation, or error "
-                        "against the reference, or a map of the method's own"},
+                        "against the reference, as it is or as FLIP says that it is seen, or a "
+                        "map of the method's own"},
           p.show);
         v(Field{"method-map", "which of the method's maps, from 0", {0, 63}}, p.methodMap);
         v(Field{"exposure", "brightness of the display in stops", {-20, 20}}, p.exposure);
@@ -137,7 +139,7 @@ struct ViewParams {
 /// What a view shows, in words; for a method's own map its name is better.
 constexpr std::string_view captionOf(Show show)
 {
-    constexpr std::array<std::string_view, 12> captions{"the picture",
+    constexpr std::array<std::string_view, 13> captions{"the picture",
                                                         "distances of first hits",
                                                         "shading normals of first hits",
                                                         "reflectances of first hits",
@@ -148,6 +150,7 @@ constexpr std::string_view captionOf(Show show)
                                                         "standard deviation of each pixel",
                                                         "difference from the reference",
                                                         "error against the reference",
+                                                        "what a viewer sees of the error: FLIP",
                                                         "a map of the method"};
     static_assert(captions.size() == core::EnumNames<Show>::names.size());
     return captions[static_cast<size_t>(show)];

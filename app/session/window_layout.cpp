@@ -70,6 +70,27 @@ float panelWidthAt(float x, float window, float letter, PanelSide side)
     return std::clamp(width / std::max(letter, 1.0f), kLeastPanel, 400.0f);
 }
 
+Area placeBar(const Area& area, glm::vec2 size, float least, const Area& taken, float gap)
+{
+    const Area inside{area.corner + gap, area.size - 2 * gap};
+    size = glm::max(glm::min(size, inside.size), glm::vec2(0));
+    const Area usual{{inside.corner.x, inside.end().y - size.y}, size};
+    const auto free = [&](const Area& bar) {
+        const bool apart =
+            bar.end().x + gap <= taken.corner.x || bar.corner.x >= taken.end().x + gap ||
+            bar.end().y + gap <= taken.corner.y || bar.corner.y >= taken.end().y + gap;
+        return taken.empty() || apart;
+    };
+    if (free(usual)) return usual;
+    const float left = std::min(size.x, taken.corner.x - gap - inside.corner.x);
+    if (left >= least) return {usual.corner, {left, size.y}};
+    const float right = std::min(size.x, inside.end().x - taken.end().x - gap);
+    if (right >= least) return {{inside.end().x - right, usual.corner.y}, {right, size.y}};
+    const float above = taken.corner.y - gap - size.y;
+    if (above >= inside.corner.y) return {{inside.corner.x, above}, size};
+    return usual;
+}
+
 Area whole(glm::uvec2 picture, glm::vec2 area)
 {
     const glm::vec2 p = glm::max(glm::vec2(picture), glm::vec2(1));

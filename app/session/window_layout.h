@@ -41,6 +41,11 @@ bool hasRoomForText(glm::vec2 window, float letter);
 /// The width of a panel, in letters, whose inner edge is at `x`.
 float panelWidthAt(float x, float window, float letter, PanelSide side);
 
+/// Where a bar that wants `size` stands in `area`, `gap` from its edges, so that it does not lie
+/// under `taken` (which may be empty): at the lower left, narrower down to `least` beside it, else
+/// at the lower right, else above it; at the lower left all the same where nothing else is left.
+Area placeBar(const Area& area, glm::vec2 size, float least, const Area& taken, float gap);
+
 /// Where a picture stands in an area of another shape, in fractions of the area: whole and in the
 /// middle. The whole area when the shapes differ by no more than a pixel.
 Area whole(glm::uvec2 picture, glm::vec2 area);

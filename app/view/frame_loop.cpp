@@ -307,8 +307,8 @@ void FrameLoop::writeScreenshot()
         const std::vector<uint8_t> pixels =
             requests_.screenshotWithPanel ? gui_->readFrame(size) : gui_->readPicture(size);
         if (pixels.empty()) throw core::Error(file.string() + ": there is nothing on show yet");
-        core::writePngBytes(file, size.x, size.y, 4, pixels, {});
-        session_->notices.tell(Severity::news, file.string() + ": saved");
+        core::writePngBytes(file, size.x, size.y, 4, pixels, session_->pictureMetadata());
+        session_->notices.tell(Severity::news, wholePath(file) + ": saved", file);
     } catch (const core::Error& error) {
         session_->notices.tell(Severity::error, error.what());
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace app {
 
@@ -240,6 +241,7 @@ void PictureView::showAgainst(DisplayInputs& inputs, const Session& session, con
     }
     if (picture.preview) return;
     const ViewParams& view = session.settings.view;
+    if (view.show == Show::flip) return showFlip(inputs, session);
     inputs.b = part(reference, reference->mean);
     const bool difference = view.show == Show::difference;
     inputs.settings.show = difference ? shared::kShowDifference : shared::kShowError;
@@ -250,6 +252,23 @@ void PictureView::showAgainst(DisplayInputs& inputs, const Session& session, con
               false,
               difference,
               difference ? "picture - reference (radiance)" : errorLabel(view.errorKind)};
+}
+
+void PictureView::showFlip(DisplayInputs& inputs, const Session& session)
+{
+    const std::shared_ptr<const FlipMap> flip = session.flip();
+    if (!flip) {
+        problem_ = "FLIP is on its way";
+        return;
+    }
+    inputs.a = part(flip, flip->map);
+    inputs.settings.show = shared::kShowScalar;
+    inputs.settings.low = 0;
+    inputs.settings.high = 1;
+    char label[96];
+    std::snprintf(label, sizeof label, "FLIP against the reference at %llu spp: mean %.3g",
+                  static_cast<unsigned long long>(flip->picture->samples), flip->mean);
+    scale_ = {true, 0, 1, false, false, label};
 }
 
 void PictureView::showCompare(DisplayInputs& inputs, const Session& session,

@@ -32,6 +32,7 @@ private:
     void showMethodMap(DisplayInputs& inputs, const Session& session, const Picture& picture);
     void showAov(DisplayInputs& inputs, Show show, const Picture& picture);
     void showAgainst(DisplayInputs& inputs, const Session& session, const Picture& picture);
+    void showFlip(DisplayInputs& inputs, const Session& session);
     void showCompare(DisplayInputs& inputs, const Session& session,
                      const std::shared_ptr<const Picture>& live);
     ImagePointer derived(Show show, const Picture& picture);

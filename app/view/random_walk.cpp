@@ -53,7 +53,7 @@ Json RandomWalk::parameter()
     case 7:
         return {{"name", "tone"}, {"value", below(2) == 0 ? "aces" : "agx"}};
     case 8:
-        return {{"name", "show"}, {"value", std::string(core::enumNames<Show>()[below(11)])}};
+        return {{"name", "show"}, {"value", std::string(core::enumNames<Show>()[below(12)])}};
     case 9:
         return {{"name", "spp-limit"}, {"value", below(20)}};
     case 10:
@@ -119,6 +119,9 @@ Json RandomWalk::arguments(const std::string& action)
     if (action == "paste-camera")
         return {{"json", below(2) == 0 ? "{\"position\":[0,1,3]}" : "[1,"}};
     if (action == "reference") return {{"spp", 2 + below(6)}};
+    if (action == "params-a" || action == "params-b")
+        return {{"params", {{"max-depth", below(4)}}}};
+    if (action == "use-params") return {{"side", below(2) == 0 ? "a" : "none"}};
     if (action == "equal-time")
         return {{"seconds", real(0.01, 0.1)}, {"a", {{"max-depth", below(4)}}}};
     if (action == "resize") return {{"width", 64 + below(400)}, {"height", 64 + below(300)}};

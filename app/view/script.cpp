@@ -2,8 +2,8 @@
 //   {"do": ACTION, ...its arguments}        see actions.h
 //   {"wait": WHAT, "value": N, "timeout": S} loaded | job (the core thread) | samples N | seconds N
 //   | frames N | still |
-//                                           finished | reference N (samples) | equal-time | notice
-//                                           TEXT
+//                                           finished | reference N (samples) | equal-time |
+//                                           comparison | flip | notice TEXT
 //   {"key": "Ctrl+S", "seconds": S}         pressed for so long (0: one frame)
 //   {"drag": [[x, y], [x, y]], "button": 0, "frames": N}   in [0,1]^2 of the window; 0 left, 1
 //   right, 2 middle
@@ -293,6 +293,8 @@ bool Script::State::waited(const Json& step, const Session& session) const
     if (what == "reference")
         return session.reference() && static_cast<double>(session.reference()->samples) >= value;
     if (what == "equal-time") return !session.equalTime().running();
+    if (what == "comparison") return session.comparison() != nullptr;
+    if (what == "flip") return session.flip() != nullptr;
     if (what == "notice") return contains(session.notices.list(), step.value("text", ""));
     throw core::Error("\"" + what + "\" is nothing to wait for");
 }

@@ -347,7 +347,8 @@ FlipExposures flipExposures(const Image& reference)
     return exposures;
 }
 
-FlipResult flipHdr(const Image& image, const Image& reference, double pixelsPerDegree)
+FlipResult flipHdr(const Image& image, const Image& reference, double pixelsPerDegree,
+                   std::stop_token stop)
 {
     checkPair(image, reference);
     const int width = int(image.width), height = int(image.height);
@@ -355,7 +356,7 @@ FlipResult flipHdr(const Image& image, const Image& reference, double pixelsPerD
     FlipResult result{Image(image.width, image.height, 1), 0, flipExposures(reference)};
     std::vector<double> largest(a.size(), 0.0);
     const FlipExposures& range = result.exposures;
-    for (int i = 0; i < range.count; ++i) {
+    for (int i = 0; i < range.count && !stop.stop_requested(); ++i) {
         const double stops = range.start + (range.stop - range.start) * i / (range.count - 1);
         const std::vector<double> errors =
             combine(perceive(exposed(a, stops), width, height, pixelsPerDegree),

@@ -6,6 +6,8 @@
 //   the papers; deviations stand at flipHdr.
 #pragma once
 
+#include <stop_token>
+
 #include "core/image/image.h"
 
 namespace core {
@@ -40,8 +42,8 @@ struct FlipResult {
 /// HDR-FLIP of linear radiance: per pixel the largest low-dynamic-range error over exposures, each
 /// through the ACES curve of Narkowicz. Negative radiance counts as zero; a pixel that is not
 /// finite in one image or the other has error 1 (the papers leave both undefined). Equal sizes, at
-/// least three channels.
+/// least three channels. After a `stop` the result is of no use.
 FlipResult flipHdr(const Image& image, const Image& reference,
-                   double pixelsPerDegree = kFlipPixelsPerDegree);
+                   double pixelsPerDegree = kFlipPixelsPerDegree, std::stop_token stop = {});
 
 }  // namespace core

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/report/text.h"
 #include "app/view/ui/ui_text.h"
 
 namespace app {
@@ -127,6 +128,44 @@ void drawLevel(ImDrawList& list, const Frame& f, double value, const std::string
                  label.c_str());
 }
 
+/// Letters are left out at the end of what is wider than `room`.
+std::string shortened(std::string text, float room)
+{
+    if (ImGui::CalcTextSize(text.c_str()).x <= room) return text;
+    while (text.size() > 1 && ImGui::CalcTextSize((text + "...").c_str()).x > room) text.pop_back();
+    return text + "...";
+}
+
+/// In the upper right corner, which curves that fall leave free.
+void drawLegend(ImDrawList& list, const Frame& f, const LogPlot& plot)
+{
+    const float letter = ImGui::GetFontSize(), dash = 1.6f * letter,
+                room = 0.6f * (f.high.x - f.low.x);
+    const auto most =
+        static_cast<size_t>(std::clamp(0.4f * (f.high.y - f.low.y) / letter, 0.0f, 6.0f));
+    const std::vector<size_t> order = legendOrder(plot, most);
+    std::vector<std::string> labels;
+    float width = 0;
+    for (const size_t i : order) {
+        labels.push_back(shortened(plot.curves[i].label, room));
+        width = std::max(width, ImGui::CalcTextSize(labels.back().c_str()).x);
+    }
+    if (labels.empty()) return;
+    const float line = 1.1f * letter, gap = 0.4f * letter;
+    const ImVec2 corner(f.high.x - width - dash - 3 * gap, f.low.y + gap);
+    list.AddRectFilled({corner.x - gap, corner.y},
+                       {f.high.x - gap, corner.y + line * static_cast<float>(labels.size())},
+                       ImGui::GetColorU32(ImGuiCol_WindowBg, 0.8f), gap);
+    for (size_t row = 0; row < labels.size(); ++row) {
+        const PlotCurve& curve = plot.curves[order[row]];
+        const float y = corner.y + line * static_cast<float>(row);
+        list.AddLine({corner.x, y + 0.5f * line}, {corner.x + dash, y + 0.5f * line},
+                     ImGui::GetColorU32(curve.colour), curve.bold ? 2.0f : 1.2f);
+        list.AddText({corner.x + dash + gap, y}, ImGui::GetColorU32(ImGuiCol_Text),
+                     labels[row].c_str());
+    }
+}
+
 /// The point nearest to the mouse in x, of the curve nearest in y.
 void drawCursor(ImDrawList& list, const Frame& f, const LogPlot& plot)
 {
@@ -149,13 +188,20 @@ void drawCursor(ImDrawList& list, const Frame& f, const LogPlot& plot)
     const ImVec2 at = f.place(best->x, best->y);
     list.AddLine({at.x, f.low.y}, {at.x, f.high.y}, ImGui::GetColorU32(ImGuiCol_Text, 0.25f));
     list.AddCircle(at, 4, ImGui::GetColorU32(ImGuiCol_Text), 12, 1.5f);
-    const std::string bar = best->se > 0 ? " \xC2\xB1 " + digitsText(best->se) : "";
-    ImGui::SetTooltip("%s\n%s: %s\n%s: %s%s", owner->label.c_str(), plot.xLabel.c_str(),
-                      digitsText(best->x).c_str(), plot.yLabel.c_str(), digitsText(best->y).c_str(),
-                      bar.c_str());
+    ImGui::SetTooltip("%s\n%s: %s\n%s: %s", owner->label.c_str(), plot.xLabel.c_str(),
+                      digitsText(best->x).c_str(), plot.yLabel.c_str(),
+                      report::measured(best->y, best->se).c_str());
 }
 
 }  // namespace
+
+std::vector<size_t> legendOrder(const LogPlot& plot, size_t most)
+{
+    std::vector<size_t> order;
+    for (size_t i = plot.curves.size(); i-- > 0 && order.size() < most;)
+        if (std::ranges::any_of(plot.curves[i].points, usable)) order.push_back(i);
+    return order;
+}
 
 double LogRange::fraction(double value) const
 {
@@ -233,6 +279,7 @@ void drawLogPlot(const char* id, const LogPlot& plot, ImVec2 size)
     for (const PlotCurve& curve : plot.curves) drawCurve(list, f, curve);
     drawLevel(list, f, plot.target, plot.targetLabel,
               ImGui::GetColorU32(ImVec4(0.98f, 0.75f, 0.33f, 1)), false);
+    drawLegend(list, f, plot);
     list.PopClipRect();
     if (hovered) drawCursor(list, f, plot);
 }

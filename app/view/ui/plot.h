@@ -53,6 +53,10 @@ struct LogRange {
 /// major that `most` texts have room.
 std::vector<LogTick> logTicks(const LogRange& range, int most);
 
+/// Which curves the legend names: those with points to draw, the last one (the present) first, then
+/// newest first, at most so many.
+std::vector<size_t> legendOrder(const LogPlot& plot, size_t most);
+
 /// The ranges that hold every curve, the target and the floor, with a little room and at least a
 /// factor of two.
 void logRanges(const LogPlot& plot, LogRange& x, LogRange& y);

@@ -71,17 +71,22 @@ void drawScale(const UiContext& c, float width)
 void drawColourBar(const UiContext& c)
 {
     if (!c.frame.scale.shown && c.frame.problem.empty()) return;
-    const float width = std::min(24 * c.em, c.picture.size.x - 3 * c.em);
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const glm::vec2 padding(2 * style.WindowPadding.x, 2 * style.WindowPadding.y);
+    const glm::vec2 size(24 * c.em, 3.2f * c.em + 3 * style.ItemSpacing.y);
+    const Area bar = placeBar(c.picture, size + padding, 12 * c.em, c.state.plot, 0.7f * c.em);
+    const float width = bar.size.x - padding.x;
     if (width < 8 * c.em) return;
-    ImGui::SetNextWindowPos(
-        ImVec2(c.picture.corner.x + 0.7f * c.em, c.picture.end().y - 0.7f * c.em), ImGuiCond_Always,
-        ImVec2(0, 1));
+    ImGui::SetNextWindowPos(ImVec2(bar.corner.x, bar.end().y), ImGuiCond_Always, ImVec2(0, 1));
+    ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(bar.size.x, c.picture.size.y));
     ImGui::SetNextWindowBgAlpha(0.72f);
     if (ImGui::Begin("##colour bar", nullptr, kOverlay | ImGuiWindowFlags_AlwaysAutoResize)) {
         if (!c.frame.problem.empty())
             ImGui::TextColored(kWarningColour, "%s", c.frame.problem.c_str());
         if (c.frame.scale.shown) {
+            ImGui::PushTextWrapPos(width + 0.5f * padding.x);
             ImGui::TextUnformatted(c.frame.scale.label.c_str());
+            ImGui::PopTextWrapPos();
             drawScale(c, width);
         }
     }

@@ -1,30 +1,13 @@
-// Sections of the panel: two pictures side by side, and the reference.
+// Sections of the panel: two pictures side by side, and the reference. What is rendered for them is
+// in ui_equal_time.cpp, what they say in ui_comparison.cpp.
 #include <algorithm>
-#include <cmath>
 
-#include "app/files/params_json.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
 namespace {
 
 constexpr const char* kSides[] = {"A", "B"};
-
-/// What a side was rendered with; a live one with what is set now.
-RenderParams sideParams(const Session& session, size_t side)
-{
-    const Slot& slot = session.slots[side];
-    return slot.picture ? slot.picture->params : session.render;
-}
-
-/// As the action equal-time takes it: everything that a picture's parameters say.
-nlohmann::ordered_json changesTo(const RenderParams& params)
-{
-    nlohmann::ordered_json json = paramsJson(params.method);
-    json["device"] = std::string(core::enumName(params.device));
-    json["method"] = std::string(params.method.id());
-    return json;
-}
 
 void drawSide(const UiContext& c, size_t side)
 {
@@ -40,29 +23,22 @@ void drawSide(const UiContext& c, size_t side)
     ImGui::PopID();
 }
 
-void drawEqualTime(const UiContext& c)
+/// Methods that make references, and the picture's own.
+void drawReferenceMethod(const UiContext& c)
 {
-    ImGui::PushID("equal time");
-    rowLabel("seconds each", "rendering time of each side");
-    auto seconds = static_cast<float>(c.state.equalSeconds);
-    if (ImGui::SliderFloat("##seconds", &seconds, 0.5f, 600, "%.3g s",
-                           ImGuiSliderFlags_Logarithmic)) {
-        c.state.equalSeconds = std::clamp(static_cast<double>(seconds), 0.01, 86400.0);
-    }
-    const EqualTime& run = c.session.equalTime();
-    if (run.running()) {
-        actionButton(c, "Cancel", "cancel");
-        ImGui::SameLine();
-        const double done = (run.side() + run.fraction()) / 2;
-        ImGui::ProgressBar(static_cast<float>(done), ImVec2(-1, 0),
-                           run.side() == 0 ? "rendering A" : "rendering B");
-    } else {
-        const RenderParams a = sideParams(c.session, 0), b = sideParams(c.session, 1);
-        std::string why = c.session.document() ? "" : "there is no scene";
-        actionButton(c, "Run at equal time", "equal-time", why,
-                     {{"seconds", c.state.equalSeconds}, {"a", changesTo(a)}, {"b", changesTo(b)}});
-        dimText("A with: " + paramsLabel(a));
-        dimText("B with: " + paramsLabel(b));
+    ImGui::PushID("method");
+    rowLabel("method", "what the reference is rendered with, on the CPU; to measure against a "
+                       "device, keep its picture");
+    std::string& chosen = c.state.referenceMethod;
+    if (ImGui::BeginCombo("##value", chosen.empty() ? "as the picture" : chosen.c_str())) {
+        if (ImGui::Selectable("as the picture", chosen.empty())) chosen.clear();
+        for (const core::MethodInfo& method : core::methods()) {
+            const std::string id(method.id());
+            if (method.make != nullptr && method.traits.radiance &&
+                ImGui::Selectable(id.c_str(), id == chosen))
+                chosen = id;
+        }
+        ImGui::EndCombo();
     }
     ImGui::PopID();
 }
@@ -84,6 +60,7 @@ void drawCompareSection(const UiContext& c)
     editParams(c.session.settings.view, {.onCommandLine = false}, [](const core::Field& field) {
         return std::string_view(field.name) == "compare-at";
     });
+    drawComparisonTable(c);
     ImGui::Spacing();
     drawEqualTime(c);
 }
@@ -107,14 +84,18 @@ void drawReferenceSection(const UiContext& c)
     countInput("##samples", c.state.referenceSamples);
     c.state.referenceSamples = std::clamp<uint64_t>(c.state.referenceSamples, 2, 1u << 30);
     rowReset(false, {});
+    drawReferenceMethod(c);
     std::string why;
     if (!c.session.document()) why = "there is no scene";
     if (c.session.coreThread().active())
         why = "something else runs in the background: cancel it first";
     actionButton(c, "Render in the background", "reference", why,
-                 {{"spp", c.state.referenceSamples}});
+                 {{"spp", c.state.referenceSamples}, {"method", c.state.referenceMethod}});
     sameLineIfRoom(buttonWidth("Drop"));
     actionButton(c, "Drop", "drop-reference", c.session.reference() ? "" : "there is no reference");
+    sameLineIfRoom(buttonWidth("Keep the picture"));
+    actionButton(c, "Keep the picture", "keep-reference",
+                 shownPicture(c) ? "" : "there is no picture yet");
     if (pathInput(c.state.reference, "file", "or an .exr of this view", {".exr"})) {
         c.act("load-reference", {{"file", c.state.reference.text}});
     }

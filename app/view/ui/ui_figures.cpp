@@ -71,7 +71,7 @@ LogPlot convergencePlot(const UiContext& c)
     plot.guideSlope = -0.5;
     const auto reference = c.session.reference();
     if (present.against && reference) plot.floor = referenceNoise(*reference);
-    if (plot.floor > 0) plot.floorLabel = "noise of the reference";
+    if (plot.floor > 0) plot.floorLabel = "noise of the reference, part of the RMSE";
     plot.target = targetError(c);
     if (plot.target > 0) plot.targetLabel = etaText(present, plot.target, plot.floor);
     return plot;
@@ -183,6 +183,7 @@ std::string whyNoPlot(const UiContext& c)
 void drawPlotWindow(const UiContext& c)
 {
     bool& open = c.session.settings.panels.plot;
+    c.state.plot = {};
     if (!open || !whyNoPlot(c).empty()) return;
     const ImVec2 size(std::min(27 * c.em, 0.42f * c.picture.size.x),
                       std::min(17 * c.em, 0.42f * c.picture.size.y));
@@ -192,6 +193,8 @@ void drawPlotWindow(const UiContext& c)
         drawTarget(c);
         drawLogPlot("##plot", convergencePlot(c), ImGui::GetContentRegionAvail());
     }
+    const ImVec2 corner = ImGui::GetWindowPos(), extent = ImGui::GetWindowSize();
+    c.state.plot = {{corner.x, corner.y}, {extent.x, extent.y}};
     ImGui::End();
 }
 

@@ -86,7 +86,8 @@ void drawInspector(const UiContext& c)
 {
     const ImGuiIO& io = ImGui::GetIO();
     const auto picture = shownPicture(c);
-    if (!io.KeyAlt || !picture || io.WantCaptureMouse) return;
+    c.session.inspecting = io.KeyAlt && picture && !io.WantCaptureMouse;
+    if (!c.session.inspecting) return;
     const Area place = c.session.placeOf(*picture);
     const glm::vec2 inArea(c.picture.fraction({io.MousePos.x, io.MousePos.y}));
     const float u = (inArea.x - place.corner.x) / place.size.x;

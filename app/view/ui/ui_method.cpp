@@ -1,6 +1,7 @@
 // Sections of the panel: method, device and parameters; when a picture is done.
 #include <algorithm>
 
+#include "app/session/error_text.h"
 #include "app/view/ui/ui_parts.h"
 #include "core/methods/method.h"
 
@@ -16,26 +17,8 @@ bool choice(const char* name, bool chosen, const std::string& help, const std::s
     return clicked;
 }
 
-void drawMethod(const UiContext& c)
+std::string deviceName(const UiContext& c, const RenderParams& render)
 {
-    const RenderParams& render = c.session.render;
-    ImGui::PushID("method");
-    rowLabel("method", "how light is found");
-    const std::string now(render.method.id());
-    if (ImGui::BeginCombo("##value", now.c_str())) {
-        for (const core::MethodInfo& method : core::methods()) {
-            const std::string id(method.id());
-            if (choice(id.c_str(), id == now, method.help, whyNot(id, render.device)))
-                c.session.chooseMethod(id);
-        }
-        ImGui::EndCombo();
-    }
-    ImGui::PopID();
-}
-
-std::string deviceName(const UiContext& c)
-{
-    const RenderParams& render = c.session.render;
     if (render.device == DeviceKind::cpu) return "CPU (Embree)";
     if (render.deviceIndex < 0) return "Vulkan, first suitable";
     const auto index = static_cast<size_t>(render.deviceIndex);
@@ -43,49 +26,23 @@ std::string deviceName(const UiContext& c)
     return "Vulkan device " + std::to_string(index);
 }
 
-void chooseDevice(const UiContext& c, DeviceKind kind, int index)
-{
-    c.session.render.device = kind;
-    c.session.render.deviceIndex = index;
-}
-
-void drawVulkanChoice(const UiContext& c, size_t i)
+bool vulkanChoice(const UiContext& c, size_t i, RenderParams& params)
 {
     const gpu::DeviceInfo& info = c.frame.devices[i];
-    std::string missing = whyNot(c.session.render.method.id(), DeviceKind::vulkan);
+    std::string missing = whyNot(params.method.id(), DeviceKind::vulkan);
     for (const std::string& what : info.missing)
         missing += (missing.empty() ? "it lacks " : ", ") + what;
-    const RenderParams& render = c.session.render;
     const bool chosen =
-        render.device == DeviceKind::vulkan && render.deviceIndex == static_cast<int>(i);
+        params.device == DeviceKind::vulkan && params.deviceIndex == static_cast<int>(i);
     const std::string help =
         info.type + ", " + info.driver + "\n" + bytesText(info.heapBytes) + " of device memory";
     ImGui::PushID(static_cast<int>(i));
-    if (choice(info.name.c_str(), chosen, help, missing))
-        chooseDevice(c, DeviceKind::vulkan, static_cast<int>(i));
+    const bool clicked = choice(info.name.c_str(), chosen, help, missing);
     ImGui::PopID();
-}
-
-void drawDevice(const UiContext& c)
-{
-    const RenderParams& render = c.session.render;
-    ImGui::PushID("device");
-    rowLabel("device", "where it is rendered");
-    if (ImGui::BeginCombo("##value", deviceName(c).c_str())) {
-        const std::string_view method = render.method.id();
-        const std::string notOnCpu = whyNot(method, DeviceKind::cpu);
-        if (choice("CPU (Embree)", render.device == DeviceKind::cpu, "all cores", notOnCpu)) {
-            chooseDevice(c, DeviceKind::cpu, -1);
-        }
-        const bool first = render.device == DeviceKind::vulkan && render.deviceIndex < 0;
-        const std::string notOnVulkan = whyNot(method, DeviceKind::vulkan);
-        if (choice("Vulkan, first suitable", first, "real GPUs before software", notOnVulkan)) {
-            chooseDevice(c, DeviceKind::vulkan, -1);
-        }
-        for (size_t i = 0; i < c.frame.devices.size(); ++i) drawVulkanChoice(c, i);
-        ImGui::EndCombo();
-    }
-    ImGui::PopID();
+    if (!clicked) return false;
+    params.device = DeviceKind::vulkan;
+    params.deviceIndex = static_cast<int>(i);
+    return true;
 }
 
 /// The name of the preset that the parameters equal; empty when there is none.
@@ -197,10 +154,49 @@ void limitRow(const char* label, const char* help, double& value, double most, c
 
 }  // namespace
 
+std::string methodRow(const RenderParams& params)
+{
+    std::string chosen;
+    ImGui::PushID("method");
+    rowLabel("method", "how light is found");
+    const std::string now(params.method.id());
+    if (ImGui::BeginCombo("##value", now.c_str())) {
+        for (const core::MethodInfo& method : core::methods()) {
+            const std::string id(method.id());
+            if (choice(id.c_str(), id == now, method.help, whyNot(id, params.device))) chosen = id;
+        }
+        ImGui::EndCombo();
+    }
+    ImGui::PopID();
+    return chosen;
+}
+
+bool deviceRow(const UiContext& c, RenderParams& params)
+{
+    bool changed = false;
+    ImGui::PushID("device");
+    rowLabel("device", "where it is rendered");
+    if (ImGui::BeginCombo("##value", deviceName(c, params).c_str())) {
+        const auto one = [&](const char* name, DeviceKind kind, const char* help) {
+            const bool chosen = params.device == kind && params.deviceIndex < 0;
+            if (!choice(name, chosen, help, whyNot(params.method.id(), kind))) return;
+            params.device = kind;
+            params.deviceIndex = -1;
+            changed = true;
+        };
+        one("CPU (Embree)", DeviceKind::cpu, "all cores");
+        one("Vulkan, first suitable", DeviceKind::vulkan, "real GPUs before software");
+        for (size_t i = 0; i < c.frame.devices.size(); ++i) changed |= vulkanChoice(c, i, params);
+        ImGui::EndCombo();
+    }
+    ImGui::PopID();
+    return changed;
+}
+
 void drawMethodSection(const UiContext& c)
 {
-    drawMethod(c);
-    drawDevice(c);
+    if (const std::string id = methodRow(c.session.render); !id.empty()) c.session.chooseMethod(id);
+    deviceRow(c, c.session.render);
     drawPresets(c);
     ImGui::Spacing();
     editParams(c.session.render.method);
@@ -238,10 +234,11 @@ void drawLimitsSection(const UiContext& c)
     if (render.errorLimit > 0 && !picture->curve.empty()) {
         const ErrorPoint& last = picture->curve.back();
         const double error = last.rmse > 0 ? last.rmse : last.estimated;
+        const auto reference = c.session.reference();
         // Of the samples that the law of the root asks for.
         const double ratio = error > 0 ? render.errorLimit / error : 0;
-        limitBar(ratio * ratio,
-                 "error " + digitsText(error) + " of " + digitsText(render.errorLimit));
+        limitBar(ratio * ratio, errorText(last, reference ? referenceNoise(*reference) : 0) +
+                                    "; limit " + digitsText(render.errorLimit));
     }
 }
 

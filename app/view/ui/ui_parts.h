@@ -18,7 +18,8 @@ namespace app {
 /// A notice on its way out.
 struct Toast {
     Notice notice;
-    double since = 0;  // ImGui's time of its first frame
+    double since = 0;     // ImGui's time of its first frame
+    bool copied = false;  // the path of its file
 };
 
 /// A line to type a file's name into, with what it could be completed to.
@@ -47,6 +48,7 @@ struct UiState {
     PathBox scene, reference, path, picture;
     std::string cameraName, presetName, exportPattern = "frames/frame-%04d.exr";
     uint64_t referenceSamples = 1024, exportSamples = 64;
+    std::string referenceMethod;  // empty: the picture's
     double equalSeconds = 5;
     double targetError = 0;  // of the plot's time to go when no limit is set
     int selectedKey = -1;
@@ -63,6 +65,7 @@ struct UiState {
     std::vector<std::string> losses;  // by quitting, as the question tells them
     float captionEnd = 0;             // lower end of the caption on the picture
     WindowLayout layout;              // of the frame before
+    Area plot;              // of the plot's window in the frame before; empty: it is closed
     ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
 };
 
@@ -142,6 +145,12 @@ std::vector<std::string> biases(const RenderParams& params);
 /// The picture that is on show, or null.
 std::shared_ptr<const Picture> shownPicture(const UiContext& c);
 
+/// A row to choose a method; its name when one was chosen, else nothing.
+std::string methodRow(const RenderParams& params);
+
+/// A row to choose a device; true when another was chosen.
+bool deviceRow(const UiContext& c, RenderParams& params);
+
 /// Why the plot cannot be shown now; empty when it can.
 std::string whyNoPlot(const UiContext& c);
 
@@ -156,6 +165,8 @@ void drawAnimationSection(const UiContext& c);
 void drawViewSection(const UiContext& c);
 void drawCompareSection(const UiContext& c);
 void drawReferenceSection(const UiContext& c);
+void drawEqualTime(const UiContext& c);        // of the section that compares
+void drawComparisonTable(const UiContext& c);  // of the same
 void drawSaveSection(const UiContext& c);
 
 // --- over the picture

@@ -110,8 +110,18 @@ void takeNotices(const UiContext& c)
     while (state.toasts.size() > 50) state.toasts.erase(state.toasts.begin());
 }
 
+/// A click copies the path of the file that was written; the notice stays for a moment to say so.
+void copyPath(Toast& toast)
+{
+    dimText(toast.copied ? "its path is in the clipboard" : "a click copies its path");
+    if (!ImGui::IsWindowHovered() || !ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return;
+    ImGui::SetClipboardText(toast.notice.file.c_str());
+    toast.copied = true;
+    toast.since = ImGui::GetTime();
+}
+
 /// Draws one; false when it is to go.
-bool drawToast(const UiContext& c, const Toast& toast, float width, float& bottom)
+bool drawToast(const UiContext& c, Toast& toast, float width, float& bottom)
 {
     const double age = ImGui::GetTime() - toast.since, life = lifetime(toast.notice.severity);
     const auto alpha = static_cast<float>(std::clamp((life - age) / 0.6, 0.0, 1.0));
@@ -137,6 +147,8 @@ bool drawToast(const UiContext& c, const Toast& toast, float width, float& botto
             if (ImGui::SmallButton("Copy")) ImGui::SetClipboardText(toast.notice.text.c_str());
             ImGui::SameLine();
             if (ImGui::SmallButton("Close")) stays = false;
+        } else if (!toast.notice.file.empty()) {
+            copyPath(toast);
         } else if (ImGui::IsWindowHovered() && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
             stays = false;
         }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/session/error_text.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
@@ -58,14 +59,14 @@ void errorItem(const Picture& picture, const Reference* reference, std::vector<S
     if (last.rmse > 0 && reference != nullptr) {
         std::string help = "root mean square error against the reference (" + reference->origin +
                            ") at " + std::to_string(last.samples) + " spp, with its standard error";
-        if (const double noise = referenceNoise(*reference); noise > 0) {
-            help += "; the reference's own noise is " + digitsText(noise);
+        const double noise = referenceNoise(*reference);
+        if (noiseShows(last.rmse, last.rmseSe, noise)) {
+            help += "; the reference's own noise is " + digitsText(noise) +
+                    " and part of it: the picture's error is less";
         }
-        std::string text = "RMSE " + digitsText(last.rmse);
-        if (last.rmseSe > 0) text += " \xC2\xB1 " + format("%.1g", last.rmseSe);
-        items.push_back({text, help, textColour(), 7});
+        items.push_back({errorText(last, noise), help, textColour(), 7});
     } else if (last.estimated > 0) {
-        items.push_back({"noise " + digitsText(last.estimated),
+        items.push_back({errorText(last, 0),
                          "root of the mean variance, estimated from the samples' own spread at " +
                              std::to_string(last.samples) +
                              " spp; with the Sobol sampler an upper bound",

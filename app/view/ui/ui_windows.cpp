@@ -161,6 +161,8 @@ void drawLogWindow(const UiContext& c)
             ImGui::PopStyleColor();
             if (ImGui::BeginPopupContextItem("##message")) {
                 if (ImGui::MenuItem("Copy")) ImGui::SetClipboardText(notice.text.c_str());
+                if (!notice.file.empty() && ImGui::MenuItem("Copy the path"))
+                    ImGui::SetClipboardText(notice.file.c_str());
                 ImGui::EndPopup();
             }
             ImGui::PopID();

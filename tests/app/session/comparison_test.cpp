@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/methods/method.h"
+
 namespace {
 
 app::RenderParams depth(uint32_t maxDepth)
@@ -121,6 +123,28 @@ TEST(PictureLabel, TellsWhatDistinguishes)
     params.method.as<core::PathParams>().seed = 7;
     EXPECT_EQ(app::pictureLabel(*picture(params, 65, 1)),
               "path, cpu, depth 8, seed 7, sampler independent, clamp-indirect 2.5, 651 spp, 65 s");
+}
+
+TEST(ParamDifferences, AreNamedAlsoBetweenMethods)
+{
+    app::RenderParams a = depth(8), b = depth(8);
+    b.sppLimit = 7;  // no matter: equal time has its own
+    EXPECT_TRUE(app::differences(a, b).empty());
+    b.method.as<core::PathParams>().sampler = core::SamplerKind::independent;
+    b.method.as<core::PathParams>().clampIndirect = 2.5f;
+    b.device = app::DeviceKind::cpu;
+    std::string text;
+    for (const auto& [name, x, y] : app::differences(a, b)) text += name + ' ' + x + ' ' + y + '\n';
+    EXPECT_EQ(text, "device vulkan cpu\nsampler sobol independent\nclamp-indirect 0 2.5\n");
+    b = a;
+    b.method = core::methodNamed("ao").defaults;
+    bool method = false, none = false;
+    for (const auto& [name, x, y] : app::differences(a, b)) {
+        method |= name == "method" && x == "path" && y == "ao";
+        none |= name == "max-depth" && x == "8" && y == "-";
+        EXPECT_NE(x, y) << name;
+    }
+    EXPECT_TRUE(method && none);
 }
 
 }  // namespace

@@ -202,8 +202,8 @@ app::Picture picture(std::vector<app::ErrorPoint> points, uint32_t depth = 8)
 TEST(Convergence, KeepsCurvesOfPicturesPast)
 {
     app::Convergence convergence;
-    convergence.take(picture(curve(-0.5, 3)));
-    convergence.take(picture(curve(-0.5, 6)));
+    convergence.take(picture(curve(-0.5, 3)), "room");
+    convergence.take(picture(curve(-0.5, 6)), "room");
     EXPECT_TRUE(convergence.past().empty()) << "the same picture goes on";
     EXPECT_EQ(convergence.present().points.size(), 6u);
     EXPECT_TRUE(convergence.present().against);
@@ -211,20 +211,20 @@ TEST(Convergence, KeepsCurvesOfPicturesPast)
 
     auto preview = picture(curve(-0.5, 1), 3);
     preview.preview = true;
-    convergence.take(preview);
+    convergence.take(preview, "room");
     EXPECT_EQ(convergence.present().points.size(), 6u);
 
-    convergence.take(picture(curve(-0.5, 2)));  // fewer samples: it began anew
+    convergence.take(picture(curve(-0.5, 2)), "room");  // fewer samples: it began anew
     ASSERT_EQ(convergence.past().size(), 1u);
     EXPECT_EQ(convergence.past()[0].points.size(), 6u);
     // Other parameters; the curve of two points is dropped
-    convergence.take(picture(curve(-0.5, 9), 4));
+    convergence.take(picture(curve(-0.5, 9), 4), "room");
     EXPECT_EQ(convergence.past().size(), 1u);
-    convergence.take(picture(curve(-0.5, 12, 0.2),
-                             4));  // anew, and farther than the old one before anyone looked
+    convergence.take(picture(curve(-0.5, 12, 0.2), 4),
+                     "room");  // anew, and farther than the old one before anyone looked
     EXPECT_EQ(convergence.past().size(), 2u);
     for (int i = 0; i < 12; ++i)
-        convergence.take(picture(curve(-0.5, 5), static_cast<uint32_t>(20 + i)));
+        convergence.take(picture(curve(-0.5, 5), static_cast<uint32_t>(20 + i)), "room");
     EXPECT_EQ(convergence.past().size(), 8u);
     EXPECT_EQ(convergence.past().back().label, "path, vulkan, depth 30");
     convergence.clearPast();
@@ -235,12 +235,42 @@ TEST(Convergence, KeepsCurvesOfPicturesPast)
 TEST(Convergence, LimitsDoNotEndACurve)
 {
     app::Convergence convergence;
-    convergence.take(picture(curve(-0.5, 6)));
+    convergence.take(picture(curve(-0.5, 6)), "room");
     auto further = picture(curve(-0.5, 8));
     further.params.sppLimit = 1000;
-    convergence.take(further);
+    convergence.take(further, "room");
     EXPECT_TRUE(convergence.past().empty());
     EXPECT_EQ(convergence.present().points.size(), 8u);
+}
+
+TEST(Convergence, EachSceneAndCameraHasItsCurves)
+{
+    app::Convergence convergence;
+    auto near = picture(curve(-0.5, 6)), far = picture(curve(-0.5, 7));
+    far.camera.position.z += 3;
+    convergence.take(near, "room");
+    convergence.take(far, "room");
+    EXPECT_TRUE(convergence.past().empty()) << "a curve of another camera is no rival";
+    EXPECT_EQ(convergence.present().points.size(), 7u);
+    convergence.take(near, "room");  // back again, anew
+    ASSERT_EQ(convergence.past().size(), 1u);
+    EXPECT_EQ(convergence.past()[0].points.size(), 6u);
+    convergence.take(near, "hall");
+    EXPECT_TRUE(convergence.past().empty()) << "the same camera in another scene";
+    convergence.take(far, "room");
+    ASSERT_EQ(convergence.past().size(), 1u);
+    EXPECT_EQ(convergence.past()[0].points.size(), 7u);
+    convergence.clearPast();
+    EXPECT_TRUE(convergence.past().empty());
+    convergence.take(near, "room");
+    EXPECT_EQ(convergence.past().size(), 2u) << "only those on show were to be forgotten";
+
+    for (int i = 0; i < 100; ++i) {  // not without end
+        far.camera.position.z += 1;
+        convergence.take(far, "room");
+    }
+    convergence.take(near, "room");
+    EXPECT_TRUE(convergence.past().empty()) << "what was seen a hundred views ago is forgotten";
 }
 
 }  // namespace

@@ -92,4 +92,19 @@ TEST(Notices, FromManyThreads)
     for (size_t i = 1; i < list.size(); ++i) EXPECT_EQ(list[i].number, list[i - 1].number + 1);
 }
 
+TEST(Notices, FilesAreNamedWithTheirWholePath)
+{
+    Notices notices;
+    notices.quiet = true;
+    notices.tell(Severity::news, "saved", "pictures/../a.png");
+    notices.tell(Severity::news, "saved", "b.png");
+    notices.tell(Severity::news, "saved");
+    const std::vector<Notice> list = notices.list();
+    ASSERT_EQ(list.size(), 3u) << "of three files, one of which is none";
+    EXPECT_EQ(list[0].file, (std::filesystem::current_path() / "a.png").string());
+    EXPECT_EQ(list[1].file, app::wholePath("b.png"));
+    EXPECT_EQ(list[2].file, "");
+    EXPECT_EQ(app::wholePath("/tmp/x.png"), "/tmp/x.png");
+}
+
 }  // namespace

@@ -303,4 +303,26 @@ TEST(Replay, FilesThatAreNoPicturesOfOurs)
               std::string::npos);
 }
 
+TEST(Replay, AScreenshotIsReplayedAsAnyPictureIs)
+{
+    const TemporaryFolder folder;
+    Shown shown = show(3);
+    shown.picture.finished = true;
+    shown.picture.params.sppLimit = 3;
+    const auto screenshot = [&](const fs::path& file) {
+        const std::vector<uint8_t> window(16 * 8 * 4, 99);
+        core::writePngBytes(file, 16, 8, 4, window,
+                            app::viewMetadata(shown.picture, *shown.world, kScene, 0));
+        return app::readReplay(file);
+    };
+    expectSome(screenshot(folder / "shot.png"));
+    // While the camera moves the picture is small: what is meant is the view.
+    const glm::uvec2 full = shown.picture.fullSize;
+    shown.picture.mean = core::Image(2, 1, 3);
+    shown.picture.preview = true;
+    const app::Replay moving = screenshot(folder / "moving.png");
+    EXPECT_EQ(moving.size, full);
+    EXPECT_EQ(moving.samples, 0u) << "no limit";
+}
+
 }  // namespace

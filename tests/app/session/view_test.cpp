@@ -53,8 +53,8 @@ TEST_F(View, TheTourDoesEverythingWithoutAMessage)
     ASSERT_EQ(report["errors"].size(), 1u)
         << report["errors"].dump(1) << " (the file that is no scene)";
     EXPECT_GT(report["input_frames"]["count"].get<int>(), 0);
-    for (const char* name :
-         {"tour-picture.png", "tour-error.png", "tour-compare.png", "tour-help.png"})
+    for (const char* name : {"tour-picture.png", "tour-error.png", "tour-flip.png",
+                             "tour-compare.png", "tour-equal-time.png", "tour-help.png"})
         EXPECT_GT(fs::file_size(work(name)), 10'000u) << name;
     const core::ImageFile saved = exr("tour.exr");
     EXPECT_GE(std::stoi(saved.metadata.at("spp")), 4);

@@ -174,4 +174,33 @@ TEST(PicturePlace, WhatIsInBothPicturesStaysInItsPlace)
                 }
 }
 
+TEST(PlaceBar, DoesNotLieUnderWhatIsThere)
+{
+    const Area area{{100, 50}, {800, 600}};
+    const glm::vec2 size(300, 60);
+    const float gap = 10;
+    const auto placed = [&](const Area& taken) {
+        const Area bar = app::placeBar(area, size, 150, taken, gap);
+        EXPECT_GE(bar.corner.x, area.corner.x);
+        EXPECT_GE(bar.corner.y, area.corner.y);
+        EXPECT_LE(bar.end().x, area.end().x);
+        EXPECT_LE(bar.end().y, area.end().y);
+        const bool apart = bar.end().x <= taken.corner.x || bar.corner.x >= taken.end().x ||
+                           bar.end().y <= taken.corner.y || bar.corner.y >= taken.end().y;
+        EXPECT_TRUE(taken.empty() || apart);
+        return bar;
+    };
+    const Area usual = placed({});
+    EXPECT_EQ(usual, (Area{{110, 580}, {300, 60}}));
+    EXPECT_EQ(placed({{500, 300}, {390, 340}}), usual) << "it is in nobody's way";
+    const Area narrow = placed({{350, 300}, {540, 340}});
+    EXPECT_EQ(narrow, (Area{{110, 580}, {230, 60}}));
+    EXPECT_EQ(placed({{110, 300}, {400, 340}}).end().x, 890) << "at the other side";
+    EXPECT_EQ(placed({{110, 300}, {780, 340}}), (Area{{110, 230}, {300, 60}})) << "above it";
+    // Nowhere: all the same in its place, and never outside.
+    EXPECT_EQ(app::placeBar(area, size, 150, area, gap), usual);
+    const Area small = app::placeBar({{0, 0}, {50, 30}}, size, 150, {}, gap);
+    EXPECT_EQ(small, (Area{{10, 10}, {30, 10}}));
+}
+
 }  // namespace

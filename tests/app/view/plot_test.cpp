@@ -112,4 +112,16 @@ TEST(NumbersAsText, ThreeDigitsAndUnits)
     EXPECT_EQ(app::digitsText(0.012345), "0.0123");
 }
 
+TEST(Legend, NamesThePresentCurveFirstAndNothingThatIsNotDrawn)
+{
+    app::LogPlot plot;
+    EXPECT_TRUE(app::legendOrder(plot, 4).empty());
+    for (int i = 0; i < 5; ++i) {
+        plot.curves.push_back({std::to_string(i), {{1, 1}}, {}, false});
+        if (i == 2) plot.curves.back().points = {{0, 1}, {1, NAN}};  // nothing of it is seen
+    }
+    EXPECT_EQ(app::legendOrder(plot, 9), (std::vector<size_t>{4, 3, 1, 0}));
+    EXPECT_EQ(app::legendOrder(plot, 2), (std::vector<size_t>{4, 3}));
+}
+
 }  // namespace

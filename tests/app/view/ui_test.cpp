@@ -164,4 +164,58 @@ TEST(Ui, ViewsAndTheHeldReferenceSayWhatTheyAre)
     EXPECT_FALSE(written());
 }
 
+TEST(Ui, TheColourBarIsNotUnderThePlot)
+{
+    Desk desk(deskOptions("animated.gltf"), {1000, 700});
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    desk.session.settings.view.show = app::Show::error;
+    desk.loop.scale = {true, 0, 0.5f, false, false, "relative error of luminance"};
+    const auto apart = [&] {
+        desk.frames(4);
+        const ImGuiWindow *plot = ImGui::FindWindowByName("Error over time###plot"),
+                          *bar = ImGui::FindWindowByName("##colour bar");
+        if (plot == nullptr || bar == nullptr || !plot->Active || !bar->Active) return false;
+        return !plot->Rect().Overlaps(bar->Rect());
+    };
+    EXPECT_TRUE(apart());
+    for (const float x : {300.0f, 400.0f, 500.0f, 600.0f}) {
+        ImGui::SetWindowPos("Error over time###plot", {x, 400});
+        EXPECT_TRUE(apart()) << x;
+    }
+}
+
+TEST(Ui, AClickOnANoticeCopiesThePathOfItsFile)
+{
+    Desk desk(deskOptions());
+    desk.session.notices.tell(app::Severity::news, "/tmp/shot.png: saved", "/tmp/shot.png");
+    desk.frames(3);
+    const ImGuiWindow* toast = ImGui::FindWindowByName("##toast1");
+    ASSERT_NE(toast, nullptr);
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = {toast->Pos.x + 10, toast->Pos.y + 10};
+    desk.frames(2);
+    io.MouseDown[0] = true;
+    desk.frames(2);
+    io.MouseDown[0] = false;
+    desk.frames(2);
+    EXPECT_STREQ(ImGui::GetClipboardText(), "/tmp/shot.png");
+    EXPECT_TRUE(desk.windows().contains("##toast1")) << "it says so";
+}
+
+TEST(Ui, ErrorsOfBothSidesStandInTheSectionThatCompares)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    openEverything(desk);
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    app::RenderParams b = desk.session.render;
+    b.method.as<core::PathParams>().maxDepth = 2;
+    desk.session.compareEqualTime(desk.session.render, b, 0.05);
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.session.comparison() != nullptr; }));
+    EXPECT_EQ(desk.session.comparison()->source, app::PictureComparison::Source::variance);
+    desk.frames(3);
+    app::runAction("copy-comparison", desk.session, desk.requests);
+    ASSERT_TRUE(desk.requests.toClipboard);
+    EXPECT_NE(desk.requests.toClipboard->find("depth 2"), std::string::npos);
+}
+
 }  // namespace

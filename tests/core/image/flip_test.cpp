@@ -428,5 +428,15 @@ TEST(Flip, oddPixels)
     EXPECT_EQ(flipHdr(constant({-1, -2, 0}), constant({0, 0, 0})).mean, 0);
 }
 
+TEST(Flip, stopsWhenItIsTold)
+{
+    const Image reference = pattern(30, 30, 14, 20);
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_EQ(
+        flipHdr(reference, pattern(30, 30, 14, 21), kFlipPixelsPerDegree, stop.get_token()).mean, 0)
+        << "no exposure was looked at";
+}
+
 }  // namespace
 }  // namespace core

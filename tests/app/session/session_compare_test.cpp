@@ -1,0 +1,174 @@
+// Comparisons in the viewer without its window: errors of A and B, what each is rendered with,
+// references of other methods and devices, FLIP.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/session/save_picture.h"
+#include "core/base/check.h"
+#include "core/image/flip.h"
+#include "tests/support/session_steps.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace tests;
+using Source = app::PictureComparison::Source;
+
+Json depthOf(int depth)
+{
+    return {{"max-depth", depth}};
+}
+
+TEST(SessionCompare, EqualTimeTellsErrorsWithAndWithoutAReference)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_EQ(session.comparison(), nullptr);
+    act(session, "equal-time", {{"seconds", 0.02}, {"a", depthOf(1)}, {"b", depthOf(6)}});
+    ASSERT_TRUE(until(session, [&] { return session.comparison() != nullptr; }));
+    auto found = session.comparison();
+    ASSERT_EQ(found->source, Source::variance) << found->whyNot;
+    for (size_t side = 0; side < 2; ++side) {
+        EXPECT_EQ(found->sides[side].samples, session.slots[side].picture->samples);
+        EXPECT_GE(found->sides[side].seconds, 0.02);
+        EXPECT_GT(found->sides[side].rmse.value, 0);
+        EXPECT_LT(found->sides[side].rmse.low, found->sides[side].rmse.high);
+    }
+
+    // Against paths of six bounces, those of one are biased: no time makes them as good.
+    act(session, "set", {{"name", "max-depth"}, {"value", 6}});
+    act(session, "reference", {{"spp", 2048}});
+    ASSERT_TRUE(until(session, [&] {
+        return session.reference() && session.reference()->samples == 2048 &&
+               session.comparison() && session.comparison()->source == Source::reference &&
+               session.comparison()->referenceNoise == app::referenceNoise(*session.reference());
+    }));
+    found = session.comparison();
+    EXPECT_GT(found->sides[0].rmse.low, found->referenceNoise) << "a bias";
+    EXPECT_GT(found->referenceNoise, 0);
+
+    // Another view's reference says nothing of these pictures.
+    act(session, "orbit", {{"dx", 0.2}, {"dy", 0}});
+    act(session, "reference", {{"spp", 4}});
+    ASSERT_TRUE(until(session, [&] {
+        return session.comparison() && session.comparison()->source == Source::variance;
+    }));
+    act(session, "load", {{"file", (kAssets / "animated.gltf").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "animated.gltf"); }));
+    session.update(0.01, kArea);
+    EXPECT_EQ(session.comparison(), nullptr);
+}
+
+TEST(SessionCompare, SidesAreChosenBesideThePanel)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    const auto depth = [](const app::RenderParams& params) {
+        return params.method.as<core::PathParams>().maxDepth;
+    };
+    act(session, "set", {{"name", "max-depth"}, {"value", 3}});
+    EXPECT_EQ(depth(session.sideParams(0)), 3u) << "as the panel says";
+    act(session, "params-a");
+    act(session, "params-b", {{"params", {{"max-depth", 5}, {"device", "cpu"}}}});
+    act(session, "set", {{"name", "max-depth"}, {"value", 9}});
+    EXPECT_EQ(depth(session.sideParams(0)), 3u);
+    EXPECT_EQ(depth(session.sideParams(1)), 5u);
+    ASSERT_EQ(app::differences(session.sideParams(0), session.sideParams(1)).size(), 1u);
+    act(session, "use-params", {{"side", "b"}});
+    EXPECT_EQ(depth(session.render), 5u);
+    EXPECT_THROW(act(session, "use-params", {{"side", "c"}}), core::Error);
+
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "equal-time", {{"seconds", 0.02}});
+    ASSERT_TRUE(until(session, [&] { return !session.equalTime().running(); }));
+    EXPECT_EQ(depth(session.slots[0].picture->params), 3u);
+    EXPECT_EQ(depth(session.slots[1].picture->params), 5u);
+    act(session, "params-b", {{"params", depthOf(7)}});
+    act(session, "equal-time", {{"seconds", 0.02}});
+    ASSERT_TRUE(until(session, [&] { return !session.equalTime().running(); }));
+    EXPECT_EQ(depth(session.slots[1].picture->params), 7u) << "also where there is a picture";
+    act(session, "clear-slots");
+    EXPECT_EQ(depth(session.sideParams(1)), 5u) << "as the panel says";
+}
+
+TEST(SessionCompare, ThePictureOfOneMethodIsTheReferenceOfAnother)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    act(session, "set", {{"name", "spp-limit"}, {"value", 8}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    const core::Image kept = session.picture()->mean;
+    act(session, "keep-reference");
+    ASSERT_TRUE(until(session, [&] { return session.reference() != nullptr; }));
+    EXPECT_EQ(session.reference()->mean.pixels, kept.pixels);
+    EXPECT_EQ(session.reference()->samples, 8u);
+    EXPECT_GT(app::referenceNoise(*session.reference()), 0);
+    EXPECT_NE(session.reference()->origin.find("path, cpu"), std::string::npos);
+    act(session, "set", {{"name", "seed"}, {"value", 5}});
+    ASSERT_TRUE(until(session, [&] {
+        return settled(session) && session.picture()->finished &&
+               session.picture()->curve.back().rmse > 0;
+    }));
+    EXPECT_TRUE(session.referenceFits());
+
+    // One of a named method, as deep as the picture.
+    act(session, "set", {{"name", "max-depth"}, {"value", 3}});
+    act(session, "reference", {{"spp", 2}, {"method", "guided"}});
+    ASSERT_TRUE(until(session, [&] {
+        return session.reference() &&
+               session.reference()->origin.find("guided") != std::string::npos;
+    }));
+    EXPECT_THROW(act(session, "reference", {{"method", "magic"}}), core::Error);
+}
+
+TEST(SessionCompare, FlipComesWhenItIsOnShow)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    act(session, "set", {{"name", "spp-limit"}, {"value", 4}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    act(session, "show-flip");
+    act(session, "reference", {{"spp", 32}});
+    ASSERT_TRUE(until(session, [&] {
+        return session.flip() && session.flip()->reference == session.reference() &&
+               session.reference()->samples == 32;
+    }));
+    const auto flip = session.flip();
+    const core::FlipResult same = core::flipHdr(session.picture()->mean, session.reference()->mean);
+    EXPECT_EQ(flip->map.pixels, same.map.pixels);
+    EXPECT_EQ(flip->mean, same.mean);
+    EXPECT_GT(flip->mean, 0);
+    act(session, "show-color");
+    session.update(0.01, kArea);
+    EXPECT_EQ(session.flip(), nullptr);
+}
+
+TEST(SessionCompare, SavedFilesAreNamedWithTheirFolderAndHoldWhatThereIs)
+{
+    const TemporaryFolder folder;
+    Session session(options("cornell-diffuse.gltf"));
+    act(session, "set", {{"name", "spp-limit"}, {"value", 4}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    EXPECT_FALSE(session.pictureMetadata().empty());
+    const fs::path file = folder / "kept.exr";
+    act(session, "save", {{"file", file.string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, file.string() + ": saved"); }));
+    EXPECT_EQ(session.notices.list().back().file, file.string());
+    const core::ImageFile image = core::readExr(file);
+    for (const char* layer : {"variance", "depth", "normal", "albedo", "ids"})
+        EXPECT_TRUE(image.hasLayer(layer)) << layer;
+    EXPECT_EQ(session.pictureMetadata(), image.metadata) << "a screenshot tells the same";
+}
+
+TEST(SessionCompare, WhoLooksAtPixelsHasFirstHitsAndDeviations)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(
+        until(session, [&] { return settled(session) && session.picture()->samples >= 2; }));
+    EXPECT_FALSE(session.picture()->aovs);
+    session.inspecting = true;
+    ASSERT_TRUE(until(session, [&] {
+        return settled(session) && session.picture()->aovs && session.picture()->variance;
+    }));
+    EXPECT_GE(session.picture()->samples, 2u) << "nothing began anew";
+}
+
+}  // namespace
