@@ -64,7 +64,7 @@ void addPixel(const Images& images, uint32_t x, uint32_t y, Tile& tile)
         const auto value = [&](const core::Image* image) { return double(image->at(x, y)[c]); };
         const double a = value(images.mean[0]), b = value(images.mean[1]);
         const bool against = images.reference != nullptr;
-        const double level = against ? value(images.reference) : 0.5 * (a + b);
+        const double level = against ? value(images.reference) : 0;
         const double weight = 1 / (level * level + kFloor);
         const double noise = images.noise != nullptr ? value(images.noise) : 0;
         squares.noise += noise / 3;
@@ -242,13 +242,14 @@ PictureComparison comparePictures(const TimedPicture& a, const TimedPicture& b,
     result.referenceNoise = reference != nullptr ? referenceNoise(*reference) : 0;
     Measure squares = measure(tiles, &Tile::squares, [](double x) { return std::sqrt(x); });
     Measure relative = measure(tiles, &Tile::relative, [](double x) { return x; });
-    // What is relative to a radiance that may be far off is not told at all.
+    // What is relative to a radiance that may be far off is not told at all: bright dots in the
+    // pictures themselves would hide their own errors.
     double noise = 0, pixels = 0;
     for (const Tile& tile : tiles) {
         noise += tile.relative.noise;
         pixels += tile.pixels;
     }
-    if (noise > kMostRelativeNoise * pixels) {
+    if (reference == nullptr || noise > kMostRelativeNoise * pixels) {
         const Bounded unknown{0, 0, std::numeric_limits<double>::infinity()};
         relative = {{unknown, unknown}, unknown};
     }
@@ -275,7 +276,7 @@ std::string verdict(const Bounded& ratio, const char* of)
 {
     const std::string tail = std::string(" for an equal ") + of;
     if (!std::isfinite(ratio.high) || !(ratio.value > 0))
-        return "the reference is too noisy to tell which takes less time" + tail;
+        return "it cannot be told which takes less time" + tail;
     if (ratio.low <= 1 && ratio.high >= 1)
         return "no difference is seen in the time" + tail + ": A over B " + boundedText(ratio);
     if (ratio.value > 1) return "B needs " + boundedText(ratio) + " times less time" + tail;
@@ -291,7 +292,7 @@ std::vector<std::string> comparisonNotes(const PictureComparison& comparison)
     if (comparison.source == Source::variance) {
         notes.emplace_back("without a reference: estimated from the spread of each picture's own "
                            "samples; a bias does not show, and the sampler sobol has smaller "
-                           "errors than that");
+                           "errors than that; relative errors need a reference");
     } else if (comparison.referenceNoise > 0) {
         notes.push_back("the reference's own noise, RMSE " +
                         report::shortNumber(comparison.referenceNoise) +

@@ -48,10 +48,10 @@ struct PictureComparison {
 
 /// Errors against the reference. Its own noise is part of the values; the intervals also hold what
 /// is left without it, as its variance says, which stratified samples make an upper bound. With
-/// null: from the pictures' own variances, which know nothing of a bias; radiance is then relative
-/// to the mean of both. Beside a reference whose own relMSE is above 0.05 relative errors stay
-/// unknown. Pixels that are not finite in any of the images are left out. Nothing (`whyNot`) when
-/// sizes differ or there is neither reference nor variance.
+/// null: from the pictures' own variances, which know nothing of a bias. Relative errors need a
+/// reference whose own relMSE is not above 0.05; else they stay unknown. Pixels that are not finite
+/// in any of the images are left out. Nothing (`whyNot`) when sizes differ or there is neither
+/// reference nor variance.
 PictureComparison comparePictures(const TimedPicture& a, const TimedPicture& b,
                                   const Reference* reference);
 

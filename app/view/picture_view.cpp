@@ -90,7 +90,7 @@ core::Image deviation(const core::Image& variance)
 
 DisplayInputs PictureView::inputs(const Session& session)
 {
-    DisplayInputs inputs;
+    DisplayInputs inputs{};  // also the settings, which have no values of their own
     scale_ = {};
     problem_.clear();
     const ViewParams& view = session.settings.view;
@@ -180,7 +180,7 @@ PictureView::ImagePointer PictureView::derived(Show show, const Picture& picture
 void PictureView::showMap(DisplayInputs& inputs, const Session& session, const Picture& picture)
 {
     const Show show = session.settings.view.show;
-    if (show == Show::deviation && !picture.variance) {
+    if (show == Show::deviation && (!picture.variance || picture.samples < 2)) {
         problem_ = picture.samples < 2 ? "one sample says nothing about its spread"
                                        : "the variance is on its way";
         return;
@@ -265,6 +265,7 @@ void PictureView::showFlip(DisplayInputs& inputs, const Session& session)
     inputs.settings.show = shared::kShowScalar;
     inputs.settings.low = 0;
     inputs.settings.high = 1;
+    inputs.settings.logarithmic = 0;
     char label[96];
     std::snprintf(label, sizeof label, "FLIP against the reference at %llu spp: mean %.3g",
                   static_cast<unsigned long long>(flip->picture->samples), flip->mean);

@@ -1,5 +1,7 @@
 // Of the section that compares: the errors of A and B and which of them takes less time, once both
 // are kept.
+#include <cmath>
+
 #include "app/report/text.h"
 #include "app/view/ui/ui_parts.h"
 
@@ -27,6 +29,10 @@ void row(const char* name, const std::string& a, const std::string& b, const cha
 
 void errorRows(const char* name, const Bounded& a, const Bounded& b, const char* help)
 {
+    if (!std::isfinite(a.high) || !std::isfinite(b.high)) {
+        row(name, "unknown", "unknown", "it needs a reference of little noise");
+        return;
+    }
     const auto value = [](const Bounded& error) {
         return error.low > 0 ? shortNumber(error.value) : "\u2264 " + shortNumber(error.high);
     };

@@ -157,7 +157,12 @@ void drawSlotLabel(const UiContext& c, size_t side, float x)
     if (ImGui::CalcTextSize(text.c_str()).x > room) text.resize(1);
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     if (size.x > room) return;
-    const ImVec2 place(side == 0 ? x - gap - size.x : x + gap, c.picture.end().y - 2.2f * c.em);
+    ImVec2 place(side == 0 ? x - gap - size.x : x + gap, c.picture.end().y - 2.2f * c.em);
+    const Area& plot = c.state.plot;
+    const bool under = !plot.empty() && place.x < plot.end().x &&
+                       place.x + size.x > plot.corner.x && place.y < plot.end().y &&
+                       place.y + size.y > plot.corner.y;
+    if (under) place.y = std::max(plot.corner.y - 2.2f * c.em, c.picture.corner.y);
     labelOnPicture(c, place, text);
 }
 
