@@ -57,9 +57,10 @@ uvec4 layOutStill(Bvh& out, Builder& builder, const Grid& grid, size_t room, siz
                   PrototypeTrees prototypes)
 {
     const bool alone = room == 0;
-    std::vector<uvec4> begin(alone && !prototypes.nodes.empty() ? 2 : 0);  // the root of the whole
-    const bool ownRoot = !begin.empty();
-    begin.insert(begin.end(), prototypes.nodes.begin(), prototypes.nodes.end());
+    const bool ownRoot = alone && !prototypes.nodes.empty();  // of the whole
+    const size_t rootWords = ownRoot ? 2 : 0;
+    std::vector<uvec4> begin(rootWords + prototypes.nodes.size());
+    std::ranges::copy(prototypes.nodes, begin.begin() + static_cast<ptrdiff_t>(rootWords));
     const size_t firstNode = room + begin.size() / 2;
     uint32_t root = shared::kBvhDone;
     double least = 0;
@@ -74,8 +75,10 @@ uvec4 layOutStill(Bvh& out, Builder& builder, const Grid& grid, size_t room, siz
         out.still.nodes = std::move(nodes);
     }
     if (!prototypes.slots.empty()) {
-        prototypes.slots.insert(prototypes.slots.end(), out.still.slots.begin(),
-                                out.still.slots.end());
+        const size_t before = prototypes.slots.size();
+        prototypes.slots.resize(before + out.still.slots.size());
+        std::copy(out.still.slots.begin(), out.still.slots.end(),
+                  prototypes.slots.begin() + static_cast<ptrdiff_t>(before));
         out.still.slots = std::move(prototypes.slots);
     }
     out.still.gridChanges += prototypes.gridChanges;

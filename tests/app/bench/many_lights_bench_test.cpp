@@ -232,7 +232,7 @@ Row row(const std::string& method, uint32_t clusters, std::vector<double> second
     return r;
 }
 
-const Claim& named(const std::vector<Claim>& claims, const std::string& name)
+const Claim& named(const std::vector<Claim>& claims, std::string_view name)
 {
     return *std::ranges::find(claims, name, &Claim::name);
 }

@@ -133,9 +133,10 @@ Quarters manyLights(const std::shared_ptr<const core::World>& world, ManyLightsP
 }
 
 /// Of the path tracer, rendered once per asset and depth.
-const Quarters& paths(const std::string& name, uint32_t maxDepth)
+const Quarters& paths(std::string_view scene, uint32_t maxDepth)
 {
     static std::map<std::pair<std::string, uint32_t>, Quarters> known;
+    const std::string name(scene);
     Quarters& q = known[{name, maxDepth}];
     if (q.means[0].count() > 0) return q;
     const auto world = asset(name);
