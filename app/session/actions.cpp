@@ -338,7 +338,7 @@ std::span<const Action> actions()
         Action{"clear-curves", "", "", "forget the curves of earlier pictures",
                [](C c) { c.session.clearCurves(); }},
         // files
-        Action{"open", "Ctrl+O", "", "type the name of a scene",
+        Action{"open", "Ctrl+O", "", "look for a scene to open",
                [](C c) { c.app.openPathBox = true; }},
         Action{"load", "", "file", "load a scene",
                [](C c) { c.session.load(fs::path(text(c, "file"))); }},
