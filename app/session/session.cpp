@@ -268,8 +268,8 @@ void Session::tellEnds()
     };
     tell(loader_.status(), toldLoader_);
     // Something to look at behind the message.
-    if (!document_ && loader_.status().state == core::JobState::failed && !builtInTried_) {
-        builtInTried_ = true;
+    if (options_.builtIn && !document_ && loader_.status().state == core::JobState::failed) {
+        options_.builtIn = false;
         load(defaultScene());
     }
     tell(core_.status(), toldCore_);

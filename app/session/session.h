@@ -64,7 +64,8 @@ struct SessionOptions {
     bool validation = false;
     std::filesystem::path settings;  // empty: none are kept
     bool quiet = false;
-    float uiScale = 0;  // of the letters, for this run; 0: as kept
+    float uiScale = 0;     // of the letters, for this run; 0: as kept
+    bool builtIn = false;  // the built-in scene stands in for a first one that cannot be loaded
     RendererFactory factory = viewRenderers();
 };
 
@@ -246,7 +247,6 @@ private:
     float keptScale_ = 0;      // of the letters, when this run has another
     std::unique_ptr<Replay> pendingReplay_;
 
-    bool builtInTried_ = false;  // in place of a first scene that could not be loaded
     uint64_t loadGeneration_ = 0, takenLoad_ = 0, referenceGeneration_ = 0;
     uint64_t toldLoader_ = 0, toldCore_ = 0, toldSaver_ = 0, toldRendering_ = 0;
 

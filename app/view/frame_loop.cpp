@@ -45,6 +45,7 @@ SessionOptions sessionOptions(const ViewOptions& o)
     s.methodGiven = o.paramsGiven;
     s.validation = o.validation;
     s.uiScale = o.uiScale;
+    s.builtIn = true;
     s.factory = viewRenderers(cacheFolder(o));
     if (!o.noSettings) s.settings = settingsFile();
     return s;

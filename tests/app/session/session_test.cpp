@@ -53,7 +53,9 @@ TEST(Session, ABrokenFileLeavesTheSceneAsItIs)
 
 TEST(Session, BehindAFirstSceneThatIsNoneStandsTheBuiltInOne)
 {
-    Session session(options("cornel-difuse.gltf"));
+    app::SessionOptions o = options("cornel-difuse.gltf");
+    o.builtIn = true;
+    Session session(o);
     ASSERT_TRUE(until(session, [&] { return settled(session); }));
     EXPECT_TRUE(told(session, "cornell-diffuse.gltf?")) << "the nearest name is proposed";
     EXPECT_EQ(session.document()->file.filename(), "cornell-diffuse.gltf");
