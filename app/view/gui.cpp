@@ -247,6 +247,11 @@ bool Gui::begin()
     impl_->applyScale();
     beginImguiFrame();
     impl_->window.applyInjected();
+    const ImVec2 extent = ImGui::GetIO().DisplaySize;
+    if (!(extent.x >= 0 && extent.y >= 0)) {  // a display that has gone tells anything
+        ++impl_->stats.skipped;
+        return false;
+    }
     ImGui::NewFrame();
     return true;
 }
