@@ -14,7 +14,7 @@ struct FolderEntry {
     uint64_t bytes = 0;  // of a file
 };
 
-enum class HiddenNames { left_out, alone };
+enum class HiddenNames { leftOut, alone };
 
 /// Files that end in one of `extensions` (lower case, with their dot; empty: all), then folders,
 /// each sorted by name whatever its case. Names that begin with a dot are left out, or alone there.
@@ -22,6 +22,6 @@ enum class HiddenNames { left_out, alone };
 /// not listed. At most the first 20,000 entries of the folder are looked at: a person waits.
 std::vector<FolderEntry> listFolder(const std::filesystem::path& folder,
                                     const std::vector<std::string>& extensions,
-                                    HiddenNames hidden = HiddenNames::left_out);
+                                    HiddenNames hidden = HiddenNames::leftOut);
 
 }  // namespace app

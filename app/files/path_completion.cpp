@@ -48,7 +48,7 @@ std::vector<std::string> completePath(const std::string& typed,
     const bool hidden = !start.empty() && start.front() == '.';
     const std::vector<FolderEntry> entries =
         listFolder(folder.empty() ? fs::path(".") : fs::path(folder), extensions,
-                   hidden ? HiddenNames::alone : HiddenNames::left_out);
+                   hidden ? HiddenNames::alone : HiddenNames::leftOut);
     for (const bool exactly : {true, false}) {
         std::vector<std::string> found;
         for (const FolderEntry& entry : entries)

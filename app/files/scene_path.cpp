@@ -1,6 +1,9 @@
 // See scene_path.h.
 #include "app/files/scene_path.h"
 
+#include <algorithm>
+
+#include "app/args/args.h"
 #include "app/base/nearest.h"
 #include "app/files/folder_list.h"
 #include "core/base/check.h"
@@ -51,6 +54,14 @@ const std::vector<std::string>& sceneExtensions()
 {
     static const std::vector<std::string> extensions{".gltf", ".glb"};
     return extensions;
+}
+
+bool mayBeScene(const fs::path& file)
+{
+    std::error_code unknown;
+    return fs::is_directory(file, unknown) ||
+           std::ranges::any_of(sceneExtensions(),
+                               [&](const std::string& e) { return hasExtension(file, e); });
 }
 
 fs::path scenePath(const fs::path& named)

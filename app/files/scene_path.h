@@ -10,6 +10,9 @@ namespace app {
 /// The extensions of scenes, lower case, with their dots.
 const std::vector<std::string>& sceneExtensions();
 
+/// Whether `file` goes by the name of a scene, or is a folder, which may hold one.
+bool mayBeScene(const std::filesystem::path& file);
+
 /// `named`, or the only scene in it when it is a folder. Throws core::Error (badInput) when there
 /// is no such file, with the nearest name that there is, and when a folder holds none or several,
 /// with their names.

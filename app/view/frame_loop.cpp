@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/base/user_folders.h"
+#include "app/files/scene_path.h"
 #include "app/files/stats.h"
 #include "app/session/losses.h"
 #include "app/view/input.h"
@@ -56,11 +57,6 @@ glm::uvec2 windowSize(const ViewOptions& o)
     if (o.size) return *o.size;
     std::string problem;
     return o.noSettings ? Settings().windowSize : readSettings(settingsFile(), problem).windowSize;
-}
-
-bool endsWith(const fs::path& file, std::initializer_list<const char*> extensions)
-{
-    return std::ranges::any_of(extensions, [&](const char* e) { return hasExtension(file, e); });
 }
 
 }  // namespace
@@ -254,13 +250,13 @@ void FrameLoop::measure(double seconds)
 void FrameLoop::takeDrops()
 {
     for (const fs::path& file : window_.takeDrops()) {
-        if (endsWith(file, {".gltf", ".glb"}))
+        if (mayBeScene(file))
             session_->load(file);
-        else if (endsWith(file, {".exr"}))
+        else if (hasExtension(file, ".exr"))
             session_->loadReference(file);
-        else if (endsWith(file, {".png"}))
+        else if (hasExtension(file, ".png"))
             session_->replay(file);
-        else if (endsWith(file, {".json"}))
+        else if (hasExtension(file, ".json"))
             runAction("load-path", *session_, requests_, {{"file", file.string()}});
         else
             session_->notices.tell(Severity::error,

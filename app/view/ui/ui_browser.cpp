@@ -49,7 +49,7 @@ void readFolder(SceneBrowser& browser)
     const std::string part = browser.box.text.substr(folderOf(browser.box.text).size());
     const bool hidden = part.starts_with('.') && part != kUp;
     browser.entries = listFolder(folder.empty() ? "." : folder, sceneExtensions(),
-                                 hidden ? HiddenNames::alone : HiddenNames::left_out);
+                                 hidden ? HiddenNames::alone : HiddenNames::leftOut);
     std::erase_if(browser.entries,
                   [&](const FolderEntry& entry) { return !contains(entry.name, part); });
     browser.entries.insert(browser.entries.begin(), {kUp, true});

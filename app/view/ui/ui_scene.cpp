@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "app/files/scene_path.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
@@ -86,7 +87,7 @@ void drawSceneSection(const UiContext& c)
     } else {
         dimText(c.session.loading().active() ? "loading..." : "no scene");
     }
-    if (pathInput(c.state.scene, "scene", "a .gltf or .glb", {".gltf", ".glb"})) {
+    if (pathInput(c.state.scene, "scene", "a .gltf or .glb", sceneExtensions())) {
         c.act("load", {{"file", c.state.scene.text}});
     }
     drawRecent(c);

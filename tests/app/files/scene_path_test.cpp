@@ -51,6 +51,15 @@ TEST_F(ScenePath, AFolderMeansItsOnlyScene)
     EXPECT_NE(refusal("kitchen/textures").find("without a scene"), std::string::npos);
 }
 
+TEST_F(ScenePath, FilesByTheirExtensionAndFoldersMayBeScenes)
+{
+    make("kitchen/tile.png");
+    for (const char* name : {"a.gltf", "b.GLB", "kitchen"})
+        EXPECT_TRUE(app::mayBeScene(folder_ / name)) << name;
+    for (const char* name : {"a.exr", "gltf", "nowhere", "kitchen/tile.png"})
+        EXPECT_FALSE(app::mayBeScene(folder_ / name)) << name;
+}
+
 TEST_F(ScenePath, TheNearestNameIsProposed)
 {
     make("staircase.gltf");

@@ -2,7 +2,6 @@
 // what is stopped, what is published, limits, ends. Then with the real ones: the picture is that of
 // a direct render, bit by bit.
 #include <cmath>
-#include <map>
 #include <random>
 
 #include "app/session/error_point.h"
@@ -165,65 +164,6 @@ TEST_F(RenderThread, AnEditStopsASampleThatWouldTakeForever)
     EXPECT_LT(thread->status().lastStopSeconds, 5);
 }
 
-TEST_F(RenderThread, PartsOfASlowSampleAreNews)
-{
-    order.params.sppLimit = 1;
-    order.size = {256, 256};  // so large that a small picture comes first
-    start();
-    book.set(&Book::secondsPerPixel, 2.5 / (256 * 256));
-    post();
-    ASSERT_TRUE(until([&] {
-        return newest() && newest()->mean.width == 256 && newest()->samples == 0 &&
-               newest()->fraction > 0;
-    }));
-    const auto part = newest();
-    EXPECT_TRUE(part->preview);
-    // What has not been rendered yet shows the small picture.
-    for (const float value : part->mean.pixels) ASSERT_EQ(value, 1.0f);
-    ASSERT_TRUE(until([&] { return newest()->fraction > part->fraction; }));
-    EXPECT_EQ(newest()->samples, 0u);
-    EXPECT_EQ(finished()->samples, 1u);
-    EXPECT_EQ(newest()->fraction, 0);
-    EXPECT_FALSE(newest()->preview);
-    EXPECT_EQ(book.get(&Book::views), 3);  // two small ones and the full one
-}
-
-TEST_F(RenderThread, AVerySlowPictureComesByHalvesOfItsSides)
-{
-    order.params.sppLimit = 1;
-    order.size = {256, 256};
-    start();
-    book.set(&Book::secondsPerPixel, 1.6 / (256 * 256));
-    post();
-    std::vector<uint32_t> widths;
-    ASSERT_TRUE(until([&] {
-        const auto p = newest();
-        if (!p) return false;
-        EXPECT_EQ(p->preview, p->samples == 0 || p->mean.width < 256);
-        if (widths.empty() || widths.back() != p->mean.width) widths.push_back(p->mean.width);
-        return p->finished;
-    }));
-    EXPECT_EQ(widths, (std::vector<uint32_t>{64, 128, 256}));
-    EXPECT_EQ(newest()->mean.pixels[0], 1.0f);
-}
-
-TEST_F(RenderThread, ACameraThatMovesWaitsForNoPictureOfHalfTheSides)
-{
-    order.params.sppLimit = 1;
-    order.size = {256, 256};
-    start();
-    book.set(&Book::secondsPerPixel, 40.0 / (256 * 256));
-    post();
-    ASSERT_TRUE(until([&] { return newest() && newest()->mean.width == 128; }));
-    EXPECT_TRUE(newest()->preview);
-    EXPECT_EQ(newest()->samples, 0u);
-    book.set(&Book::secondsPerPixel, 0.0);
-    order.camera.position.x = 7;
-    post();
-    EXPECT_EQ(finished()->mean.pixels[0], 7.0f);
-    EXPECT_LT(thread->status().lastStopSeconds, 5);
-}
-
 TEST_F(RenderThread, GoingBackToWhatWasInterruptedStillGivesAPicture)
 {
     start();
@@ -238,85 +178,6 @@ TEST_F(RenderThread, GoingBackToWhatWasInterruptedStillGivesAPicture)
     post();
     EXPECT_EQ(finished()->samples, 4u);
     EXPECT_EQ(newest()->mean.pixels[0], 1.0f);
-}
-
-TEST_F(RenderThread, WhileTheCameraMovesPicturesAreSmallAndNoneIsLost)
-{
-    start();
-    order.size = {640, 360};
-    order.params.sppLimit = 2;
-    book.set(&Book::secondsPerPixel, 4e-7);  // a full sample takes 92 ms
-    order.moving = true;
-    std::map<uint64_t, double> where;
-    std::map<uint64_t, glm::uvec2> seen;
-    for (int frame = 0; frame < 120; ++frame) {
-        order.camera.position.x = frame;
-        post();
-        where[generation] = frame;
-        std::this_thread::sleep_for(8ms);
-        if (const auto p = newest()) {
-            EXPECT_TRUE(p->preview);
-            ASSERT_EQ(double(p->mean.pixels[0]), where.at(p->generation));
-            seen[p->generation] = {p->mean.width, p->mean.height};
-        }
-    }
-    EXPECT_GT(seen.size(), 3u) << "previews were stopped by the next step of the camera";
-    const glm::uvec2 last = seen.rbegin()->second;
-    EXPECT_LT(last.x, 640u);
-    EXPECT_GE(last.x, 80u);
-    EXPECT_NEAR(double(last.x) / last.y, 640.0 / 360, 0.05);
-    EXPECT_GT(thread->status().previewSeconds, 0);
-    EXPECT_NEAR(double(thread->status().previewScale), last.x / 640.0, 0.01);
-
-    order.moving = false;
-    post();
-    uint64_t firstFull = 0;
-    ASSERT_TRUE(until([&] {
-        const auto p = newest();
-        EXPECT_NE(p, nullptr);
-        if (!p->preview && firstFull == 0) firstFull = p->samples;
-        return p->finished;
-    }));
-    EXPECT_EQ(firstFull, 1u);
-    EXPECT_EQ(newest()->mean.width, 640u);
-    EXPECT_EQ(newest()->samples, 2u);
-}
-
-TEST_F(RenderThread, ShadedMotionTracesNoPathsAndARestingPictureIsOneOfPaths)
-{
-    start();
-    order.size = {64, 36};
-    order.params.sppLimit = 1;
-    order.moving = true;
-    order.movingShows = app::Moving::shaded;
-    for (int frame = 0; frame < 5; ++frame) {
-        order.camera.position.x = frame;
-        post();
-        ASSERT_TRUE(until([&] { return newest() && newest()->generation >= generation; }));
-        EXPECT_TRUE(newest()->preview);
-    }
-    EXPECT_EQ(book.get(&Book::advances), 0);
-    order.moving = false;
-    const auto picture = (post(), finished());
-    EXPECT_FALSE(picture->preview || picture->shaded);
-    EXPECT_GT(book.get(&Book::advances), 0);
-    EXPECT_EQ(picture->samples, 1u);
-}
-
-TEST_F(RenderThread, ASlowPictureIsPrecededByACoarseOne)
-{
-    start();
-    order.size = {640, 360};
-    order.params.sppLimit = 1;
-    book.set(&Book::secondsPerPixel, 1e-6);
-    post();
-    ASSERT_TRUE(until([&] { return newest() != nullptr; }));
-    EXPECT_TRUE(newest()->preview);
-    EXPECT_LE(newest()->mean.width, 320u);
-    EXPECT_FALSE(newest()->finished);
-    const auto picture = finished();
-    EXPECT_FALSE(picture->preview);
-    EXPECT_EQ(picture->mean.width, 640u);
 }
 
 TEST_F(RenderThread, SecondsAndErrorAreLimits)
