@@ -1,17 +1,14 @@
 // The loop behind RenderThread: takes the newest request, brings the renderer to it, takes samples,
-// hands out pictures. A request that changes the picture stops the work under way, with one
-// exception: a coarse picture is finished first, since it takes no longer than a frame and one
-// whose camera never rests would otherwise never be seen.
+// hands out pictures. What interrupts it is decided in render_exchange.cpp.
 #include "app/session/render_thread.h"
 
-#include <condition_variable>
 #include <exception>
-#include <mutex>
 #include <optional>
 #include <utility>
 
 #include "app/methods/methods.h"
 #include "app/session/picture_work.h"
+#include "app/session/render_exchange.h"
 #include "core/base/check.h"
 #include "core/base/memory.h"
 #include "core/base/time.h"
@@ -52,18 +49,11 @@ static bool inSteps(const RenderParams& params)
 class RenderThread::Loop {
 public:
     explicit Loop(RendererFactory factory) : factory_(std::move(factory)) {}
-
-    // --- any thread
-    uint64_t request(RenderRequest request);
-    std::shared_ptr<const Picture> newest() const;
-    RenderThreadStatus status() const;
-
-    // --- the render thread
     void run(const core::JobContext& job);
 
-private:
-    enum class Phase { idle, building, coarse, sampling };
+    RenderExchange exchange;
 
+private:
     bool takeRequest();
     void step();
     bool prepareRenderer();
@@ -71,6 +61,8 @@ private:
     void makeRenderer();
     bool setWorld();
     void restoreWorld(std::shared_ptr<const core::World> old);
+    Coarse choosePicture();
+    bool showsCoarse() const;
     void beginPicture();
     void warmUp();
     void takeSamples();
@@ -78,33 +70,15 @@ private:
     void fail(const std::exception_ptr& failure);
     void suspendUntil(Change until, const std::string& error);
     void dropRenderer();
-    core::Progress reportProgress();
-    std::stop_token enter(Phase phase, const char* stage);
-    void setStage(const char* stage, double fraction);
-    void publishError(const std::string& error);
-    bool interrupts(const RenderRequest& next) const;
+    std::stop_token enter(RenderPhase phase, const char* stage);
 
-    // Under the lock.
-    mutable std::mutex mutex_;
-    std::condition_variable changed_;
-    RenderRequest next_, working_;  // posted last; worked on
-    uint64_t nextGeneration_ = 0;
-    bool hasNext_ = false, ended_ = false;
-    Phase phase_ = Phase::idle;
-    bool movingPreview_ = false;  // the picture under way is one
-    std::stop_source interrupt_;
-    Clock::time_point interruptedAt_, postedAt_, stageSince_;
-    std::shared_ptr<const Picture> picture_;
-    RenderThreadStatus status_;
-
-    // The render thread's own.
     RendererFactory factory_;
     std::unique_ptr<core::Renderer> renderer_;
     std::shared_ptr<const core::World> world_;  // that the renderer holds
     std::optional<RenderRequest> made_;         // what the renderer was made for
     RenderRequest request_;
     uint64_t generation_ = 0;
-    Clock::time_point takenPostedAt_;
+    Clock::time_point postedAt_;
     std::optional<RenderRequest> begun_;  // what the picture was begun for
     PictureWork work_;
     ResolutionControl control_, shadedControl_;  // of paths, of first hits alone
@@ -116,65 +90,9 @@ private:
     double paceFactor_ = 1;
 };
 
-// --- any thread
-// -----------------------------------------------------------------------------------------------------
-
-/// Under the lock: whether the work under way is of no use to `next`.
-bool RenderThread::Loop::interrupts(const RenderRequest& next) const
-{
-    const Change change = changeBetween(working_, next);
-    switch (phase_) {
-    case Phase::idle:
-        return false;
-    case Phase::building:
-        return change >= Change::world;
-    case Phase::coarse:
-        return change >= Change::world;
-    case Phase::sampling:
-        return change >= Change::view || (movingPreview_ && !next.moving);
-    }
-    return false;
-}
-
-uint64_t RenderThread::Loop::request(RenderRequest request)
-{
-    const std::lock_guard lock(mutex_);
-    if (interrupts(request) && !interrupt_.stop_requested()) {
-        interruptedAt_ = Clock::now();
-        interrupt_.request_stop();
-    }
-    next_ = std::move(request);
-    hasNext_ = true;
-    postedAt_ = Clock::now();
-    changed_.notify_all();
-    return ++nextGeneration_;
-}
-
-std::shared_ptr<const Picture> RenderThread::Loop::newest() const
-{
-    const std::lock_guard lock(mutex_);
-    return picture_;
-}
-
-RenderThreadStatus RenderThread::Loop::status() const
-{
-    const std::lock_guard lock(mutex_);
-    RenderThreadStatus status = status_;
-    status.stageSeconds = secondsSince(stageSince_);
-    return status;
-}
-
-// --- the render thread
-// ----------------------------------------------------------------------------------------------
-
 void RenderThread::Loop::run(const core::JobContext& job)
 {
-    const std::stop_callback bridge(job.stop(), [this] {
-        const std::lock_guard lock(mutex_);
-        ended_ = true;
-        interrupt_.request_stop();
-        changed_.notify_all();
-    });
+    const std::stop_callback bridge(job.stop(), [this] { exchange.end(); });
     while (takeRequest()) {
         try {
             step();
@@ -189,22 +107,12 @@ void RenderThread::Loop::run(const core::JobContext& job)
 /// the end.
 bool RenderThread::Loop::takeRequest()
 {
-    std::unique_lock lock(mutex_);
-    phase_ = Phase::idle;
-    if (!workLeft_ && !hasNext_) {
-        setStage("idle", 0);
-        status_.rendering = false;
-        changed_.wait(lock, [this] { return hasNext_ || ended_; });
-    }
-    if (ended_) return false;
-    if (!hasNext_) return true;
-    hasNext_ = false;
-    RenderRequest old = std::exchange(request_, std::move(next_));
-    working_ = request_;
-    generation_ = nextGeneration_;
-    takenPostedAt_ = postedAt_;
-    interrupt_ = std::stop_source();
-    lock.unlock();
+    if (!exchange.wait(workLeft_)) return false;
+    std::optional<PostedRequest> posted = exchange.take();
+    if (!posted) return true;
+    const RenderRequest old = std::exchange(request_, std::move(posted->request));
+    generation_ = posted->generation;
+    postedAt_ = posted->postedAt;
 
     const Change change = changeBetween(old, request_);
     const bool again = old.restarts != request_.restarts;
@@ -281,7 +189,7 @@ bool RenderThread::Loop::preparePicture()
 /// go back.
 void RenderThread::Loop::makeRenderer()
 {
-    enter(Phase::building, "start");
+    enter(RenderPhase::building, "start");
     std::unique_ptr<core::Renderer> renderer = factory_(request_.params, request_.validation);
     dropRenderer();
     renderer_ = std::move(renderer);
@@ -298,26 +206,14 @@ void RenderThread::Loop::dropRenderer()
     shadedControl_.forget();
 }
 
-/// For setWorld: shows how far it is, and ends it when another world is wanted by now.
-core::Progress RenderThread::Loop::reportProgress()
-{
-    return [this](const char* stage, double fraction) {
-        const std::lock_guard lock(mutex_);
-        setStage(stage, fraction);
-        if (interrupt_.stop_requested()) {
-            throw core::Error("the scene is no longer wanted", core::ExitCode::interrupted);
-        }
-    };
-}
-
 bool RenderThread::Loop::setWorld()
 {
-    enter(Phase::building, "scene");
+    enter(RenderPhase::building, "scene");
     work_.discard();
     const std::shared_ptr<const core::World> old = std::exchange(world_, nullptr);
     std::string text;
     try {
-        renderer_->setWorld(request_.world, reportProgress());
+        renderer_->setWorld(request_.world, exchange.progress());
         world_ = request_.world;
         warm_ = false;
         control_.forget();
@@ -340,34 +236,44 @@ void RenderThread::Loop::restoreWorld(std::shared_ptr<const core::World> old)
 {
     if (!old) return;
     try {
-        renderer_->setWorld(old, reportProgress());
+        renderer_->setWorld(old, exchange.progress());
         world_ = std::move(old);
     } catch (const std::exception&) {
         dropRenderer();  // the first failure is the one to tell
     }
 }
 
-void RenderThread::Loop::beginPicture()
+/// Whether the picture that the request demands is preceded by a coarse one, or is one.
+Coarse RenderThread::Loop::choosePicture()
 {
     // Seconds of a full sample from which on a small one comes first
     constexpr double kSlow = 0.15;
     constexpr double kManyPixels = 1u << 15;  // and from here on, when nothing is known
     constexpr double kVerySlow = 1;           // and one of half the sides after that
-    Coarse coarse = Coarse::no;
+    if (request_.moving) return Coarse::moving;
     const double pixels = double(request_.size.x) * request_.size.y;
     const double expected = control_.predict(pixels, depthOf(request_.params));
-    const bool shown = work_.coarse() != Coarse::no && !work_.shaded() && work_.published() > 0 &&
-                       changeBetween(*begun_, request_) == Change::nothing;
-    if (!shown) work_.dropBackdrop();
-    if (request_.moving) {
-        coarse = Coarse::moving;
-    } else if (!shown && (expected > 0 ? expected > kSlow : pixels > kManyPixels)) {
-        coarse = Coarse::first;
-    } else if (shown && work_.coarse() != Coarse::half && work_.scale() < 0.4f &&
-               expected > kVerySlow && inSteps(request_.params)) {
-        coarse = Coarse::half;
+    if (!showsCoarse()) {
+        const bool slow = expected > 0 ? expected > kSlow : pixels > kManyPixels;
+        return slow ? Coarse::first : Coarse::no;
     }
-    enter(Phase::building, "prepare");
+    const bool worthHalf = work_.coarse() != Coarse::half && work_.scale() < 0.4f &&
+                           expected > kVerySlow && inSteps(request_.params);
+    return worthHalf ? Coarse::half : Coarse::no;
+}
+
+/// Whether a coarse picture of what the request demands is on show.
+bool RenderThread::Loop::showsCoarse() const
+{
+    return work_.coarse() != Coarse::no && !work_.shaded() && work_.published() > 0 &&
+           changeBetween(*begun_, request_) == Change::nothing;
+}
+
+void RenderThread::Loop::beginPicture()
+{
+    const Coarse coarse = choosePicture();
+    if (!showsCoarse()) work_.dropBackdrop();
+    enter(RenderPhase::building, "prepare");
     const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;
     const bool shaded = coarse == Coarse::moving && request_.movingShows == Moving::shaded;
@@ -378,35 +284,16 @@ void RenderThread::Loop::beginPicture()
 void RenderThread::Loop::takeSamples()
 {
     const bool firstLook = work_.quick() && work_.samples() == 0;
-    const std::stop_token stop = enter(firstLook ? Phase::coarse : Phase::sampling, "render");
+    const std::stop_token stop =
+        enter(firstLook ? RenderPhase::coarse : RenderPhase::sampling, "render");
     work_.advance(*renderer_, request_, work_.shaded() ? shadedControl_ : control_, stop);
-    const std::lock_guard lock(mutex_);
-    phase_ = Phase::idle;
-    status_.fraction = work_.fraction();
-    if (stop.stop_requested()) status_.lastStopSeconds = secondsSince(interruptedAt_);
+    exchange.leave(work_.fraction());
 }
 
-/// Under the lock.
-void RenderThread::Loop::setStage(const char* stage, double fraction)
+std::stop_token RenderThread::Loop::enter(RenderPhase phase, const char* stage)
 {
-    if (status_.stage != stage) stageSince_ = Clock::now();
-    status_.stage = stage;
-    status_.fraction = fraction;
-}
-
-/// From here on requests may stop what is done; one that has come in the meantime does so at once.
-std::stop_token RenderThread::Loop::enter(Phase phase, const char* stage)
-{
-    const std::lock_guard lock(mutex_);
-    phase_ = phase;
-    movingPreview_ = work_.coarse() == Coarse::moving;
-    status_.rendering = phase == Phase::sampling || phase == Phase::coarse;
-    setStage(stage, status_.rendering ? work_.fraction() : core::kUnknownShare);
-    if (hasNext_ && interrupts(next_) && !interrupt_.stop_requested()) {
-        interruptedAt_ = Clock::now();
-        interrupt_.request_stop();
-    }
-    return interrupt_.get_token();
+    const double fraction = phase == RenderPhase::building ? core::kUnknownShare : work_.fraction();
+    return exchange.enter(phase, stage, fraction, work_.coarse() == Coarse::moving);
 }
 
 void RenderThread::Loop::publish()
@@ -414,27 +301,14 @@ void RenderThread::Loop::publish()
     const std::shared_ptr<Picture> picture = work_.make(*renderer_, request_);
     picture->generation = generation_;
     publishDue_ = false;
-    std::shared_ptr<const Picture> old = picture;  // dies after the lock
-    const std::lock_guard lock(mutex_);
-    picture_.swap(old);
-    status_.error.clear();
-    if (picture->preview) {
-        status_.previewSeconds = secondsSince(takenPostedAt_);
-        status_.previewScale = work_.scale();
-    }
-}
-
-void RenderThread::Loop::publishError(const std::string& error)
-{
-    const std::lock_guard lock(mutex_);
-    status_.error = error;
-    ++status_.errorCount;
+    if (picture->preview) exchange.publishPreview(secondsSince(postedAt_), work_.scale());
+    exchange.publish(picture);
 }
 
 void RenderThread::Loop::suspendUntil(Change until, const std::string& error)
 {
     suspendedUntil_ = until;
-    publishError(error);
+    exchange.publishError(error);
 }
 
 /// A renderer that has thrown is not trusted again. A lost device gets one new one, with half as
@@ -458,14 +332,13 @@ void RenderThread::Loop::fail(const std::exception_ptr& failure)
         retried_ = true;
         paceFactor_ *= 0.5;
         workLeft_ = true;
-        publishError(text + " — the device is started anew");
+        exchange.publishError(text + " — the device is started anew");
         return;
     }
     suspendUntil(Change::view, text);
 }
 
 // --- RenderThread
-// ---------------------------------------------------------------------------------------------------
 
 RenderThread::RenderThread(RendererFactory factory)
     : loop_(std::make_shared<Loop>(std::move(factory))), worker_("render", kNiceness)
@@ -477,17 +350,17 @@ RenderThread::~RenderThread() = default;
 
 uint64_t RenderThread::request(RenderRequest request)
 {
-    return loop_->request(std::move(request));
+    return loop_->exchange.post(std::move(request));
 }
 
 std::shared_ptr<const Picture> RenderThread::newest() const
 {
-    return loop_->newest();
+    return loop_->exchange.newest();
 }
 
 RenderThreadStatus RenderThread::status() const
 {
-    return loop_->status();
+    return loop_->exchange.status();
 }
 
 }  // namespace app

@@ -1,5 +1,5 @@
 // `view --script FILE`: a list of actions, waits, inputs and screenshots, so that a run of the
-// viewer can be repeated. The format is described in script.cpp; results go to stdout as JSON.
+// viewer can be repeated. The format is described in script_steps.h; results go to stdout as JSON.
 #pragma once
 
 #include <filesystem>

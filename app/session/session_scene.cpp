@@ -1,0 +1,179 @@
+// The scene of a Session: loading and replaying, what a scene that has come changes, its instants.
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "app/files/camera_file.h"
+#include "app/session/replay.h"
+#include "app/session/session.h"
+#include "app/session/session_jobs.h"
+#include "core/base/check.h"
+
+namespace app {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+std::string plural(uint64_t count, const char* what)
+{
+    return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+void Session::load(const fs::path& file)
+{
+    SceneOptions scene = options_.scene;
+    scene.file = file;
+    scene.at = 0;
+    load(scene);
+}
+
+void Session::load(const SceneOptions& scene)
+{
+    player.playing = false;
+    pendingReplay_.reset();
+    startLoading(scene);
+}
+
+void Session::startLoading(const SceneOptions& scene)
+{
+    loadGeneration_ =
+        loader_.start("load " + scene.file.filename().string(), loadJob(scene, loadedBox_));
+}
+
+void Session::replay(const fs::path& picture)
+{
+    try {
+        Replay found = readReplay(picture);
+        SceneOptions scene = options_.scene;
+        scene.file = found.scene;
+        scene.at = found.at;
+        load(scene);
+        pendingReplay_ = std::make_unique<Replay>(std::move(found));
+    } catch (const core::Error& error) {
+        notices.tell(Severity::error, error.what());
+    }
+}
+
+void Session::takeLoaded()
+{
+    const std::shared_ptr<const Loaded> loaded = loadedBox_->get(loadGeneration_);
+    if (!loaded || loadGeneration_ == takenLoad_) return;
+    takenLoad_ = loadGeneration_;
+    if (loaded->pose && document_) {
+        document_->world = loaded->document.world;
+        document_->time = loaded->document.time;
+        followSceneCamera();
+        if (player.playing) movedAt_ = now_;
+        return;
+    }
+    show(loaded->document);
+}
+
+void Session::show(const Document& document)
+{
+    keepCameras();
+    document_ = std::make_unique<Document>(document);
+    const core::World& world = *document_->world;
+    dropReference();
+    equalTime_.cancel();
+    slots = {};
+    comparing = false;
+    pendingReference_.reset();
+    track.clear();
+    player = {};
+    player.time = document_->time;
+    player.duration =
+        world.scene->animations.empty() ? 0 : world.scene->animations.front().duration;
+    sceneCamera_ = 0;
+    homeCamera_ = 0;
+    home_.reset();
+    history_.clear();
+    fixedSize_ = {};
+    try {
+        const core::Camera camera = chooseCamera(world, options_.camera);
+        navigation.set(camera, static_cast<double>(world.radius));
+        if (!options_.camera.empty()) home_ = camera;
+    } catch (const core::Error& error) {
+        notices.tell(Severity::error, error.what());
+        navigation.set(world.cameras.front(), static_cast<double>(world.radius));
+    }
+    history_.settle(navigation.viewpoint());  // also when it is left at once
+    loadFirstPath();
+    options_.camera.clear();  // was meant for the first scene
+    recallCameras();
+    if (!options_.settings.empty()) settings.addRecent(document_->file);
+    notices.tell(Severity::news, document_->file.filename().string() + ": " +
+                                     plural(core::shownTriangles(world), "triangle") +
+                                     ", loaded in " +
+                                     std::to_string(document_->loadSeconds).substr(0, 4) + " s");
+    for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
+    if (pendingReplay_) applyReplay();
+}
+
+void Session::loadFirstPath()
+{
+    if (options_.path.empty()) return;
+    try {
+        track.load(options_.path, navigation.camera(), document_->world->placement);
+    } catch (const core::Error& error) {
+        notices.tell(Severity::error, error.what());
+    }
+    options_.path.clear();
+}
+
+void Session::applyReplay()
+{
+    const Replay replay = std::move(*pendingReplay_);
+    pendingReplay_.reset();
+    if (!replay.sceneHash.empty() && replay.sceneHash != document_->world->scene->hash)
+        notices.tell(
+            Severity::warning,
+            document_->file.string() +
+                ": is not the scene that the picture was made of (its hash differs): the view "
+                "is the same, the picture may not be");
+    chooseParams(replay.params);
+    if (replay.samples > 0) render.sppLimit = replay.samples;
+    fixedSize_ = replay.size;
+    try {
+        navigation.set(cameraFromJson(Json::parse(replay.cameraJson), core::Camera{},
+                                      document_->world->placement, "the saved picture"),
+                       static_cast<double>(document_->world->radius));
+        sceneCamera_.reset();
+    } catch (const std::exception& error) {
+        notices.tell(Severity::error, error.what());
+    }
+}
+
+void Session::animate(double seconds)
+{
+    if (track.playing() && track.advance(seconds)) {
+        takeCamera(track.at(track.frame()));
+        movedAt_ = now_;
+    }
+    if (!document_ || player.duration <= 0) return;
+    if (player.playing) {
+        player.time += seconds * player.speed;
+        if (player.time >= player.duration) {
+            player.time = player.loop ? std::fmod(player.time, player.duration) : player.duration;
+            player.playing = player.loop;
+        }
+        player.time = std::max(player.time, 0.0);
+    }
+    if (player.time == document_->time || loader_.status().active()) return;
+    // A scene that has come since takeLoaded() is not to be passed over for a pose of the old one.
+    if (loadGeneration_ != takenLoad_ && loadedBox_->get(loadGeneration_)) return;
+    loadGeneration_ = loader_.start(kPoseJob, poseJob(*document_, player.time, loadedBox_));
+}
+
+void Session::followSceneCamera()
+{
+    const std::vector<core::Camera>& cameras = document_->world->cameras;
+    if (sceneCamera_ && *sceneCamera_ < cameras.size() && cameras[*sceneCamera_] != followed_)
+        useSceneCamera(*sceneCamera_);
+}
+
+}  // namespace app
