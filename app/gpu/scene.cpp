@@ -3,7 +3,6 @@
 #include "app/gpu/scene.h"
 
 #include <bit>
-#include <ranges>
 #include <span>
 
 #include "core/base/check.h"
@@ -16,17 +15,18 @@ namespace gpu {
 
 namespace {
 
-/// Words of the triangles in these slots.
-template <class Slots>
-std::vector<glm::uvec4> triangleWords(const core::World& world, const Slots& slots)
+/// Words of the triangles in the slots that `slotAt` gives for 0 to `count` - 1.
+template <class SlotAt>
+std::vector<glm::uvec4> triangleWords(const core::World& world, size_t count, SlotAt slotAt)
 {
     std::vector<glm::uvec4> words;
-    words.reserve(3 * std::ranges::size(slots));
+    words.reserve(3 * count);
     const auto word = [](glm::vec3 v, uint32_t w) {
         return glm::uvec4(std::bit_cast<uint32_t>(v.x), std::bit_cast<uint32_t>(v.y),
                           std::bit_cast<uint32_t>(v.z), w);
     };
-    for (const uint32_t index : slots) {
+    for (size_t i = 0; i < count; ++i) {
+        const uint32_t index = slotAt(i);
         const core::WorldTriangle& t = world.triangles[index];
         const bool alpha = core::hasAlphaTest(world.materials[t.material]);
         words.push_back(word(world.positions[t.v0], index));
@@ -37,6 +37,11 @@ std::vector<glm::uvec4> triangleWords(const core::World& world, const Slots& slo
                                                         : world.triangleEmitter[index]));
     }
     return words;
+}
+
+std::vector<glm::uvec4> triangleWords(const core::World& world, const std::vector<uint32_t>& slots)
+{
+    return triangleWords(world, slots.size(), [&](size_t i) { return slots[i]; });
 }
 
 template <class T> std::span<const std::byte> bytesOf(const T& array)
@@ -150,9 +155,8 @@ void GpuScene::uploadTriangles(const core::World& world)
         world.triangles.sharesWith(world_.triangles))
         return;
     makeBuffer(shared::kBindTriangles, "the triangles", world.triangles.size() * kTriangleBytes);
-    const auto count = static_cast<uint32_t>(world.triangles.size());
-    buffers_[shared::kBindTriangles].writeAll(
-        triangleWords(world, std::views::iota(uint32_t(0), count)));
+    buffers_[shared::kBindTriangles].writeAll(triangleWords(
+        world, world.triangles.size(), [](size_t i) { return static_cast<uint32_t>(i); }));
 }
 
 /// A buffer of so many bytes, the present one if it has just these; none for no bytes.

@@ -26,7 +26,8 @@ constexpr uint32_t kLeastSide = 16;
 }  // namespace
 
 Session::Session(const SessionOptions& options)
-    : options_(options), loadedBox_(std::make_shared<core::Mailbox<Loaded>>()),
+    : options_(options), pictures_(options.cacheFolder),
+      loadedBox_(std::make_shared<core::Mailbox<Loaded>>()),
       referenceBox_(std::make_shared<core::Mailbox<Reference>>()),
       saves_(std::make_shared<SaveQueue>()), loader_("loader", 5), core_("core", 10),
       saver_("saver", 5), renderThread_(options.factory)
@@ -55,6 +56,7 @@ Session::~Session()
         saveNow();
         saver_.wait();
         tellEnds();  // a picture that could not be saved is told even now
+        keepPicture();
         keepCameras();
         settings.keepParams(render.method);
         if (options_.uiScale > 0 && settings.panels.uiScale == options_.uiScale)

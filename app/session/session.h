@@ -19,6 +19,7 @@
 #include "app/session/picture_judge.h"
 #include "app/session/reference_job.h"
 #include "app/session/render_thread.h"
+#include "app/session/scene_pictures.h"
 #include "app/session/settings.h"
 #include "app/session/view_history.h"
 #include "app/session/view_params.h"
@@ -66,6 +67,7 @@ struct SessionOptions {
     bool quiet = false;
     float uiScale = 0;     // of the letters, for this run; 0: as kept
     bool builtIn = false;  // the built-in scene stands in for a first one that cannot be loaded
+    std::filesystem::path cacheFolder{};  // of small pictures of scenes; empty: none are kept
     RendererFactory factory = viewRenderers();
 };
 
@@ -113,6 +115,7 @@ public:
     void replay(const std::filesystem::path& picture);
     void cancel();  // whatever long work runs: loading, the reference, an equal-time run
     const Document* document() const { return document_.get(); }
+    const ScenePictures& pictures() const { return pictures_; }
 
     // --- camera
     bool isMoving() const;  // or has moved a moment ago
@@ -192,6 +195,7 @@ private:
     void show(const Document& document);
     void applyReplay();
     void loadFirstPath();
+    void keepPicture();
     void takeReference();
     void takePicture();
     void saveNow();
@@ -215,6 +219,7 @@ private:
     void order(glm::uvec2 pictureArea);
 
     SessionOptions options_;
+    ScenePictures pictures_;
     std::unique_ptr<Document> document_;
     std::vector<SavedCamera> savedCameras_;
     std::optional<size_t> sceneCamera_;  // the view is this one's, also when it is animated

@@ -75,6 +75,7 @@ void Session::takeLoaded()
 
 void Session::show(const Document& document)
 {
+    keepPicture();
     keepCameras();
     document_ = std::make_unique<Document>(document);
     const core::World& world = *document_->world;
@@ -112,6 +113,15 @@ void Session::show(const Document& document)
                                      std::to_string(document_->loadSeconds).substr(0, 4) + " s");
     for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
     if (pendingReplay_) applyReplay();
+}
+
+/// How the scene looks that is about to go, for the list of those that were open before.
+void Session::keepPicture()
+{
+    if (!document_ || !picture_ || options_.settings.empty()) return;
+    const bool ofIt = picture_->world.lock() == document_->world;
+    if (ofIt && !picture_->shaded && picture_->samples > 0)
+        pictures_.keep(document_->file, smallPicture(picture_->mean, settings.view));
 }
 
 void Session::loadFirstPath()

@@ -47,6 +47,7 @@ SessionOptions sessionOptions(const ViewOptions& o)
     s.validation = o.validation;
     s.uiScale = o.uiScale;
     s.builtIn = true;
+    s.cacheFolder = cacheFolder(o);
     s.factory = viewRenderers(cacheFolder(o));
     if (!o.noSettings) s.settings = settingsFile();
     return s;
@@ -206,6 +207,7 @@ void FrameLoop::draw(double seconds)
     const GuiStats stats = gui_->stats();
     frame.presentBytes = stats.deviceBytes;
     frame.presentDevice = gui_->deviceName();
+    if (options_.validation) frame.validationMessages = gpu::validationMessages();
     frame.scale = pictureView_.scale();
     frame.problem = pictureView_.problem();
     ui_->draw(*session_, requests_, frame);

@@ -123,7 +123,8 @@ void Basis::match(const ColumnKey& key, uint32_t fewest, std::vector<Candidate>&
                 const uint64_t both = group[kLanes + l] & known, unequal = group[l] ^ bits;
                 differ[l] |= unequal & both;
                 same[l] |= ~unequal & both;
-                hopeless += static_cast<uint32_t>((differ[l] != 0) & (same[l] != 0));
+                hopeless +=
+                    static_cast<uint32_t>(differ[l] != 0) & static_cast<uint32_t>(same[l] != 0);
             }
         }
         if (hopeless == kLanes) continue;

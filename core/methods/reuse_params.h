@@ -74,7 +74,7 @@ struct ReuseParams {
                 "new paths per pixel and view of a camera that moves: below one, pixels with a "
                 "good "
                 "history take turns",
-                {0.1f, 4, true}},
+                {static_cast<double>(0.1f), 4, true}},
           p.rays);
         v(Field{"history", "old samples that what is kept may stand for", {1, 1024, true}}, p.cap);
         v(Field{"protection",
@@ -86,7 +86,10 @@ struct ReuseParams {
                 "come from: never (fast), as often as keeps the error below the bound, or always "
                 "(unbiased: several times the rays)"},
           p.bias);
-        v(Field{"bound", "of the bias, as a part of the picture", {0.0001f, 1, true}}, p.bound);
+        v(Field{"bound",
+                "of the bias, as a part of the picture",
+                {static_cast<double>(0.0001f), 1, true}},
+          p.bound);
         v(Field{"jitter",
                 "first hits anywhere in the pixel, for smooth edges: when the camera rests "
                 "(settled), always or never"},

@@ -199,7 +199,8 @@ private:
         // From the centre as stored, and outwards by more than what is lost where it is read.
         const double radius =
             glm::distance(glm::dvec3(c), b.high) * (1 + 1e-6) + 1e-7 * glm::length(centre) + 1e-20;
-        for (int k = 0; k < 3; ++k) words_[word + static_cast<uint32_t>(k)][lane] = bitsOf(c[k]);
+        for (int k = 0; k < 3; ++k)
+            words_[word + static_cast<uint32_t>(k)][lane] = std::bit_cast<uint32_t>(c[k]);
         words_[word + 3][lane] = bitsOf(radius);
         const glm::dvec3& axis = b.normals.axis;
         const uint32_t cosNormals =

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -93,7 +94,7 @@ std::pair<double, double> layOutSpace(const Scene& scene, PrototypePlan& plan)
     const double scale = std::exp2(std::ceil(std::log2(radius)));
     plan.toMesh = glm::dmat4(scale);
     plan.toMesh[3] = glm::dvec4(0.5 * (low + high), 1);
-    double least = INFINITY, most = 0;
+    double least = std::numeric_limits<double>::infinity(), most = 0;
     for (const int index : plan.meshes) {
         const Mesh& mesh = meshOf(scene, index);
         for (const glm::uvec3& t : mesh.triangles) {

@@ -2,7 +2,9 @@
 // themselves: see param_widgets.h.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,8 +28,9 @@ struct UiFrame {
     double inputSeconds = 0;    // from the last input to the first picture that shows it
     uint64_t presentBytes = 0;  // device memory of the window's own device
     std::string presentDevice;
-    Scale scale;          // of what is on display
-    std::string problem;  // why it is not what was asked for, or empty
+    std::optional<uint64_t> validationMessages;  // of this run so far; absent: they are not checked
+    Scale scale;                                 // of what is on display
+    std::string problem;                         // why it is not what was asked for, or empty
 };
 
 class Ui {

@@ -160,22 +160,6 @@ void drawList(const UiContext& c)
     ImGui::EndChild();
 }
 
-void drawRecentFiles(const UiContext& c)
-{
-    const std::vector<std::string> recent = c.session.settings.recentFiles;  // loading changes it
-    if (recent.empty()) return;
-    ImGui::TextDisabled("Open before");
-    for (size_t i = 0; i < std::min<size_t>(recent.size(), 6); ++i) {
-        ImGui::PushID(static_cast<int>(i));
-        const fs::path file(recent[i]);
-        if (ImGui::Selectable(file.filename().string().c_str())) open(c, recent[i]);
-        tip(recent[i]);
-        ImGui::SameLine(14 * c.em);
-        ImGui::TextDisabled("%s", file.parent_path().string().c_str());
-        ImGui::PopID();
-    }
-}
-
 void drawContents(const UiContext& c)
 {
     SceneBrowser& browser = c.state.browser;
@@ -185,7 +169,8 @@ void drawContents(const UiContext& c)
     if (plainButton("Open", "what is chosen, or the path above")) confirm(c);
     ImGui::SameLine();
     dimText("Tab completes, arrows choose, Enter opens, Esc closes.");
-    drawRecentFiles(c);
+    const std::string recent = drawRecentScenes(c, browser.recent);
+    if (!recent.empty()) open(c, recent);
 }
 
 }  // namespace
@@ -198,6 +183,7 @@ void drawSceneBrowser(const UiContext& c)
         browser.open = browser.box.focus = browser.box.ownList = true;
         browser.box.text = startFolder(c.session);
         browser.listed.clear();
+        browser.recent = recentScenes(c.session);
     }
     if (!browser.open) return;
     const float width = std::min(44 * c.em, c.window.x - 2 * c.em);

@@ -170,6 +170,9 @@ void threadFigures(const UiContext& c)
            "device memory of the window's own device");
     figure("window's device", c.frame.presentDevice.empty() ? "-" : c.frame.presentDevice,
            "presents the picture");
+    if (c.frame.validationMessages)
+        figure("validation", std::to_string(*c.frame.validationMessages) + " messages",
+               "of the Vulkan validation layers, warnings and errors of both devices");
 }
 
 }  // namespace

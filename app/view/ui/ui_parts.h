@@ -34,6 +34,12 @@ struct PathBox {
     int arrows = 0;           // presses downwards less those upwards that nobody has taken yet
 };
 
+/// A scene that was open before.
+struct RecentScene {
+    std::string file;
+    SmallPicture picture;
+};
+
 /// The window that looks for a scene.
 struct SceneBrowser {
     bool open = false;
@@ -41,6 +47,7 @@ struct SceneBrowser {
     std::string listed;  // the folder that `entries` are of, as it was typed
     std::vector<FolderEntry> entries;
     int chosen = -1;  // by the keyboard, of the rows on show
+    std::vector<RecentScene> recent;
 };
 
 /// What lives from frame to frame and belongs to nobody else.
@@ -154,6 +161,9 @@ bool deviceRow(const UiContext& c, RenderParams& params);
 /// Why the plot cannot be shown now; empty when it can.
 std::string whyNoPlot(const UiContext& c);
 
+/// The newest of them, with their pictures as they are on disk now.
+std::vector<RecentScene> recentScenes(const Session& session);
+
 // --- sections of the panel
 
 void drawSceneSection(const UiContext& c);
@@ -179,6 +189,8 @@ void drawProgress(const UiContext& c);
 void drawToasts(const UiContext& c);
 void drawInspector(const UiContext& c);
 void drawSceneBrowser(const UiContext& c);
+/// The file of the one that was clicked, or nothing.
+std::string drawRecentScenes(const UiContext& c, const std::vector<RecentScene>& scenes);
 void drawQuitQuestion(const UiContext& c);
 void drawHelpWindow(const UiContext& c);
 void drawLogWindow(const UiContext& c);

@@ -92,11 +92,22 @@ void counterItem(const core::FilmCounters& counters, std::vector<StatusItem>& it
          kErrorColour, 8});
 }
 
+void validationItem(const UiContext& c, std::vector<StatusItem>& items)
+{
+    const uint64_t count = c.frame.validationMessages.value_or(0);
+    if (count == 0) return;
+    items.push_back({countText(static_cast<double>(count)) + " validation",
+                     "messages of the Vulkan validation layers in this run: they are on the "
+                     "terminal; there should be none",
+                     kErrorColour, 8});
+}
+
 std::vector<StatusItem> statusItems(const UiContext& c)
 {
     const auto picture = shownPicture(c);
     const RenderThreadStatus status = c.session.rendering();
     std::vector<StatusItem> items{stateItem(c, picture.get(), status)};
+    validationItem(c, items);
     if (!picture) return items;
     if (c.session.insideSolid()) {
         items.push_back({"inside a surface",

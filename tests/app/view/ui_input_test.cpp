@@ -127,6 +127,39 @@ TEST(Ui, TheBrowserWalksFoldersByTheKeyboard)
     EXPECT_EQ(desk.session.document()->file, folder / "rooms" / "hall.gltf");
 }
 
+TEST(Ui, AClickOnATileOpensWhatWasOpenBefore)
+{
+    const tests::TemporaryFolder folder;
+    app::SessionOptions with = deskOptions();
+    with.cacheFolder = folder.path();
+    const fs::path hall = fs::path(REKINDLE_SOURCE_DIR "/assets/hall.gltf");
+    app::SmallPicture white;
+    white.bytes.assign(3 * app::SmallPicture::kWidth * app::SmallPicture::kHeight, 255);
+    app::ScenePictures(folder.path()).keep(hall, white);
+    Desk desk(with);
+    desk.session.settings.recentFiles = {hall.string(), "/gone/\u00e4" + std::string(60, 'x')};
+    desk.requests.openPathBox = true;
+    desk.frames(3);
+    const ImGuiWindow* window = ImGui::FindWindowByName("Open a scene###open");
+    ASSERT_NE(window, nullptr);
+    const auto vertices = window->DrawList->VtxBuffer.Size;
+    EXPECT_GT(vertices, int(app::SmallPicture::kWidth * app::SmallPicture::kHeight))
+        << "the picture of the first";
+    EXPECT_LT(vertices, 2 * int(app::SmallPicture::kWidth * app::SmallPicture::kHeight))
+        << "the other has none";
+    ImGuiIO& io = ImGui::GetIO();
+    const float letter = ImGui::GetFontSize();
+    io.MousePos = {window->Pos.x + 4 * letter, window->Pos.y + window->Size.y - 4 * letter};
+    desk.frames(2);
+    io.MouseDown[0] = true;
+    desk.frames(2);
+    io.MouseDown[0] = false;
+    desk.frames(2);
+    EXPECT_FALSE(desk.windows().contains("Open a scene###open"));
+    EXPECT_TRUE(desk.framesUntil([&] { return desk.session.document() != nullptr; }));
+    EXPECT_EQ(desk.session.document()->file, hall);
+}
+
 TEST(Ui, WholeNumbersCanBeTyped)
 {
     Desk desk(deskOptions());

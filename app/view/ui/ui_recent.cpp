@@ -1,0 +1,100 @@
+// Scenes that were open before, as tiles: a small picture of each, and its name.
+#include <algorithm>
+#include <filesystem>
+
+#include "app/view/ui/ui_parts.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr float kTileWidth = 9.6f, kTileHeight = 5.4f;  // of the picture, in heights of a letter
+
+/// Fills a rectangle, colours going over from pixel to pixel. A mesh and no texture: the oldest of
+/// the panel libraries supported has no other texture than its letters.
+void drawSmallPicture(ImVec2 corner, ImVec2 size, const SmallPicture& picture)
+{
+    constexpr uint32_t kWidth = SmallPicture::kWidth, kHeight = SmallPicture::kHeight;
+    constexpr int kCells = (kWidth - 1) * (kHeight - 1);
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.PrimReserve(6 * kCells, kWidth * kHeight);
+    const auto first = static_cast<ImDrawIdx>(list._VtxCurrentIdx);
+    const ImVec2 white = ImGui::GetFontTexUvWhitePixel();
+    for (uint32_t y = 0; y < kHeight; ++y)
+        for (uint32_t x = 0; x < kWidth; ++x) {
+            const uint8_t* c = &picture.bytes[3 * (size_t(y) * kWidth + x)];
+            const ImVec2 at(corner.x + size.x * float(x) / (kWidth - 1),
+                            corner.y + size.y * float(y) / (kHeight - 1));
+            list.PrimWriteVtx(at, white, IM_COL32(c[0], c[1], c[2], 255));
+        }
+    for (uint32_t y = 0; y + 1 < kHeight; ++y)
+        for (uint32_t x = 0; x + 1 < kWidth; ++x)
+            for (const uint32_t i : {0u, 1u, kWidth + 1, 0u, kWidth + 1, kWidth})
+                list.PrimWriteIdx(static_cast<ImDrawIdx>(first + y * kWidth + x + i));
+}
+
+/// "kitchen.glb", shortened to fit.
+std::string shortened(std::string name, float width)
+{
+    if (ImGui::CalcTextSize(name.c_str()).x <= width) return name;
+    while (!name.empty() && ImGui::CalcTextSize((name + "...").c_str()).x > width) {
+        do {
+            name.pop_back();
+        } while (!name.empty() && (static_cast<unsigned char>(name.back()) & 0xc0) == 0x80);
+        if (!name.empty() && static_cast<unsigned char>(name.back()) >= 0xc0) name.pop_back();
+    }
+    return name + "...";
+}
+
+/// True when it was clicked.
+bool drawTile(const RecentScene& scene, ImVec2 picture)
+{
+    const fs::path file(scene.file);
+    const float gap = ImGui::GetStyle().FramePadding.x;
+    const ImVec2 size(picture.x + 2 * gap,
+                      picture.y + 2 * gap + ImGui::GetTextLineHeightWithSpacing());
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const bool clicked = ImGui::Selectable("##tile", false, ImGuiSelectableFlags_None, size);
+    tip(scene.file);
+    const ImVec2 at(corner.x + gap, corner.y + gap);
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    if (scene.picture)
+        drawSmallPicture(at, picture, scene.picture);
+    else
+        list.AddRectFilled(at, ImVec2(at.x + picture.x, at.y + picture.y),
+                           ImGui::GetColorU32(ImGuiCol_FrameBg));
+    list.AddText(ImVec2(at.x, at.y + picture.y + gap), ImGui::GetColorU32(ImGuiCol_Text),
+                 shortened(file.filename().string(), picture.x).c_str());
+    return clicked;
+}
+
+}  // namespace
+
+std::vector<RecentScene> recentScenes(const Session& session)
+{
+    constexpr size_t kMost = 4;
+    std::vector<RecentScene> scenes;
+    for (const std::string& file : session.settings.recentFiles) {
+        if (scenes.size() == kMost) break;
+        scenes.push_back({file, session.pictures().find(file)});
+    }
+    return scenes;
+}
+
+std::string drawRecentScenes(const UiContext& c, const std::vector<RecentScene>& scenes)
+{
+    if (scenes.empty()) return {};
+    std::string chosen;
+    ImGui::TextDisabled("Open before");
+    const ImVec2 picture(kTileWidth * c.em, kTileHeight * c.em);
+    for (size_t i = 0; i < scenes.size(); ++i) {
+        if (i > 0) sameLineIfRoom(picture.x + 2 * ImGui::GetStyle().FramePadding.x);
+        ImGui::PushID(static_cast<int>(i));
+        if (drawTile(scenes[i], picture)) chosen = scenes[i].file;
+        ImGui::PopID();
+    }
+    return chosen;
+}
+
+}  // namespace app
