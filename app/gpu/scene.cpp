@@ -39,7 +39,9 @@ std::vector<glm::uvec4> triangleWords(const core::World& world, size_t count, Sl
     return words;
 }
 
-std::vector<glm::uvec4> triangleWords(const core::World& world, const std::vector<uint32_t>& slots)
+/// The same for the slots of a list.
+template <class Slots>
+std::vector<glm::uvec4> listedWords(const core::World& world, const Slots& slots)
 {
     return triangleWords(world, slots.size(), [&](size_t i) { return slots[i]; });
 }
@@ -130,12 +132,12 @@ void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
         makeBuffer(shared::kBindNodes, "the BVH", bvh.nodeCount() * 2 * kNodeWord);
         makeBuffer(shared::kBindTriangles, "the triangles", bvh.slotCount() * kTriangleBytes);
         nodes.write(bytesOf(bvh.still.nodes), bvh.moving.nodes.size() * kNodeWord);
-        triangles.write(bytesOf(triangleWords(world, bvh.still.slots)),
+        triangles.write(bytesOf(listedWords(world, bvh.still.slots)),
                         bvh.moving.slots.size() * kTriangleBytes);
     }
     if (wholly || !world.positions.sharesWith(world_.positions)) {
         nodes.write(bytesOf(bvh.moving.nodes));
-        triangles.write(bytesOf(triangleWords(world, bvh.moving.slots)));
+        triangles.write(bytesOf(listedWords(world, bvh.moving.slots)));
     }
 }
 

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr uint64_t kMostBytes = 1u << 20;  // some 250 scenes
+constexpr uint64_t kMostBytes = 1u << 20;  // some 140 scenes
 // Pixels are averaged as they are seen, so that one bright sample does not light its surroundings:
 // each of a small picture's sides stands for so many before exposure and tone.
 constexpr uint32_t kFiner = 4;

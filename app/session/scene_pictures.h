@@ -14,7 +14,7 @@ namespace app {
 
 /// RGB rows from the top in sRGB, kWidth x kHeight; or nothing.
 struct SmallPicture {
-    static constexpr uint32_t kWidth = 48, kHeight = 27;
+    static constexpr uint32_t kWidth = 64, kHeight = 36;
     std::vector<uint8_t> bytes;
 
     explicit operator bool() const { return !bytes.empty(); }

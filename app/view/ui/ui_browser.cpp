@@ -169,7 +169,7 @@ void drawContents(const UiContext& c)
     if (plainButton("Open", "what is chosen, or the path above")) confirm(c);
     ImGui::SameLine();
     dimText("Tab completes, arrows choose, Enter opens, Esc closes.");
-    const std::string recent = drawRecentScenes(c, browser.recent);
+    const std::string recent = drawRecentScenes(browser.recent);
     if (!recent.empty()) open(c, recent);
 }
 

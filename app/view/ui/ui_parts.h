@@ -190,7 +190,7 @@ void drawToasts(const UiContext& c);
 void drawInspector(const UiContext& c);
 void drawSceneBrowser(const UiContext& c);
 /// The file of the one that was clicked, or nothing.
-std::string drawRecentScenes(const UiContext& c, const std::vector<RecentScene>& scenes);
+std::string drawRecentScenes(const std::vector<RecentScene>& scenes);
 void drawQuitQuestion(const UiContext& c);
 void drawHelpWindow(const UiContext& c);
 void drawLogWindow(const UiContext& c);

@@ -9,7 +9,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kTileWidth = 9.6f, kTileHeight = 5.4f;  // of the picture, in heights of a letter
+constexpr size_t kTiles = 4;  // in a row, and there is one row
 
 /// Fills a rectangle, colours going over from pixel to pixel. A mesh and no texture: the oldest of
 /// the panel libraries supported has no other texture than its letters.
@@ -73,23 +73,30 @@ bool drawTile(const RecentScene& scene, ImVec2 picture)
 
 std::vector<RecentScene> recentScenes(const Session& session)
 {
-    constexpr size_t kMost = 4;
+    const Document* shown = session.document();
+    std::error_code unknown;
+    const fs::path current =
+        shown != nullptr ? fs::absolute(shown->file, unknown).lexically_normal() : fs::path();
     std::vector<RecentScene> scenes;
     for (const std::string& file : session.settings.recentFiles) {
-        if (scenes.size() == kMost) break;
+        if (scenes.size() == kTiles) break;
+        if (current == file) continue;
         scenes.push_back({file, session.pictures().find(file)});
     }
     return scenes;
 }
 
-std::string drawRecentScenes(const UiContext& c, const std::vector<RecentScene>& scenes)
+std::string drawRecentScenes(const std::vector<RecentScene>& scenes)
 {
     if (scenes.empty()) return {};
     std::string chosen;
     ImGui::TextDisabled("Open before");
-    const ImVec2 picture(kTileWidth * c.em, kTileHeight * c.em);
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float room = ImGui::GetContentRegionAvail().x + style.ItemSpacing.x;
+    const float width = room / kTiles - style.ItemSpacing.x - 2 * style.FramePadding.x;
+    const ImVec2 picture(width, width * SmallPicture::kHeight / SmallPicture::kWidth);
     for (size_t i = 0; i < scenes.size(); ++i) {
-        if (i > 0) sameLineIfRoom(picture.x + 2 * ImGui::GetStyle().FramePadding.x);
+        if (i > 0) ImGui::SameLine();
         ImGui::PushID(static_cast<int>(i));
         if (drawTile(scenes[i], picture)) chosen = scenes[i].file;
         ImGui::PopID();

@@ -65,17 +65,17 @@ TEST(SmallPictures, HoldTheMiddleInTheProportionsOfATile)
 
 TEST(SmallPictures, AreAsTheWindowShowsTheScene)
 {
-    const core::Image grey = painted(96, 54, [](glm::vec2) { return glm::vec3(0.2140411f); });
+    const core::Image grey = painted(128, 72, [](glm::vec2) { return glm::vec3(0.2140411f); });
     EXPECT_EQ(pixel(app::smallPicture(grey, linear()), 20, 10), (Rgb{127, 127, 127}));
     const int brighter = pixel(app::smallPicture(grey, linear(1)), 20, 10)[0];
     EXPECT_EQ(brighter, 175);  // twice the radiance: sRGB of .428
     // One very bright pixel of the picture is bright where it is, and nowhere else.
     core::Image spark = grey;
-    std::fill_n(spark.at(48, 27), 3, 1e9f);
+    std::fill_n(spark.at(64, 36), 3, 1e9f);
     const SmallPicture small = app::smallPicture(spark, linear());
     for (uint32_t y = 0; y < SmallPicture::kHeight; ++y)
         for (uint32_t x = 0; x < SmallPicture::kWidth; ++x) {
-            if (x >= 23 && x <= 24 && y >= 13 && y <= 14) continue;
+            if (x >= 31 && x <= 33 && y >= 17 && y <= 19) continue;
             ASSERT_EQ(pixel(small, x, y)[0], 127) << x << ' ' << y;
         }
 }
@@ -128,8 +128,8 @@ TEST(SmallPictures, ASessionKeepsThatOfAllScenesItLeaves)
     const SmallPicture box = pictures.find(kAssets / "cornell-diffuse.gltf");
     ASSERT_TRUE(pictures.find(kAssets / "hall.gltf"));
     EXPECT_NE(pictures.find(kAssets / "hall.gltf").bytes, box.bytes);
-    // A red wall on the left, a green one on the right.
-    const Rgb left = pixel(box, 2, 13), right = pixel(box, SmallPicture::kWidth - 3, 13);
+    // A red wall on the left, a green one on the right, beside which there is nothing.
+    const Rgb left = pixel(box, 17, 18), right = pixel(box, SmallPicture::kWidth - 18, 18);
     EXPECT_GT(left[0], left[1] + 20);
     EXPECT_GT(right[1], right[0] + 20);
 }
