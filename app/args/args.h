@@ -137,37 +137,34 @@ struct ManyLightsBenchOptions {
 /// The devices that a measurement is made on. `both`: the CPU, and Vulkan where there is a device.
 enum class MeasuredDevices : uint32_t { both, cpu, vulkan };
 
-/// Guided path tracing: error and time beside the plain path tracer's, with every switch.
-struct GuidingBenchOptions {
+/// What measurements of whole pictures on several devices have in common.
+struct PictureBenchOptions {
     std::vector<SceneOptions> scenes;  // at least one
     std::filesystem::path output;      // a folder
     MeasuredDevices devices = MeasuredDevices::both;
     int deviceIndex = -1;
-    std::optional<glm::uvec2> size;     // absent: by the camera
-    std::string camera;                 // name, index or file; empty: the scene's first
-    core::GuidedParams params;          // what all variants have in common
-    std::vector<std::string> variants;  // names; empty: all, or in a quick run the main ones
-    std::vector<uint32_t> samples;      // per pixel, of every variant; ascending
-    std::vector<uint32_t> sweep;        // per pixel, of the main variants; ascending, with those
-    uint32_t seeds = 0;
-    uint32_t referenceSpp = 0;
-    double exposure = 0;  // stops of the pictures
+    std::optional<glm::uvec2> size;  // absent: by the camera
+    std::string camera;              // name, index or file; empty: the scene's first
+    std::vector<uint32_t> samples;   // per pixel; ascending
     bool quick = false, quiet = false;
 };
 
+/// Guided path tracing: error and time beside the plain path tracer's, with every switch.
+struct GuidingBenchOptions : PictureBenchOptions {
+    core::GuidedParams params;          // what all variants have in common
+    std::vector<std::string> variants;  // names; empty: all, or in a quick run the main ones
+    std::vector<uint32_t> sweep;  // samples per pixel of the main variants; ascending, with those
+                                  // of all
+    uint32_t seeds = 0;
+    uint32_t referenceSpp = 0;
+    double exposure = 0;  // stops of the pictures
+};
+
 /// Ways to find light beside each other: error and time by pairs of seeds.
-struct LightBenchOptions {
-    std::vector<SceneOptions> scenes;  // at least one
-    std::filesystem::path output;      // a folder
-    MeasuredDevices devices = MeasuredDevices::both;
-    int deviceIndex = -1;
-    std::optional<glm::uvec2> size;       // absent: by the camera
-    std::string camera;                   // name, index or file; empty: the scene's first
+struct LightBenchOptions : PictureBenchOptions {
     core::PathParams params;              // what all strategies have in common
     std::vector<std::string> strategies;  // names; empty: the main ones
-    std::vector<uint32_t> samples;        // per pixel; ascending
     uint32_t pairs = 0;                   // of seeds
-    bool quick = false, quiet = false;
 };
 
 /// The laboratory of sample reuse.

@@ -149,6 +149,29 @@ std::vector<SceneOptions> measuredScenes(const std::string& command, const Scene
                                          const std::vector<std::filesystem::path>& files,
                                          const std::filesystem::path& output);
 
+/// What is read of a measurement of whole pictures, and put into its options at the end.
+struct PictureArguments {
+    SceneOptions loading;  // of every scene, but for the file
+    std::vector<std::filesystem::path> files;
+};
+
+/// What the help of such a measurement says of options that all of them have.
+struct PictureHelp {
+    const char* output;
+    const char* quick;
+    const char* samples;
+};
+
+/// SCENE..., --output, --quiet, --quick, --samples, --size, --camera, --device, --device-index and
+/// those of loading.
+void addPictureOptions(CLI::App& app, PictureBenchOptions& options, PictureArguments& given,
+                       const PictureHelp& help);
+
+/// Scenes, and `usual` samples where none were given. Throws core::Error (command line) for
+/// options that do not go together.
+void finishPictures(const std::string& command, const PictureArguments& given,
+                    std::vector<uint32_t> usual, PictureBenchOptions& options);
+
 /// The items of "a,b,c" that are not empty.
 std::vector<std::string> splitList(const std::string& text);
 
@@ -167,8 +190,7 @@ std::vector<T> readNumbers(const char* option, const std::string& text, core::Ra
     }
     if (numbers.empty()) throw CLI::ValidationError(option, "the list is empty");
     std::ranges::sort(numbers);
-    const auto repeated = std::ranges::unique(numbers);
-    numbers.erase(repeated.begin(), repeated.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
     return numbers;
 }
 

@@ -35,7 +35,7 @@ public:
     double gain(const Row& row) const
     {
         const Row* plain = plainOf(scene_, row);
-        return efficiency(deviceOf(results_, row), *plain, row).value;
+        return efficiency(deviceNamed(results_, row.device), *plain, row).value;
     }
     double gain(const char* name) const { return gain(*find(name)); }
     double variance(const Row& row) const

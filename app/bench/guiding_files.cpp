@@ -24,7 +24,7 @@ Json rowJson(const Results& r, const SceneResult& scene, const Row& row)
     };
     const Row* plain = plainOf(scene, row);
     const Ratio variance = varianceRatio(*plain, row),
-                gain = efficiency(deviceOf(r, row), *plain, row);
+                gain = efficiency(deviceNamed(r, row.device), *plain, row);
     const Spread errors = [&row] {
         std::vector<double> values;
         for (const Sample& s : row.samples) values.push_back(s.relMse);
@@ -74,7 +74,7 @@ Json claimsJson(const Results& r, const SceneResult& scene)
             rows.push_back({{"variant", row->variant},
                             {"relmse", row->relMse.value},
                             {"variance_ratio", varianceRatio(*plain, *row).value},
-                            {"eff", efficiency(deviceOf(r, *row), *plain, *row).value}});
+                            {"eff", efficiency(deviceNamed(r, row->device), *plain, *row).value}});
         }
         claims.push_back({{"family", std::string(familyName(claim.family))},
                           {"device", claim.device},
@@ -112,7 +112,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                        "spp   seconds    relMSE      variance  efficiency  guided %  mean z\n";
     for (const Row& row : scene.rows) {
         const Row* plain = plainOf(scene, row);
-        const BenchDevice& device = deviceOf(r, row);
+        const BenchDevice& device = deviceNamed(r, row.device);
         const double seconds = meanOf(row, [&](const Sample& s) { return secondsOf(device, s); });
         const double share = meanOf(row, [](const Sample& s) { return s.guidedShare; });
         text += "  " + padded(row.variant + ", " + row.device, 22) +
@@ -133,35 +133,21 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
 
 std::string resultsJson(const Results& r)
 {
-    Json scenes = Json::array(), goals = Json::array(), devices = Json::array();
+    Json json = runJson(r, "bench guiding"), scenes = Json::array(), goals = Json::array();
     for (const SceneResult& scene : r.scenes) scenes.push_back(sceneJson(r, scene));
-    for (const BenchDevice& d : r.devices)
-        devices.push_back({{"device", d.name},
-                           {"words", d.words},
-                           {"clock", d.onHost ? "cpu seconds" : "device time"}});
     for (const Goal& goal : goalsOf(r))
         goals.push_back({{"goal", goal.text},
                          {"eff_least", goal.least},
                          {"eff", goal.measured.value},
                          {"where", goal.where},
                          {"verdict", verdictName(goal.verdict)}});
-    return jsonLines({{"schema", 1},
-                      {"command", "bench guiding"},
-                      {"version", r.version},
-                      {"commit", r.commit},
-                      {"machine", r.machine},
-                      {"cores", r.cores},
-                      {"devices", devices},
-                      {"quick", r.quick},
-                      {"interrupted", r.interrupted},
-                      {"seconds", r.seconds},
-                      {"seeds", r.seeds},
-                      {"samples", r.samples},
-                      {"sweep", r.sweep},
-                      {"params", paramsJson(r.params)},
-                      {"scenes", scenes},
-                      {"rows", rowsJson(r)},
-                      {"goals", goals}});
+    json.update({{"seeds", r.seeds},
+                 {"sweep", r.sweep},
+                 {"params", paramsJson(r.params)},
+                 {"scenes", scenes},
+                 {"rows", rowsJson(r)},
+                 {"goals", goals}});
+    return jsonLines(json);
 }
 
 std::string rowsCsv(const Results& r)

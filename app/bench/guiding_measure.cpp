@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/base/program_version.h"
 #include "app/bench/bench_clock.h"
 #include "app/bench/bench_scenes.h"
 #include "app/files/camera_file.h"
-#include "app/version/system.h"
 
 namespace app::guiding {
 
@@ -28,15 +26,10 @@ double detailOf(const core::RenderStats& stats, std::string_view name)
 Measurement::Measurement(const GuidingBenchOptions& options, const BenchTools& tools)
     : o_(options), tools_(tools)
 {
-    results_.version = kVersion;
-    results_.commit = kCommit;
-    results_.machine = systemInfo().processor;
-    results_.cores = cores();
+    static_cast<PictureRun&>(results_) = pictureRun(options);
     results_.params = options.params;
     results_.seeds = options.seeds;
-    results_.samples = options.samples;
     results_.sweep = options.sweep;
-    results_.quick = options.quick;
     for (const auto& [device, target] : openDevices(o_.devices, o_.deviceIndex, tools_.warn)) {
         results_.devices.push_back(device);
         stations_.push_back({makeRenderer(core::PathParams::kMethod, target),
@@ -53,10 +46,7 @@ void Measurement::load(size_t index)
     scene_ = {};
     std::vector<std::string> taken;
     for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
-    scene_.name = sceneName(options.file, taken);
-    scene_.file = options.file;
-    scene_.triangles = core::shownTriangles(*world_);
-    scene_.size = o_.size ? *o_.size : usualSize(camera);
+    static_cast<PictureScene&>(scene_) = pictureScene(o_, index, *world_, camera, taken);
     view_ = {camera, scene_.size, o_.params};
     for (const Station& s : stations_)
         for (core::Renderer* renderer : {s.path.get(), s.guided.get()})
@@ -89,7 +79,7 @@ bool Measurement::findReference(size_t index)
     return true;
 }
 
-/// Kernels are compiled and pools filled before times are taken. False: stopped.
+/// Both methods on every device. False: stopped.
 bool Measurement::warmUp()
 {
     for (size_t i = 0; i < stations_.size(); ++i)
@@ -97,12 +87,7 @@ bool Measurement::warmUp()
             core::View view = view_;
             view.params = paramsOf(variant, o_.params, o_.params.seed, 2);
             core::Renderer& renderer = stations_[i].rendererOf(variant);
-            renderer.setView(view, core::Start::anew);
-            renderer.advance({.samples = 2}, tools_.stop);
-            if (tools_.stop.stop_requested()) return false;
-            const core::RenderStats stats = renderer.stats();
-            results_.devices[i].words =
-                stats.device + (stats.driver.empty() ? "" : ", " + stats.driver);
+            if (!app::warmUp(renderer, view, tools_, results_.devices[i])) return false;
         }
     return true;
 }

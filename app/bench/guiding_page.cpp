@@ -108,17 +108,6 @@ std::string methodSection(const Results& r)
             "MB and guide s are those of the guide alone, by the clock on the wall.</li>\n</ul>\n");
 }
 
-std::string facts(const Results& r)
-{
-    std::string text =
-        programText(r.version, r.commit) + " · " + r.machine + ", " + counted(r.cores, "core");
-    for (const BenchDevice& d : r.devices)
-        if (d.name != "cpu") text += " · " + d.words;
-    text += " · " + counted(r.seeds, "seed") + " · depth " + numberText(r.params.maxDepth);
-    if (r.seconds > 0) text += " · " + shortNumber(r.seconds) + " s";
-    return text;
-}
-
 constexpr const char* kFoot =
     "<p>The numbers behind this page: <code>guiding.json</code> holds everything, "
     "<code>guiding.csv</code> the rows; <code>pictures/</code> holds the pictures, "
@@ -131,7 +120,8 @@ std::string resultsPage(const Results& r, const std::filesystem::path& folder)
     Page page;
     page.title = "Path guiding: error against time";
     page.lead = "What it gains to learn where light comes from, and what it costs.";
-    page.facts = facts(r);
+    page.facts =
+        runFacts(r, counted(r.seeds, "seed") + " · depth " + numberText(r.params.maxDepth));
     page.warning = warningText(r.interrupted,
                                r.quick ? "A quick run: few seeds, and a noisier reference." : "");
     page.sections = {{"summary", "Summary", summarySection(r)},

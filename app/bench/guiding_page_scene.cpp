@@ -59,7 +59,7 @@ std::string measuredText(const Measured& m)
 std::string tableRow(const Results& r, const SceneResult& scene, const Row& row)
 {
     const Row* plain = plainOf(scene, row);
-    const BenchDevice& device = deviceOf(r, row);
+    const BenchDevice& device = deviceNamed(r, row.device);
     const bool isPlain = plain == &row;
     const auto of = [&row](double Sample::*member) {
         return meanOf(row, [member](const Sample& s) { return s.*member; });
@@ -129,7 +129,8 @@ std::string claimsMarkup(const Results& r, const SceneResult& scene)
             rows += "<tr><td class=\"name\">" + escapeMarkup(row->variant) + "</td><td>" +
                     escapeMarkup(variantNamed(row->variant).help) + "</td>" +
                     numberCell(ratioText(varianceRatio(*plain, *row))) +
-                    numberCell(ratioText(efficiency(deviceOf(r, *row), *plain, *row))) + "</tr>\n";
+                    numberCell(ratioText(efficiency(deviceNamed(r, row->device), *plain, *row))) +
+                    "</tr>\n";
         }
         html += "<h3>" + headOf(claim.family) + ", " + claim.device + ", " +
                 std::to_string(claim.spp) + " spp</h3>\n" +

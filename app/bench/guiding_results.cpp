@@ -1,10 +1,6 @@
 // See guiding_results.h.
 #include "app/bench/guiding_results.h"
 
-#include <algorithm>
-
-#include "core/base/check.h"
-
 namespace app::guiding {
 
 const Row* findRow(const SceneResult& scene, const std::string& variant, const std::string& device,
@@ -18,13 +14,6 @@ const Row* findRow(const SceneResult& scene, const std::string& variant, const s
 const Row* plainOf(const SceneResult& scene, const Row& row)
 {
     return findRow(scene, "path", row.device, row.spp);
-}
-
-const BenchDevice& deviceOf(const Results& results, const Row& row)
-{
-    const auto found = std::ranges::find(results.devices, row.device, &BenchDevice::name);
-    CHECK(found != results.devices.end());
-    return *found;
 }
 
 static double errorOf(const Sample& s)
@@ -41,16 +30,6 @@ Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row)
 {
     return ratioOf(plain.samples, row.samples, errorOf,
                    [&](const Sample& s) { return secondsOf(device, s); });
-}
-
-double biasScore(const Row& row)
-{
-    return row.difference.value / row.difference.error;
-}
-
-double relativeBias(const Row& row)
-{
-    return row.difference.value / (row.mean - row.difference.value);
 }
 
 }  // namespace app::guiding

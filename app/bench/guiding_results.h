@@ -7,11 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <glm/glm.hpp>
-
-#include "app/bench/bench_devices.h"
-#include "app/bench/picture_error.h"
-#include "app/bench/spread.h"
+#include "app/bench/picture_bench.h"
 #include "core/methods/guided_params.h"
 
 namespace app::guiding {
@@ -26,13 +22,11 @@ struct Sample {
 };
 
 /// A variant on a device after so many samples per pixel.
-struct Row {
+struct Row : PictureMean {  // beside that of `path`
     std::string variant, device;
     uint32_t spp = 0;
-    std::vector<Sample> samples;              // by seed
-    Measured relMse{kUnknown, kUnknown};      // over the seeds
-    Measured difference{kUnknown, kUnknown};  // of the pictures' mean to that of `path`
-    double mean = kUnknown;                   // of the pictures
+    std::vector<Sample> samples;          // by seed
+    Measured relMse{kUnknown, kUnknown};  // over the seeds
 };
 
 /// A picture that the page shows.
@@ -42,11 +36,7 @@ struct Shot {
     std::filesystem::path file;  // from the folder of the page
 };
 
-struct SceneResult {
-    std::string name;            // short, different for every scene
-    std::filesystem::path file;  // as it was named
-    size_t triangles = 0;
-    glm::uvec2 size{0};
+struct SceneResult : PictureScene {
     uint32_t referenceSpp = 0;
     double referenceRelMse = 0, referenceSeconds = 0;  // its noise; what it took
     bool referenceKept = false;
@@ -56,15 +46,10 @@ struct SceneResult {
     std::vector<Shot> shots;
 };
 
-struct Results {
-    std::string version, commit, machine;
-    unsigned cores = 0;
-    std::vector<BenchDevice> devices;
+struct Results : PictureRun {
     core::GuidedParams params;  // what all variants have in common
     uint32_t seeds = 0;
-    std::vector<uint32_t> samples, sweep;
-    bool quick = false, interrupted = false;
-    double seconds = 0;
+    std::vector<uint32_t> sweep;
     std::vector<SceneResult> scenes;
 };
 
@@ -74,8 +59,6 @@ const Row* findRow(const SceneResult& scene, const std::string& variant, const s
 
 /// Plain path tracing on the same device with as many samples.
 const Row* plainOf(const SceneResult& scene, const Row& row);
-
-const BenchDevice& deviceOf(const Results& results, const Row& row);
 
 /// Mean over the seeds.
 template <class Number> double meanOf(const Row& row, Number&& number)
@@ -90,11 +73,5 @@ Ratio varianceRatio(const Row& plain, const Row& row);
 
 /// How many times less error times seconds: what is gained in equal time.
 Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row);
-
-/// How many standard errors the mean of the pictures lies from that of `path`.
-double biasScore(const Row& row);
-
-/// The share by which it does.
-double relativeBias(const Row& row);
 
 }  // namespace app::guiding

@@ -26,7 +26,7 @@ Spread spreadOfErrors(const Row& row)
 Json rowJson(const Results& r, const SceneResult& scene, const Row& row)
 {
     const Row& plain = *plainOf(scene, row);
-    const BenchDevice& device = deviceOf(r, row);
+    const BenchDevice& device = deviceNamed(r, row.device);
     const Spread errors = spreadOfErrors(row);
     const Ratio error = errorRatio(plain, row, &Sample::relMse),
                 gain = efficiency(device, plain, row, &Sample::relMse),
@@ -87,7 +87,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                        "mean z\n";
     for (const Row& row : scene.rows) {
         const Row& plain = *plainOf(scene, row);
-        const BenchDevice& device = deviceOf(r, row);
+        const BenchDevice& device = deviceNamed(r, row.device);
         const auto gain = [&](double Sample::*error) {
             return printed("%.2f", efficiency(device, plain, row, error).value);
         };
@@ -107,27 +107,13 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
 
 std::string resultsJson(const Results& r)
 {
-    Json scenes = Json::array(), devices = Json::array();
+    Json json = runJson(r, "bench light"), scenes = Json::array();
     for (const SceneResult& scene : r.scenes) scenes.push_back(sceneJson(scene));
-    for (const BenchDevice& d : r.devices)
-        devices.push_back({{"device", d.name},
-                           {"words", d.words},
-                           {"clock", d.onHost ? "cpu seconds" : "device time"}});
-    return jsonLines({{"schema", 1},
-                      {"command", "bench light"},
-                      {"version", r.version},
-                      {"commit", r.commit},
-                      {"machine", r.machine},
-                      {"cores", r.cores},
-                      {"devices", devices},
-                      {"quick", r.quick},
-                      {"interrupted", r.interrupted},
-                      {"seconds", r.seconds},
-                      {"pairs", r.pairs},
-                      {"samples", r.samples},
-                      {"params", paramsJson(r.params)},
-                      {"scenes", scenes},
-                      {"rows", rowsJson(r)}});
+    json.update({{"pairs", r.pairs},
+                 {"params", paramsJson(r.params)},
+                 {"scenes", scenes},
+                 {"rows", rowsJson(r)}});
+    return jsonLines(json);
 }
 
 std::string rowsCsv(const Results& r)

@@ -3,12 +3,10 @@
 
 #include <algorithm>
 
-#include "app/base/program_version.h"
 #include "app/bench/bench_clock.h"
 #include "app/bench/bench_scenes.h"
 #include "app/bench/pair_error.h"
 #include "app/files/camera_file.h"
-#include "app/version/system.h"
 #include "core/base/check.h"
 #include "core/base/time.h"
 
@@ -28,14 +26,9 @@ core::AnyParams withSeed(const Strategy& strategy, core::PathParams common, uint
 Measurement::Measurement(const LightBenchOptions& options, const BenchTools& tools)
     : o_(options), tools_(tools)
 {
-    results_.version = kVersion;
-    results_.commit = kCommit;
-    results_.machine = systemInfo().processor;
-    results_.cores = cores();
+    static_cast<PictureRun&>(results_) = pictureRun(options);
     results_.params = options.params;
     results_.pairs = options.pairs;
-    results_.samples = options.samples;
-    results_.quick = options.quick;
     devices_ = openDevices(o_.devices, o_.deviceIndex, tools_.warn);
     for (const OpenedDevice& opened : devices_) results_.devices.push_back(opened.device);
 }
@@ -51,14 +44,11 @@ void Measurement::load(size_t index)
     scene_ = {};
     std::vector<std::string> taken;
     for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
-    scene_.name = sceneName(options.file, taken);
-    scene_.file = options.file;
+    static_cast<PictureScene&>(scene_) = pictureScene(o_, index, *world_, camera, taken);
     scene_.loadSeconds = core::secondsSince(start);
-    scene_.triangles = core::shownTriangles(*world_);
     scene_.emitters = world_->emitters.size();
     scene_.hasTree = !world_->emitterTree.empty();
     scene_.choosesByTree = world_->treeEmitters > 0;
-    scene_.size = o_.size ? *o_.size : usualSize(camera);
     view_ = {camera, scene_.size, o_.params};
     cells_.clear();
 }
@@ -77,18 +67,13 @@ void Measurement::build()
         for (size_t i = 0; i < stations_.size(); ++i) cells_.push_back({i, spp, {}});
 }
 
-/// Kernels are compiled and pools filled before times are taken. False: stopped.
+/// Every strategy on every device. False: stopped.
 bool Measurement::warmUp()
 {
     for (Station& s : stations_) {
         core::View view = view_;
         view.params = s.strategy->params(o_.params);
-        s.renderer->setView(view, core::Start::anew);
-        s.renderer->advance({.samples = 2}, tools_.stop);
-        if (tools_.stop.stop_requested()) return false;
-        const core::RenderStats stats = s.renderer->stats();
-        results_.devices[s.device].words =
-            stats.device + (stats.driver.empty() ? "" : ", " + stats.driver);
+        if (!app::warmUp(*s.renderer, view, tools_, results_.devices[s.device])) return false;
     }
     return true;
 }

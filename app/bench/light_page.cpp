@@ -88,7 +88,7 @@ std::vector<Curve> curvesOf(const Results& r, const SceneResult& scene, double S
 std::string tableRow(const Results& r, const SceneResult& scene, const Row& row)
 {
     const Row& plain = *plainOf(scene, row);
-    const BenchDevice& device = deviceOf(r, row);
+    const BenchDevice& device = deviceNamed(r, row.device);
     const bool isPlain = &plain == &row;
     const auto ratioCell = [&](const Ratio& ratio) {
         return numberCell(isPlain ? "1" : ratioText(ratio));
@@ -165,17 +165,6 @@ std::string methodSection(const Results& r)
             "further than four, which chance hardly does: a bias.</li>\n</ul>\n");
 }
 
-std::string facts(const Results& r)
-{
-    std::string text =
-        programText(r.version, r.commit) + " · " + r.machine + ", " + counted(r.cores, "core");
-    for (const BenchDevice& d : r.devices)
-        if (d.name != "cpu") text += " · " + d.words;
-    text += " · " + counted(r.pairs, "pair") + " · depth " + numberText(r.params.maxDepth);
-    if (r.seconds > 0) text += " · " + shortNumber(r.seconds) + " s";
-    return text;
-}
-
 constexpr const char* kFoot =
     "<p>The numbers behind this page: <code>light.json</code> holds everything, "
     "<code>light.csv</code> the rows.</p>";
@@ -187,7 +176,8 @@ std::string resultsPage(const Results& r)
     Page page;
     page.title = "Finding light: error against time";
     page.lead = "What each way to choose an emitter gains, and what it costs.";
-    page.facts = facts(r);
+    page.facts =
+        runFacts(r, counted(r.pairs, "pair") + " · depth " + numberText(r.params.maxDepth));
     page.warning =
         warningText(r.interrupted, r.quick ? "A quick run: few and noisy pictures." : "");
     page.sections = {{"summary", "Summary", summarySection(r)}};

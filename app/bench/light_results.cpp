@@ -1,10 +1,6 @@
 // See light_results.h.
 #include "app/bench/light_results.h"
 
-#include <algorithm>
-
-#include "core/base/check.h"
-
 namespace app::light {
 
 const Row* findRow(const SceneResult& scene, const std::string& strategy, const std::string& device,
@@ -18,13 +14,6 @@ const Row* findRow(const SceneResult& scene, const std::string& strategy, const 
 const Row* plainOf(const SceneResult& scene, const Row& row)
 {
     return findRow(scene, "power", row.device, row.spp);
-}
-
-const BenchDevice& deviceOf(const Results& results, const Row& row)
-{
-    const auto found = std::ranges::find(results.devices, row.device, &BenchDevice::name);
-    CHECK(found != results.devices.end());
-    return *found;
 }
 
 double meanOf(const Row& row, double Sample::*number)
@@ -58,16 +47,6 @@ Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row, do
     return ratioOf(
         plain.samples, row.samples, [error](const Sample& s) { return s.*error; },
         [&](const Sample& s) { return secondsOf(device, s); });
-}
-
-double biasScore(const Row& row)
-{
-    return row.difference.value / row.difference.error;
-}
-
-double relativeBias(const Row& row)
-{
-    return row.difference.value / (row.mean - row.difference.value);
 }
 
 }  // namespace app::light

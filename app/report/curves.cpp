@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace app::report {
 
@@ -18,7 +19,8 @@ bool isPositive(const Point& p)
 std::string curvesFigure(const std::string& title, const std::string& x, const std::string& y,
                          const std::vector<Curve>& curves, bool one, Point size)
 {
-    Point low{INFINITY, one ? 1 : INFINITY}, high{0, one ? 1.0 : 0.0};
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    Point low{kInfinite, one ? 1 : kInfinite}, high{0, one ? 1.0 : 0.0};
     for (const Curve& curve : curves)
         for (const Point& p : curve.points) {
             if (!isPositive(p)) continue;

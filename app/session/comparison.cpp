@@ -110,10 +110,10 @@ std::vector<ParamDifference> differences(const RenderParams& a, const RenderPara
     add("device", valueText(a.device), valueText(b.device));
     add("device-index", valueText(a.deviceIndex), valueText(b.deviceIndex));
     auto ofA = valuesOf(a.method), ofB = valuesOf(b.method);
-    for (const auto& [name, value] : ofA) {
+    for (const auto& own : ofA) {
         const auto same = std::find_if(ofB.begin(), ofB.end(),
-                                       [&](const auto& other) { return other.first == name; });
-        add(name, value, same == ofB.end() ? "-" : same->second);
+                                       [&](const auto& other) { return other.first == own.first; });
+        add(own.first, own.second, same == ofB.end() ? "-" : same->second);
         if (same != ofB.end()) ofB.erase(same);
     }
     for (const auto& [name, value] : ofB) add(name, "-", value);

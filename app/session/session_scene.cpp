@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/files/camera_file.h"
+#include "app/report/text.h"
 #include "app/session/replay.h"
 #include "app/session/session.h"
 #include "app/session/session_jobs.h"
@@ -16,9 +17,10 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-std::string plural(uint64_t count, const char* what)
+std::string secondsText(double seconds)
 {
-    return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
+    return seconds < 0.1 ? report::fixedNumber(1000 * seconds, 0) + " ms"
+                         : report::shortNumber(seconds) + " s";
 }
 
 }  // namespace
@@ -108,9 +110,8 @@ void Session::show(const Document& document)
     recallCameras();
     if (!options_.settings.empty()) settings.addRecent(document_->file);
     notices.tell(Severity::news, document_->file.filename().string() + ": " +
-                                     plural(core::shownTriangles(world), "triangle") +
-                                     ", loaded in " +
-                                     std::to_string(document_->loadSeconds).substr(0, 4) + " s");
+                                     report::counted(core::shownTriangles(world), "triangle") +
+                                     ", loaded in " + secondsText(document_->loadSeconds));
     for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
     if (pendingReplay_) applyReplay();
 }

@@ -127,7 +127,8 @@ struct ViewParams {
           p.movingDepth);
         v(Field{"moving", "while the camera moves: path shows the light that has come, filled also "
                           "surfaces that have none yet, shaded first hits alone, lit from the "
-                          "camera: finer, without noise, without light"},
+                          "camera: finer, without noise, without light. The method reuse keeps its "
+                          "samples meanwhile"},
           p.moving);
         v(Field{"wheel", "the wheel goes towards what is under the cursor, or towards the point "
                          "that the view turns about"},

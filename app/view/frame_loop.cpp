@@ -242,7 +242,7 @@ void FrameLoop::measure(double seconds)
     if (frameTimes_.size() >= kKeptTimes) frameTimes_.erase(frameTimes_.begin());
     frameTimes_.push_back(static_cast<float>(seconds));
     const bool core = session_->coreThread().active() || session_->loading().active();
-    if (script_) script_->frame(seconds, session_->rendering().rendering, core);
+    if (script_) script_->frame(seconds, core);
     if (!input_ || !drawn_ || drawn_->generation < input_->generation) return;
     inputSeconds_ = secondsNow() - input_->at;
     if (script_) script_->answered(inputSeconds_, frames_ - input_->frame);

@@ -300,7 +300,7 @@ void Script::State::observe(const Session& session)
     }
 }
 
-void Script::frame(double frameSeconds, bool, bool coreBusy)
+void Script::frame(double frameSeconds, bool coreBusy)
 {
     (coreBusy ? state_->busy : state_->idle).push_back(frameSeconds);
 }

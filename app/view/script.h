@@ -27,7 +27,7 @@ public:
     bool failed() const;  // a wait ran out, or a step could not be done
 
     /// Told by the loop about every frame.
-    void frame(double frameSeconds, bool rendering, bool coreBusy);
+    void frame(double frameSeconds, bool coreBusy);
 
     /// Told when a picture has answered an input: seconds and frames between them.
     void answered(double seconds, uint64_t frames);

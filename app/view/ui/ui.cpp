@@ -187,7 +187,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
         drawProfilerWindow(c);
         drawLogWindow(c);
     } else {
-        state_->captionEnd = frame.layout.picture.corner.y;
+        state_->caption = {frame.layout.picture.corner.x, frame.layout.picture.corner.y};
         drawCompareSlider(c);
     }
     drawProgress(c);

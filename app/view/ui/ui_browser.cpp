@@ -27,7 +27,8 @@ bool contains(const std::string& name, const std::string& part)
     const auto same = [](unsigned char a, unsigned char b) {
         return std::tolower(a) == std::tolower(b);
     };
-    return std::ranges::search(name, part, same).begin() != name.end() || part.empty();
+    const auto found = std::search(name.begin(), name.end(), part.begin(), part.end(), same);
+    return found != name.end() || part.empty();
 }
 
 /// The folder of the scene on show, or the one that the program runs in.

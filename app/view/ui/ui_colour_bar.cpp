@@ -27,6 +27,16 @@ double scaleValue(const Scale& scale, double t)
     return scale.logarithmic && low > 0 ? low * std::pow(high / low, t) : low + t * (high - low);
 }
 
+/// Of the fraction t; all numbers of a linear scale with as many decimals.
+std::string scaleText(const Scale& scale, double t)
+{
+    const double value = scaleValue(scale, t);
+    const auto largest = static_cast<double>(std::max(std::abs(scale.low), std::abs(scale.high)));
+    if (scale.logarithmic || !(largest >= 1e-3 && largest < 1e4)) return digitsText(value);
+    const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(largest))), 0, 5);
+    return format("%.*f", decimals, value == 0 ? 0.0 : value);
+}
+
 void drawScale(const UiContext& c, float width)
 {
     ImDrawList& list = *ImGui::GetWindowDrawList();
@@ -46,15 +56,14 @@ void drawScale(const UiContext& c, float width)
         float room = 0;
         for (int i = 0; i < numbers; ++i)
             room +=
-                c.em + ImGui::CalcTextSize(
-                           digitsText(scaleValue(c.frame.scale, double(i) / (numbers - 1))).c_str())
-                           .x;
+                c.em +
+                ImGui::CalcTextSize(scaleText(c.frame.scale, double(i) / (numbers - 1)).c_str()).x;
         if (room <= width) break;
     }
     const float top = ImGui::GetCursorScreenPos().y;
     for (int i = 0; i < numbers; ++i) {
         const float t = static_cast<float>(i) / static_cast<float>(numbers - 1);
-        const std::string text = digitsText(scaleValue(c.frame.scale, static_cast<double>(t)));
+        const std::string text = scaleText(c.frame.scale, static_cast<double>(t));
         const float half = ImGui::CalcTextSize(text.c_str()).x / 2;
         const float x =
             std::clamp(corner.x + t * width - half, corner.x, corner.x + width - 2 * half);

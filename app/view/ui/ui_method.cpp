@@ -17,10 +17,15 @@ bool choice(const char* name, bool chosen, const std::string& help, const std::s
     return clicked;
 }
 
+/// As much of it as has room in a list's box.
 std::string deviceName(const UiContext& c, const RenderParams& render)
 {
     if (render.device == DeviceKind::cpu) return "CPU (Embree)";
-    if (render.deviceIndex < 0) return "Vulkan, first suitable";
+    if (render.deviceIndex < 0) {
+        const char* whole = "Vulkan, first suitable";
+        const float room = ImGui::CalcItemWidth() - ImGui::GetFrameHeight();
+        return ImGui::CalcTextSize(whole).x < room ? whole : "Vulkan";
+    }
     const auto index = static_cast<size_t>(render.deviceIndex);
     if (index < c.frame.devices.size()) return c.frame.devices[index].name;
     return "Vulkan device " + std::to_string(index);

@@ -70,7 +70,7 @@ struct UiState {
     bool recalled = false;            // the places of windows
     std::string search;               // in the list of keys
     std::vector<std::string> losses;  // by quitting, as the question tells them
-    float captionEnd = 0;             // lower end of the caption on the picture
+    ImVec2 caption{0, 0};             // right and lower end of the caption on the picture
     WindowLayout layout;              // of the frame before
     Area plot;              // of the plot's window in the frame before; empty: it is closed
     ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none

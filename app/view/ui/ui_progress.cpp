@@ -170,7 +170,7 @@ void drawProgress(const UiContext& c)
     const float width =
         std::min(34 * c.em, std::max(room - 2 * ImGui::GetStyle().WindowPadding.x, 12 * c.em));
     ImGui::SetNextWindowPos(
-        ImVec2(c.picture.corner.x + 0.7f * c.em, c.state.captionEnd + 0.7f * c.em));
+        ImVec2(c.picture.corner.x + 0.7f * c.em, c.state.caption.y + 0.7f * c.em));
     ImGui::SetNextWindowBgAlpha(0.96f);
     if (ImGui::Begin("##progress", nullptr, kNote)) {
         for (size_t i = 0; i < strips.size(); ++i) {
@@ -190,8 +190,10 @@ void drawToasts(const UiContext& c)
     std::vector<Toast>& toasts = c.state.toasts;
     const float room = c.picture.size.x - 1.4f * c.em;
     const float width = std::min({28 * c.em, std::max(room, 14 * c.em), c.window.x - 1.4f * c.em});
-    const bool besideProgress = c.picture.end().x - width - 1.4f * c.em > c.state.progress.x;
-    float bottom = 0.7f * c.em + (besideProgress ? 0 : c.state.progress.y);
+    const float left = c.picture.end().x - width - 1.4f * c.em;
+    float bottom = 0.7f * c.em;
+    for (const ImVec2& other : {c.state.caption, c.state.progress})  // on the left, as a rule
+        if (other.x > left) bottom = std::max(bottom, other.y + 0.7f * c.em);
     size_t shown = 0;
     for (size_t i = toasts.size(); i-- > 0 && shown < kMostToasts && bottom < 0.7f * c.window.y;
          ++shown) {

@@ -211,7 +211,7 @@ void drawStatusLine(const UiContext& c)
 
 void drawCaption(const UiContext& c)
 {
-    c.state.captionEnd = c.picture.corner.y;
+    c.state.caption = {c.picture.corner.x, c.picture.corner.y};
     const auto picture = shownPicture(c);
     const Session& session = c.session;
     const ViewParams& view = session.settings.view;
@@ -232,8 +232,10 @@ void drawCaption(const UiContext& c)
     const float gap = 0.7f * c.em, room = c.picture.size.x - 3 * gap;
     while (text.size() > 4 && ImGui::CalcTextSize(text.c_str()).x > room)
         text = text.substr(0, text.size() - 4) + "...";
-    labelOnPicture(c, {c.picture.corner.x + 1.5f * gap, c.picture.corner.y + gap}, text);
-    c.state.captionEnd = c.picture.corner.y + gap + ImGui::GetTextLineHeight();
+    const ImVec2 place(c.picture.corner.x + 1.5f * gap, c.picture.corner.y + gap);
+    labelOnPicture(c, place, text);
+    c.state.caption = {place.x + ImGui::CalcTextSize(text.c_str()).x + gap,
+                       place.y + ImGui::GetTextLineHeight()};
 }
 
 void drawCompareSlider(const UiContext& c)

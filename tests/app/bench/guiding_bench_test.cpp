@@ -77,7 +77,10 @@ TEST(GuidingSize, FollowsTheCamera)
 /// A row whose picture of each seed takes `seconds` and has one of the `errors`.
 Row rowOf(const std::string& variant, uint32_t spp, double seconds, std::vector<double> errors)
 {
-    Row row{.variant = variant, .device = "cpu", .spp = spp, .samples = {}};
+    Row row;
+    row.variant = variant;
+    row.device = "cpu";
+    row.spp = spp;
     double sum = 0;
     for (const double e : errors) {
         row.samples.push_back({.cpuSeconds = seconds, .renderSeconds = 1, .rays = 9, .relMse = e});
