@@ -32,7 +32,7 @@ room(app/gpu/methods SEES ${gpu_base} core/guiding core/methods app/gpu FOREIGN 
 set(core ${base} core/image core/scene core/gltf core/methods)
 room(app/base SEES ${base} core/methods FOREIGN nlohmann/)
 room(app/methods SEES ${core} app/gpu/base app/gpu/methods)
-room(app/report SEES ${base})
+room(app/report SEES ${base} core/image)
 room(app/lab SEES ${base} core/reuse core/guiding app/base app/report FOREIGN nlohmann/)
 room(app/version SEES core/base core/trace app/base app/gpu/base FOREIGN CLI/ GLFW/ imgui jconfig.h nlohmann/ OpenImageIO/
      png.h tbb/)

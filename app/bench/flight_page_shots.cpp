@@ -1,6 +1,7 @@
 // Pictures within the page on flights. See flight_page_parts.h.
 #include "app/bench/flight_page_parts.h"
 #include "app/report/page.h"
+#include "app/report/pixels.h"
 #include "app/report/text.h"
 
 namespace app::flight {

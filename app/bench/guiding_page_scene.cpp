@@ -8,6 +8,7 @@
 #include "app/bench/guiding_page.h"
 #include "app/report/curves.h"
 #include "app/report/page.h"
+#include "app/report/pixels.h"
 #include "app/report/text.h"
 
 namespace app::guiding {

@@ -7,6 +7,7 @@
 #include "app/bench/many_lights_page_parts.h"
 #include "app/report/curves.h"
 #include "app/report/page.h"
+#include "app/report/pixels.h"
 #include "app/report/text.h"
 
 namespace app::many_lights {

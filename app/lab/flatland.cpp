@@ -1,116 +1,14 @@
 // See flatland.h.
 #include "app/lab/flatland.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 #include "app/lab/blocks.h"
+#include "app/lab/flatland_scene.h"
 #include "app/lab/power_sums.h"
 #include "app/lab/theory.h"
-#include "core/reuse/reweighting_augmentation.h"
 
 namespace app::lab {
 
 namespace {
-
-constexpr double kLobe = 0.15;
-
-/// sin of the mirror direction at g.
-double mirror(const FlatCamera& camera, double g)
-{
-    return (g - camera.x) / std::hypot(g - camera.x, camera.height);
-}
-
-/// Cauchy about the mirror direction, truncated to sines in [-1, 1].
-struct Lobe {
-    double centre, low, span;
-
-    explicit Lobe(double mirror)
-        : centre(mirror), low(std::atan((-1 - mirror) / kLobe)),
-          span(std::atan((1 - mirror) / kLobe) - low)
-    {}
-    double pdf(double t) const
-    {
-        if (!(t >= -1 && t <= 1)) return 0;
-        const double d = t - centre;
-        return kLobe / (span * (kLobe * kLobe + d * d));
-    }
-    double sample(double xi) const
-    {
-        return std::clamp(centre + kLobe * std::tan(low + xi * span), -1.0, 1.0);
-    }
-};
-
-bool visibleFromOld(double g)
-{
-    return !(g > kHiddenFromOld.low && g < kHiddenFromOld.high);
-}
-
-/// Light from direction t towards ground point g.
-double incident(double g, double t)
-{
-    return (1 + 0.3 * t) * (1 + std::sin(5 * t) + 0.5 * std::cos(3 * g + 4 * t));
-}
-
-/// Densities are per new pixel and unit of t.
-struct FlatlandChange {
-    struct Point {
-        double g, t;
-    };
-    using Real = double;
-    using Value = double;
-
-    const FlatlandSettings* settings;
-
-    double q(const Point& x) const
-    {
-        if (settings->projection.visibility && !visibleFromOld(x.g)) return 0;
-        const double jacobian =
-            settings->projection.jacobian ? kNewCamera.height / kOldCamera.height : 1;
-        return jacobian * Lobe(mirror(kOldCamera, x.g)).pdf(x.t);
-    }
-    double p(const Point& x) const { return Lobe(mirror(kNewCamera, x.g)).pdf(x.t); }
-    double f(const Point& x) const { return p(x) * incident(x.g, x.t); }
-
-    template <class Random> Point sampleP(Random& random) const
-    {
-        const double g = kNewCamera.ground(settings->pixelLow + settings->pixelWidth * random());
-        return {g, Lobe(mirror(kNewCamera, g)).sample(random())};
-    }
-};
-
-/// The old image's samples that land in the new pixel: those of every old pixel that the new one's
-/// footprint touches.
-void drawOld(const FlatlandSettings& s, core::Pcg32& random,
-             std::vector<FlatlandChange::Point>& landed)
-{
-    landed.clear();
-    const double low = kNewCamera.ground(s.pixelLow),
-                 high = kNewCamera.ground(s.pixelLow + s.pixelWidth);
-    const double first = std::floor(kOldCamera.project(low) / s.pixelWidth + 1e-9);
-    const double last = std::ceil(kOldCamera.project(high) / s.pixelWidth - 1e-9);
-    for (double pixel = first; pixel < last; ++pixel) {
-        for (uint32_t i = 0; i < s.N; ++i) {
-            const double g = kOldCamera.ground((pixel + random()) * s.pixelWidth);
-            const double t = Lobe(mirror(kOldCamera, g)).sample(random());
-            if (g >= low && g < high && visibleFromOld(g)) landed.push_back({g, t});
-        }
-    }
-}
-
-double corrected(const core::reuse::EstimateOf<FlatlandChange>& e, const FlatlandSettings& s)
-{
-    switch (s.beta) {
-    case Beta::none:
-        return e.value;
-    case Beta::ideal:
-        return e.corrected(s.betaValue);
-    case Beta::own:
-        return e.selfNormalised();
-    }
-    return e.value;
-}
 
 struct FlatlandSums {
     PowerSums value, weight;
@@ -118,7 +16,6 @@ struct FlatlandSums {
 
 FlatlandSums runBlock(const FlatlandSettings& s, uint64_t block, uint64_t trials, double truth)
 {
-    using namespace core::reuse;
     core::Pcg32 old(s.seed, block * 4), candidates(s.seed, block * 4 + 1),
         selection(s.seed, block * 4 + 2);
     std::vector<FlatlandChange::Point> landed;
@@ -126,10 +23,7 @@ FlatlandSums runBlock(const FlatlandSettings& s, uint64_t block, uint64_t trials
     FlatlandSums sums;
     for (uint64_t trial = 0; trial < trials; ++trial) {
         drawOld(s, old, landed);
-        const auto e = reweightingAugmentation(FlatlandChange{&s},
-                                               std::span<const FlatlandChange::Point>(landed),
-                                               static_cast<double>(s.N), s.n, s.k,
-                                               MinimumFraction<double>{s.c}, candidates, selection);
+        const FlatlandEstimate e = reuseInFlatland(s, landed, candidates, selection);
         sums.value.add(corrected(e, s) - truth);
         sums.weight.add(e.weightSum - 1);
     }
@@ -138,11 +32,11 @@ FlatlandSums runBlock(const FlatlandSettings& s, uint64_t block, uint64_t trials
 
 }  // namespace
 
-double flatlandTruth(const FlatlandSettings& settings)
+double flatlandTruth(const FlatlandSettings& settings, const FlatCamera& seenFrom)
 {
     return integrate({0, 1}, [&](double pixel) {
         const double g = kNewCamera.ground(settings.pixelLow + settings.pixelWidth * pixel);
-        const Lobe lobe(mirror(kNewCamera, g));
+        const Lobe lobe(mirror(seenFrom, g));
         return 2 * integrate({0, (lobe.centre + 1) / 2, 1}, [&](double s) {
                    const double t = 2 * s - 1;
                    return lobe.pdf(t) * incident(g, t);

@@ -43,8 +43,8 @@ struct FlatlandSettings {
     uint64_t trials = 400000, seed = 1;
 };
 
-/// The pixel's value, by quadrature.
-double flatlandTruth(const FlatlandSettings& settings);
+/// The pixel's value, by quadrature; or what its ground looks like from another camera.
+double flatlandTruth(const FlatlandSettings& settings, const FlatCamera& seenFrom = kNewCamera);
 
 /// Mean, variance (of the estimate, not times N) and mean sum of weights over many trials.
 FlatlandResult flatland(const FlatlandSettings& settings, std::stop_token stop = {});

@@ -63,24 +63,30 @@ double rippleIntegral(double x)
 const std::array<TestFunction, kFunctions>& functions()
 {
     static const std::array<TestFunction, kFunctions> table{{
-        {"F1", "1"},
-        {"F2", "2x"},
-        {"F3", "(π/2) sin πx"},
-        {"F4", "1/0.3 for 0.3 ≤ x < 0.6, else 0"},
-        {"F5", "0.1² / (0.1² + (x − 0.55)²)"},
-        {"F6", "0.6 exp(−(x − 0.25)²/(2·0.05²)) + exp(−(x − 0.7)²/(2·0.08²))"},
-        {"F7", "1 + 0.9 sin 20πx"},
-        {"F8", "(3/4) x^(−1/4)"},
+        {"F1", "constant", "1"},
+        {"F2", "slope", "2x"},
+        {"F3", "arch", "(π/2) sin πx"},
+        {"F4", "box", "1/0.3 for 0.3 ≤ x < 0.6, else 0"},
+        {"F5", "lobe", "0.1² / (0.1² + (x − 0.55)²)"},
+        {"F6", "peaks", "0.6 exp(−(x − 0.25)²/(2·0.05²)) + exp(−(x − 0.7)²/(2·0.08²))"},
+        {"F7", "ripples", "1 + 0.9 sin 20πx"},
+        {"F8", "spike", "(3/4) x^(−1/4)"},
     }};
     return table;
 }
 
-size_t functionIndex(std::string_view id)
+const TestFunction* findFunction(std::string_view id)
 {
     const auto found = std::find_if(functions().begin(), functions().end(),
                                     [&](const TestFunction& f) { return f.id == id; });
-    CHECK(found != functions().end());
-    return static_cast<size_t>(found - functions().begin());
+    return found == functions().end() ? nullptr : &*found;
+}
+
+size_t functionIndex(std::string_view id)
+{
+    const TestFunction* found = findFunction(id);
+    CHECK(found);
+    return static_cast<size_t>(found - functions().data());
 }
 
 Values evaluateFunctions(double x)

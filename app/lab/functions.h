@@ -31,10 +31,14 @@ struct Values {
 
 struct TestFunction {
     const char* id;       // "F1"
+    const char* name;     // "constant": at most nine letters, for the heads of columns
     const char* formula;  // as text
 };
 
 const std::array<TestFunction, kFunctions>& functions();
+
+/// The function of that id; null when there is none.
+const TestFunction* findFunction(std::string_view id);
 
 /// The index of the function of that id. CHECKs that there is one.
 size_t functionIndex(std::string_view id);

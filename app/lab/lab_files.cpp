@@ -1,7 +1,7 @@
 // JSON and CSV of the laboratory. See lab_files.h.
 #include "app/lab/lab_files.h"
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 
@@ -9,8 +9,11 @@
 
 #include "app/base/files.h"
 #include "app/base/json_file.h"
+#include "app/lab/functions.h"
 #include "app/lab/methods.h"
+#include "app/lab/pairs.h"
 #include "app/lab/report.h"
+#include "core/base/check.h"
 #include "core/base/output_file.h"
 
 namespace app::lab {
@@ -131,6 +134,66 @@ Json trapJson(const Trap& t)
             {"trials", t.trials}};
 }
 
+/// Five decimals: a picture needs no more, and a text of them all stays short.
+double rounded(double value)
+{
+    return std::isfinite(value) ? std::round(value * 1e5) / 1e5 : value;
+}
+
+Json stripJson(const FlatlandStrip& s)
+{
+    Json values = Json::array();
+    for (const double value : s.values) values.push_back(number(rounded(value)));
+    return {{"name", s.name},          {"meaning", s.meaning},     {"exact", s.exact},
+            {"unbiased", s.unbiased},  {"noise", number(s.noise)}, {"bias", number(s.bias)},
+            {"bias_seen", s.biasSeen}, {"values", values}};
+}
+
+Json sampleJson(const FlatlandSample& s)
+{
+    return {{"sample", s.fresh ? "new" : "old"},
+            {"ground", number(s.ground)},
+            {"direction", number(s.direction)},
+            {"share", number(s.weight)}};
+}
+
+/// One pixel of one row of a strip.
+Json pixelRow(const FlatlandPicture& picture, const FlatlandStrip& strip, size_t index)
+{
+    const size_t pixels = std::max<size_t>(picture.pixels, 1), pixel = index % pixels;
+    const double share = (static_cast<double>(pixel) + 0.5) / static_cast<double>(pixels);
+    const double truth = pixel < picture.truth.size() ? picture.truth[pixel] : kUnknown;
+    const double value = index < strip.values.size() ? strip.values[index] : kUnknown;
+    return {{"strip", strip.name},
+            {"row", index / pixels},
+            {"pixel", pixel},
+            {"ground", number(rounded(picture.low + share * picture.width))},
+            {"value", number(rounded(value))},
+            {"truth", number(rounded(truth))}};
+}
+
+Json pairJson(const Pair& pair)
+{
+    const double c = pair.bestC(1, 1);
+    return {{"pair", pair.id},
+            {"name", pair.name},
+            {"meaning", pair.meaning},
+            {"formula", pair.formula},
+            {"rejection", number(pair.rejectionConstant())},
+            {"augmentation", number(pair.augmentationConstant())},
+            {"total_variation", number(pair.residual(1))},
+            {"c", number(c)},
+            {"growth", number(1 / c)}};
+}
+
+Json functionJson(const TestFunction& f)
+{
+    return {{"f", f.id},
+            {"name", f.name},
+            {"formula", f.formula},
+            {"integral", integrateFunctions(0, 1)[functionIndex(f.id)]}};
+}
+
 Json methodJson(const Method& m)
 {
     return {{"id", m.id},           {"name", m.name},   {"formula", m.formula},
@@ -202,6 +265,22 @@ Json frameRow(const LobeSequence& sequence, size_t frame, const LobeFrame& value
             {"variance_ratio", number(values.varianceRatio)}};
 }
 
+/// What is one object: `"picture": {...}` with its lists.
+std::string pictureText(const FlatlandPicture& p)
+{
+    Json truth = Json::array(), strips = Json::array(), samples = Json::array();
+    for (const double value : p.truth) truth.push_back(number(rounded(value)));
+    for (const FlatlandStrip& strip : p.strips) strips.push_back(stripJson(strip));
+    for (const FlatlandSample& sample : p.samples) samples.push_back(sampleJson(sample));
+    return ",\n \"picture\": " + jsonText(Json{{"low", number(p.low)},
+                                               {"width", number(p.width)},
+                                               {"pixels", p.pixels},
+                                               {"rows", p.rows},
+                                               {"truth", truth},
+                                               {"strips", strips},
+                                               {"samples", samples}});
+}
+
 /// `"name": [` and one line for each object.
 std::string listText(const char* name, const std::vector<Json>& objects)
 {
@@ -243,6 +322,8 @@ std::string labJson(const LabResults& r)
     for (const auto& [name, value] : head.items())
         text += (text.size() > 1 ? ",\n " : "\n ") + Json(name).dump() + ": " + jsonText(value);
     text += listText("methods", each(methods(), methodJson));
+    text += listText("densities", each(pairs(), pairJson));
+    text += listText("functions", each(functions(), functionJson));
     text += listText("cells", each(r.cells, cellJson));
     text += listText("sweep_c", each(r.overC, sweepJson));
     text += listText("sweep_k", each(r.overK, sweepJson));
@@ -250,16 +331,45 @@ std::string labJson(const LabResults& r)
     text += listText("lobes", each(r.lobes, lobeJson));
     text += listText("stores", each(r.stores, storeJson));
     text += listText("flatland", each(r.flatland, flatlandJson));
+    text += pictureText(r.picture);
     text += listText("traps", each(r.traps, trapJson));
     return text + "\n}\n";
 }
 
+std::span<const LabFile> labFiles()
+{
+    static constexpr LabFile kFiles[] = {
+        {"cells.csv", "cells",
+         "every method on every function under every change of density: mean, N·Var, their errors "
+         "and predictions, cost"},
+        {"densities.csv", "densities",
+         "the changes of density: code, name, formula and exact constants"},
+        {"functions.csv", "functions", "the functions: code, name, formula, integral over [0, 1]"},
+        {"methods.csv", "methods", "the methods: name, formula, what they need"},
+        {"sweeps.csv", "sweep_c, sweep_k",
+         "R-A at multiples of the best c, and with k from 1 to 32"},
+        {"majorisation.csv", "majorisation", "constants as a lobe moves away; exact"},
+        {"lobes.csv", "lobes", "the moving lobe, frame by frame: bias and variance"},
+        {"stores.csv", "stores", "what a history keeps, by the speed of the lobe"},
+        {"flatland.csv", "flatland", "samples from another camera, in one pixel"},
+        {"picture.csv", "picture", "the pixels of the picture at the top of the page, one by one"},
+        {"samples.csv", "picture.samples", "the samples that are drawn in the scene above it"},
+        {"traps.csv", "traps", "what looks right and is not: biases of both ways"},
+    };
+    return kFiles;
+}
+
 std::vector<std::pair<std::string, std::string>> labTables(const LabResults& r)
 {
-    Table cells(cellJson({})), sweeps(withSweep("", {})), majorisation(majorisationJson({})),
-        lobes(frameRow({}, 0, {})), stores(storeJson({})), flatland(flatlandJson({})),
-        traps(trapJson({}));
+    Table cells(cellJson({})), densities(pairJson(pairs()[0])),
+        shapes(functionJson(functions()[0])), ways(methodJson(methods()[0])),
+        sweeps(withSweep("", {})), majorisation(majorisationJson({})), lobes(frameRow({}, 0, {})),
+        stores(storeJson({})), flatland(flatlandJson({})), picture(pixelRow({}, {}, 0)),
+        samples(sampleJson({})), traps(trapJson({}));
     for (const Cell& cell : r.cells) cells.row(cellJson(cell));
+    for (const Pair& pair : pairs()) densities.row(pairJson(pair));
+    for (const TestFunction& f : functions()) shapes.row(functionJson(f));
+    for (const Method& method : methods()) ways.row(methodJson(method));
     for (const SweepPoint& point : r.overC) sweeps.row(withSweep("c", point));
     for (const SweepPoint& point : r.overK) sweeps.row(withSweep("k", point));
     for (const MajorisationPoint& point : r.majorisation) majorisation.row(majorisationJson(point));
@@ -268,14 +378,17 @@ std::vector<std::pair<std::string, std::string>> labTables(const LabResults& r)
             lobes.row(frameRow(sequence, i, sequence.frames[i]));
     for (const StoreResult& store : r.stores) stores.row(storeJson(store));
     for (const FlatlandResult& variant : r.flatland) flatland.row(flatlandJson(variant));
+    for (const FlatlandStrip& strip : r.picture.strips)
+        for (size_t i = 0; i < strip.values.size(); ++i) picture.row(pixelRow(r.picture, strip, i));
+    for (const FlatlandSample& sample : r.picture.samples) samples.row(sampleJson(sample));
     for (const Trap& trap : r.traps) traps.row(trapJson(trap));
-    return {{"cells.csv", cells.text()},
-            {"sweeps.csv", sweeps.text()},
-            {"majorisation.csv", majorisation.text()},
-            {"lobes.csv", lobes.text()},
-            {"stores.csv", stores.text()},
-            {"flatland.csv", flatland.text()},
-            {"traps.csv", traps.text()}};
+    const Table* tables[] = {&cells, &densities, &shapes,   &ways,    &sweeps,  &majorisation,
+                             &lobes, &stores,    &flatland, &picture, &samples, &traps};
+    CHECK(std::size(tables) == labFiles().size());
+    std::vector<std::pair<std::string, std::string>> files;
+    for (const LabFile& file : labFiles())
+        files.emplace_back(file.name, tables[files.size()]->text());
+    return files;
 }
 
 void writeLabFiles(const std::filesystem::path& folder, const LabResults& results)

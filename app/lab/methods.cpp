@@ -33,11 +33,11 @@ constexpr std::array kMethods{
            "Picks n of the old samples, each with probability proportional to p/q: samples of p "
            "without new rays, but with the variance of reweighting and more.",
            "q > 0 wherever f is not zero", true, false},
-    Method{"augmentation", "Augmentation", "(1/(aN)) Σ f/p over old and added,  a = sup q/p",
-           "Keeps all old samples and adds (a-1)N of the density (a p - q)/(a-1): together they "
-           "are samples of p.",
-           "the majorisation constant a, finite; nearly all work is new when it is large", true,
-           true},
+    Method{
+        "augmentation", "Augmentation", "(1/(aN)) Σ f/p over old and added,  a = sup q/p",
+        "Keeps all old samples and adds (a − 1)N of the density (a p − q)/(a − 1): together they "
+        "are samples of p.",
+        "the majorisation constant a, finite; nearly all work is new when it is large", true, true},
     Method{"rejection-augmentation", "Rejection-Augmentation",
            "(1/M) Σ f/p over kept and added,  keep with w = min(1, p/(c q))",
            "Removes old samples where there are too many, adds M R(c) of the residual density "
@@ -45,11 +45,11 @@ constexpr std::array kMethods{
            "the residual mass R(c), and exact samples of the residual", true, true},
     Method{"ra", "Reweighting-Augmentation", "(1/N) Σ f/max(q, p/c) + (1/n) Σ W f(y)/p(y)",
            "Old samples stay, with a smaller weight where there are too many; new ones are "
-           "resampled among k candidates of p with weight 1 - min(1, c q/p), so that they go where "
+           "resampled among k candidates of p with weight 1 − min(1, c q/p), so that they go where "
            "too few are.",
            "", true, true},
     Method{"ra-thinned", "Thinned R-A", "(1/N) Σ f/max(q, p/c) + (1/M) Σ f(z)/p(z) over traced",
-           "Draws M candidates of p and traces each with probability 1 - min(1, c q/p): exact "
+           "Draws M candidates of p and traces each with probability 1 − min(1, c q/p): exact "
            "residual samples, in a random number.",
            "", true, true},
     Method{"mis", "MIS, balance heuristic", "Σ f/(N q + n p) over old and new",

@@ -68,7 +68,7 @@ std::vector<Frame> makeFrames(const LobeSettings& s)
         frame.variance = moment(2) - frame.truth * frame.truth;
         frame.nominal = nominal;
         if (nominal > 0) {
-            const Pair pair{"", "", "", frame.q, frame.p};
+            const Pair pair{"", "", "", "", frame.q, frame.p};
             frame.c = pair.bestC(nominal, s.n);
             frame.residual = pair.residual(frame.c);
             frame.nextNominal = balance ? nominal + s.n : nominal / frame.c;

@@ -35,17 +35,25 @@ const std::array<Pair, kPairs>& pairs()
 {
     using D = Density;
     static const std::array<Pair, kPairs> table{{
-        {"D1", "no change", "C(.5, .1) → C(.5, .1)", D::cauchy(.5, .1), D::cauchy(.5, .1)},
-        {"D2", "small shift", "C(.45, .1) → C(.55, .1)", D::cauchy(.45, .1), D::cauchy(.55, .1)},
-        {"D3", "large shift", "C(.25, .05) → C(.75, .05)", D::cauchy(.25, .05),
-         D::cauchy(.75, .05)},
-        {"D4", "narrowing", "C(.5, .2) → C(.5, .05)", D::cauchy(.5, .2), D::cauchy(.5, .05)},
-        {"D5", "widening", "C(.5, .05) → C(.5, .2)", D::cauchy(.5, .05), D::cauchy(.5, .2)},
-        {"D6", "no bound on q/p", "U[0, 1] → 2x", D::uniform(0, 1), D::linearUp()},
-        {"D7", "no bound on q/p nor on p/q", "2 − 2x → 2x", D::linearDown(), D::linearUp()},
-        {"D8", "shorter tail", "Exp(2) → Exp(6)", D::exponential(2), D::exponential(6)},
-        {"D9", "supports overlap in part", "U[0, .6] → U[.4, 1]", D::uniform(0, .6),
-         D::uniform(.4, 1)},
+        {"D1", "no change", "the densities are equal: every old sample is as good as a new one",
+         "C(.5, .1) → C(.5, .1)", D::cauchy(.5, .1), D::cauchy(.5, .1)},
+        {"D2", "small shift", "the lobe moved by its own width", "C(.45, .1) → C(.55, .1)",
+         D::cauchy(.45, .1), D::cauchy(.55, .1)},
+        {"D3", "large shift", "the lobe moved by ten times its width", "C(.25, .05) → C(.75, .05)",
+         D::cauchy(.25, .05), D::cauchy(.75, .05)},
+        {"D4", "narrowing", "the lobe became four times narrower", "C(.5, .2) → C(.5, .05)",
+         D::cauchy(.5, .2), D::cauchy(.5, .05)},
+        {"D5", "widening", "the lobe became four times wider", "C(.5, .05) → C(.5, .2)",
+         D::cauchy(.5, .05), D::cauchy(.5, .2)},
+        {"D6", "flat to ramp", "no bound on q/p: the new density vanishes at 0", "U[0, 1] → 2x",
+         D::uniform(0, 1), D::linearUp()},
+        {"D7", "ramp reversed",
+         "no bound on q/p nor on p/q: each vanishes where the other is largest", "2 − 2x → 2x",
+         D::linearDown(), D::linearUp()},
+        {"D8", "shorter tail", "the density falls three times faster", "Exp(2) → Exp(6)",
+         D::exponential(2), D::exponential(6)},
+        {"D9", "partial overlap", "each density reaches where the other vanishes",
+         "U[0, .6] → U[.4, 1]", D::uniform(0, .6), D::uniform(.4, 1)},
     }};
     return table;
 }

@@ -15,7 +15,8 @@ namespace app::lab {
 
 struct Pair {
     const char* id;       // "D2"
-    const char* meaning;  // "small shift"
+    const char* name;     // "small shift"
+    const char* meaning;  // "the lobe moved by its own width"
     const char* formula;  // "C(.45,.1) -> C(.55,.1)"
     Density q, p;         // old, new
 

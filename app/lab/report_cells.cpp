@@ -16,7 +16,7 @@ namespace {
 std::string cellTitle(const Column& column, const Cell& c)
 {
     std::string text =
-        c.pair + " " + c.function + ", " + column.label() + ": N·Var " +
+        rowWords({c.pair, c.function}) + "; " + column.label() + ": N·Var " +
         shortNumber(c.variance, 4) + " ± " + shortNumber(c.varianceError, 2) + ", expected " +
         (std::isnan(c.expectedVariance) ? "not known" : shortNumber(c.expectedVariance, 4)) +
         "; mean " + shortNumber(c.mean, 5) + " for " + shortNumber(c.truth, 5) +
@@ -59,7 +59,7 @@ std::string cellHtml(const CellTable& table, const Row& row, const Column& colum
 
 std::string pairHead(const std::string& id, size_t columns)
 {
-    std::string words = id;
+    std::string words = pairLabel(id);
     if (const Pair* pair = findPair(id))
         words += ": " + std::string(pair->meaning) + ", " + pair->formula;
     return "<tr class=\"pair\"><th colspan=\"" + std::to_string(columns + 1) + "\">" +
@@ -83,7 +83,8 @@ std::string bigTable(const CellTable& table, bool corrected)
     const std::vector<Column> columns = columnsOf(table, corrected);
     std::string html = "<div class=\"scroll\"><table class=\"big\"><thead><tr><th>f</th>";
     for (const Column& column : columns)
-        html += "<th><span>" + escapeMarkup(column.label()) + "</span></th>";
+        html += "<th title=\"" + escapeMarkup(column.name()) + "\"><span>" +
+                escapeMarkup(column.label()) + "</span></th>";
     html += "</tr></thead>\n";
     std::string pair;
     for (const Row& row : table.rows()) {
@@ -94,7 +95,7 @@ std::string bigTable(const CellTable& table, bool corrected)
         }
         const std::vector<Column> best =
             winners(table, row, {corrected ? Beta::ideal : Beta::none});
-        html += "<tr><th>" + escapeMarkup(row.function) + "</th>";
+        html += "<tr><th>" + escapeMarkup(functionLabel(row.function)) + "</th>";
         for (const Column& column : columns) html += cellHtml(table, row, column, best);
         html += "</tr>\n";
     }
@@ -192,7 +193,9 @@ std::string tableSection(const LabResults& results)
                   "measured one would mean nothing. <b><i>Italic</i></b>: biased; <b>†</b> where "
                   "the bias shows. <b>·</b>: not defined, or not run. Rest the pointer on a number "
                   "for its error, prediction, mean, z, rays and ESS.") +
-            html);
+            html +
+            dataLine("cells.csv", {"pair", "f", "method", "beta", "k", "n", "n_var", "n_var_se",
+                                   "expected_n_var", "mean", "z", "rays", "ess"}));
 }
 
 std::string checksSection(const LabResults& results)
@@ -207,7 +210,8 @@ std::string checksSection(const LabResults& results)
         "sharpens their comparison: their cells deviate together, and the histogram is less even "
         "than that of so many independent ones would be.");
     html += "<div class=\"pairoffigures\">\n<figure>" + deviationPlot(results) +
-            "</figure>\n<figure>" + scorePlot(results) + "</figure>\n</div>\n";
+            "</figure>\n<figure>" + scorePlot(results) + "</figure>\n</div>\n" +
+            dataLine("cells.csv", {"n_var", "n_var_se", "expected_n_var", "z"});
     return section("checks", "Is it right?", html);
 }
 

@@ -32,13 +32,6 @@ std::vector<std::string> pairNames(const std::vector<SweepPoint>& points)
     return names;
 }
 
-std::string titleOf(const std::string& pair)
-{
-    for (const Pair& known : pairs())
-        if (pair == known.id) return pair + ": " + known.meaning;
-    return pair;
-}
-
 struct SweepCurve {
     std::vector<Point> expected, measured;
     std::vector<double> errors;
@@ -120,8 +113,8 @@ std::string sweepPlots(const std::vector<SweepPoint>& points, const SweepLook& l
                         high = std::max(high, p.y);
                     }
         }
-        Plot plot(titleOf(pair), logAxisAt(look.label, look.ticks), logAxis(look.yLabel, low, high),
-                  320, 220);
+        Plot plot(pairLabel(pair), logAxisAt(look.label, look.ticks),
+                  logAxis(look.yLabel, low, high), 320, 220);
         if (look.overC) plot.vertical(look.reference, "c*", "soft dashed");
         for (size_t i = 0; i < curves.size(); ++i) {
             const Series& series = kShown[i];
@@ -133,11 +126,18 @@ std::string sweepPlots(const std::vector<SweepPoint>& points, const SweepLook& l
             plot.curve(smooth, series.style);
             plot.errorBars(curves[i].measured, curves[i].errors, series.style);
             plot.markers(curves[i].measured, series.shape, series.style);
-            plot.legend({series.function, series.style, true, true, false, series.shape});
+            plot.legend(
+                {functionLabel(series.function), series.style, true, true, false, series.shape});
         }
         html += "<figure>" + plot.element() + "</figure>\n";
     }
     return html + "</div>\n";
+}
+
+std::string sweepData(const std::string& over, const std::string& position)
+{
+    return dataLine("sweeps.csv", {"pair", "f", position, "n_var", "n_var_se", "expected_n_var"},
+                    "rows with sweep = " + over);
 }
 
 /// Where over all cells of the sweep measurement and formula are farthest apart.
@@ -285,7 +285,8 @@ std::string sweepsSection(const LabResults& results)
                        {{0.25, "¼"}, {0.5, "½"}, {1, "1"}, {2, "2"}, {4, "4"}},
                        1,
                        true};
-        html += sweepPlots(results.overC, look, [](const SweepPoint& p) { return p.cFactor; });
+        html += sweepPlots(results.overC, look, [](const SweepPoint& p) { return p.cFactor; }) +
+                sweepData("c", "c_factor");
     }
     if (!results.overK.empty()) {
         std::vector<Tick> ticks;
@@ -303,7 +304,8 @@ std::string sweepsSection(const LabResults& results)
         const SweepLook look{"k", "N·Var / that at k = " + ticks.back().label, ticks,
                              ticks.back().value, false};
         html += sweepPlots(results.overK, look,
-                           [](const SweepPoint& p) { return static_cast<double>(p.candidates); });
+                           [](const SweepPoint& p) { return static_cast<double>(p.candidates); }) +
+                sweepData("k", "k");
     }
     return html.empty() ? html : section("sweeps", "How c and k matter", html);
 }
@@ -353,7 +355,9 @@ std::string majorisationSection(const LabResults& results)
         shortNumber(last.rejection) + " and a = " + shortNumber(last.augmentation) +
         ". R-A needs neither: its set of M* samples stays between n and N + n, here at M*/N = " +
         shortNumber(last.growth) + ".");
-    html += "<figure>" + plot.element() + "</figure>\n";
+    html += "<figure>" + plot.element() + "</figure>\n" +
+            dataLine("majorisation.csv", {"position", "rejection", "augmentation", "c", "growth",
+                                          "total_variation", "reweighting_ess"});
     return section("majorisation", "The constants that R-A does not need", html);
 }
 
@@ -371,7 +375,15 @@ std::string lobesSection(const LabResults& results)
         "pixel values that a simple viewer shows, paints the glint where it was.");
     html += "<div class=\"pairoffigures\">\n";
     for (const auto& [step, group] : byStep) html += lobePlots(step, group);
-    html += "</div>\n" + lobeTable(results.lobes) + storesPart(results);
+    html +=
+        "</div>\n" +
+        dataLine("lobes.csv", {"step", "method", "k", "frame", "bias", "z", "variance_ratio"}) +
+        lobeTable(results.lobes) +
+        "<p class=\"small\">Late: the mean of the frames 30 to 39. Expected: what an independent "
+        "computation gave, where there is one.</p>\n" +
+        dataLine("lab.json",
+                 {"lobes.largest_bias", "lobes.late_variance_ratio", "lobes.expected_ratio"}) +
+        storesPart(results);
     return section("lobes", "A lobe that moves from frame to frame", html);
 }
 

@@ -82,6 +82,12 @@ std::string Column::label() const
     return text;
 }
 
+std::string Column::name() const
+{
+    const size_t i = orderOf(method);
+    return i < methods().size() ? methods()[i].name : method;
+}
+
 std::string Column::style() const
 {
     const Look* look = lookOf(method);
@@ -177,6 +183,37 @@ int compareVariance(const Cell& a, const Cell& b)
     const double difference = a.variance - b.variance;
     const double error = std::hypot(a.varianceError, b.varianceError);
     return !(std::abs(difference) > 3 * error) ? 0 : difference < 0 ? -1 : 1;
+}
+
+double decidingVariance(const Cell& cell)
+{
+    return std::isnan(cell.expectedVariance) ? cell.variance : cell.expectedVariance;
+}
+
+double varianceRatio(const Cell& a, const Cell& b)
+{
+    if (compareVariance(a, b) == 0) return 1;
+    const double first = decidingVariance(a), second = decidingVariance(b);
+    return std::isinf(second) ? 0 : first / second;
+}
+
+Worth worthOf(const CellTable& table, const Column& column, const std::vector<Row>& rows)
+{
+    Worth worth;
+    std::vector<double> ratios;
+    for (const Row& row : rows) {
+        const Cell *cell = table.find(row, column), *discard = table.find(row, {"discard"});
+        if (!cell || !discard || isBiased(*cell) || isBiased(*discard)) continue;
+        worth.withinBudget = worth.withinBudget && !table.exceedsBudget(*cell);
+        const double ratio = varianceRatio(*cell, *discard);
+        if (!std::isnan(ratio)) ratios.push_back(ratio);
+    }
+    worth.rows = ratios.size();
+    if (ratios.empty()) return worth;
+    std::sort(ratios.begin(), ratios.end());
+    const double low = ratios[(ratios.size() - 1) / 2], high = ratios[ratios.size() / 2];
+    worth.median = low == high ? low : (low + high) / 2;
+    return worth;
 }
 
 std::vector<Column> winners(const CellTable& table, const Row& row, const std::vector<Beta>& betas)

@@ -26,6 +26,8 @@ struct Column {
     friend auto operator<=>(const Column&, const Column&) = default;
     /// "R-A 4", "MIS, β ideal": short enough for the head of a column.
     std::string label() const;
+    /// "Reweighting-Augmentation": the method in full.
+    std::string name() const;
     /// The class of its colour in the style sheet.
     std::string style() const;
 };
@@ -75,6 +77,21 @@ bool isInfinite(const Cell& cell);
 /// -1, 0, 1 as the N Var of a is less than, indistinguishable from, or more than that of b.
 /// Expected values decide where both are known, else measured ones and their errors.
 int compareVariance(const Cell& a, const Cell& b);
+
+/// The decidingVariance of a over that of b: 1 where they cannot be told apart, 0 and infinite
+/// where only one of them has none or an infinite one.
+double varianceRatio(const Cell& a, const Cell& b);
+
+/// N Var to compare by: the expected one where there is one, else as measured.
+double decidingVariance(const Cell& cell);
+
+/// What a method is worth on several rows: the median of its ratios to Discard.
+struct Worth {
+    double median = kUnknown;
+    size_t rows = 0;           // in which both are unbiased
+    bool withinBudget = true;  // in all of them
+};
+Worth worthOf(const CellTable& table, const Column& column, const std::vector<Row>& rows);
 
 /// The unbiased columns with no more than n rays that no other such column beats; only columns with
 /// a correction in `betas` take part, and Discard, which has nothing to correct.

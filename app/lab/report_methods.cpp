@@ -45,16 +45,16 @@ std::string pairPicture(const Pair& pair)
     plot.band(kept, fresh, "c-orange");
     plot.curve(old, "c-grey dashed");
     plot.curve(fresh, "ink");
-    plot.describe(std::string("Old and new density of ") + pair.id);
+    plot.describe("Old and new density of " + pairLabel(pair.id));
     return plot.element();
 }
 
 std::string pairCard(const Pair& pair)
 {
     const double c = pair.bestC(1, 1);
-    std::string html = "<article class=\"card\"><h3>" + escapeMarkup(pair.id) + ": " +
-                       escapeMarkup(pair.meaning) + "</h3><span class=\"small\">" +
-                       escapeMarkup(pair.formula) + "</span>" + pairPicture(pair);
+    std::string html = "<article class=\"card\"><h3>" + escapeMarkup(pairLabel(pair.id)) +
+                       "</h3><span class=\"small\">" + escapeMarkup(pair.formula) + "<br>" +
+                       escapeMarkup(pair.meaning) + "</span>" + pairPicture(pair);
     html += "<p class=\"small\">b = " + shortNumber(pair.rejectionConstant(), 4) +
             " &#160; a = " + shortNumber(pair.augmentationConstant(), 4) +
             " &#160; TV = " + shortNumber(pair.residual(1)) +
@@ -75,10 +75,11 @@ std::string functionCard(size_t index)
     const TestFunction& f = functions()[index];
     Plot plot("", linearAxis("", 0, 1, 2), linearAxis("", 0, highest, 3), 215, 110);
     plot.curve(curve, "ink");
-    plot.describe(std::string("Graph of ") + f.id);
-    return "<article class=\"card\"><h3>" + escapeMarkup(f.id) + "</h3><span class=\"small\">" +
-           escapeMarkup(f.formula) + "<br>∫ = " + shortNumber(integrateFunctions(0, 1)[index], 4) +
-           "</span>" + plot.element() + "</article>\n";
+    plot.describe("Graph of " + functionLabel(f.id));
+    return "<article class=\"card\"><h3>" + escapeMarkup(functionLabel(f.id)) +
+           "</h3><span class=\"small\">" + escapeMarkup(f.formula) +
+           "<br>∫ = " + shortNumber(integrateFunctions(0, 1)[index], 4) + "</span>" +
+           plot.element() + "</article>\n";
 }
 
 }  // namespace
@@ -100,7 +101,8 @@ std::string methodsSection()
         paragraph("Old samples x of density q, N of them; new samples y of density p, n of them; "
                   "candidates z. W is the mean weight of the k candidates among which one was "
                   "resampled, c the scale on q, R(c) the mass of p that c·q does not cover.");
-    html += "<div class=\"cards\">\n" + cards + "</div>\n";
+    html += "<div class=\"cards\">\n" + cards + "</div>\n" +
+            dataLine("methods.csv", {"id", "name", "formula", "needs", "unbiased"});
     html +=
         paragraph("<b>The correction β.</b> Most of these can be written as a sum of weights v "
                   "times f/p, where the weights sum to one on average. Subtracting β (Σv − 1) "
@@ -120,9 +122,16 @@ std::string pairsSection()
                   "q; C is a Cauchy lobe (centre, width), U uniform.");
     html += "<div class=\"cards\">\n";
     for (const Pair& pair : pairs()) html += pairCard(pair);
-    html += "</div>\n<h3>The functions</h3>\n<div class=\"cards narrow\">\n";
+    html += "</div>\n" +
+            dataLine("densities.csv",
+                     {"pair", "name", "formula", "rejection", "augmentation", "total_variation",
+                      "c", "growth"},
+                     "curves by the formulas") +
+            "<h3>The functions</h3>\n<div class=\"cards narrow\">\n";
     for (size_t i = 0; i < kFunctions; ++i) html += functionCard(i);
-    return section("densities", "The changes of density and the functions", html + "</div>\n");
+    html += "</div>\n" + dataLine("functions.csv", {"f", "name", "formula", "integral"},
+                                  "curves by the formulas");
+    return section("densities", "The changes of density and the functions", html);
 }
 
 }  // namespace app::lab

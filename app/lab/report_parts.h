@@ -1,4 +1,5 @@
-// The sections of the report and the words they share. Only report*.cpp include this.
+// The sections of the report and the words they share. Only report*.cpp include this. Codes never
+// stand alone on the page: "F6 peaks" in tables and plots, "peaks (F6)" in sentences.
 #pragma once
 
 #include <string>
@@ -6,6 +7,7 @@
 
 #include "app/lab/report_data.h"
 #include "app/lab/results.h"
+#include "app/report/map.h"
 #include "app/report/page.h"
 #include "app/report/svg.h"
 #include "app/report/text.h"
@@ -15,6 +17,7 @@ namespace app::lab {
 using namespace report;  // every section is made of its pieces
 
 // Each is a whole section element, or empty where there is nothing to show.
+std::string pictureSection(const LabResults& results);
 std::string summarySection(const LabResults& results);
 std::string ideaSection();
 std::string winnersSection(const LabResults& results);
@@ -30,14 +33,26 @@ std::string lobesSection(const LabResults& results);
 std::string storesPart(const LabResults& results);
 std::string flatlandSection(const LabResults& results);
 std::string trapsSection(const LabResults& results);
+std::string filesSection();
 
-/// "D2: F5; D9: F1, F2" as text; "none" when there is none.
-std::string rowList(const std::vector<Row>& rows);
+/// "F6 peaks" and "D2 small shift"; the code alone where it is not known.
+std::string functionLabel(const std::string& id);
+std::string pairLabel(const std::string& id);
+/// "small shift (D2), peaks (F6)".
+std::string rowWords(const Row& row);
+
+/// Changes of density downwards, functions across, in the order in which the cells came; `cell`
+/// tells what stands where.
+Map rowMap(const std::string& title, const CellTable& table,
+           const std::function<MapCell(const Row&)>& cell);
+
+/// A map with its caption: what is read from it. `id` may be empty.
+std::string mapFigure(const Map& map, const std::string& caption, const std::string& id = "");
+
+/// Where the map stands that shows, row by row, who wins the duel.
+std::string duelId(const Column& a, const Column& b);
 
 /// The column of R-A that stands for it in sentences.
 Column usualRa(Beta beta);
-
-/// N Var to compare by: the expected one where there is one, else as measured.
-double decidingVariance(const Cell& cell);
 
 }  // namespace app::lab

@@ -88,7 +88,9 @@ std::string flatlandSection(const LabResults& results)
             "one, [.10, .13] of it was hidden.</figcaption></figure>\n";
     html += tableMarkup("<th>variant</th><th></th>" + numberHead("mean") + kBiasHead +
                             numberHead("variance") + numberHead("expected") + numberHead("mean Σv"),
-                        rows);
+                        rows) +
+            dataLine("flatland.csv", {"variant", "mean", "bias", "expected_bias", "z", "variance",
+                                      "expected_variance", "mean_weight"});
     return section("flatland", "Flatland: samples from another camera", html);
 }
 
@@ -105,7 +107,9 @@ std::string trapsSection(const LabResults& results)
     std::string html =
         paragraph("Things that look right and are not. Each was run the wrong way and the right "
                   "way, often enough for the difference to show beyond doubt.");
-    html += tableMarkup(std::string("<th>trap</th><th>way</th>") + kBiasHead, rows);
+    html += tableMarkup(std::string("<th>trap</th><th>way</th>") + kBiasHead, rows) +
+            dataLine("traps.csv",
+                     {"name", "wrong_bias", "expected_bias", "wrong_z", "right_bias", "right_z"});
     return section("traps", "Traps", html);
 }
 

@@ -55,7 +55,8 @@ std::string storesPart(const LabResults& results)
         }
         body += "</tr>\n";
     }
-    return html + tableMarkup(head, body);
+    return html + tableMarkup(head, body) +
+           dataLine("stores.csv", {"step", "kept", "cap", "brightness", "late_variance_ratio"});
 }
 
 }  // namespace app::lab

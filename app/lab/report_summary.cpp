@@ -14,7 +14,7 @@ namespace {
 
 std::string cellName(const Cell& c)
 {
-    return c.pair + " " + c.function + " " +
+    return rowWords({c.pair, c.function}) + ", " +
            Column{c.method, c.beta, c.method == "ra" ? c.candidates : 0}.label() +
            (c.newSamples != c.oldSamples ? " (n = " + std::to_string(c.newSamples) + ")" : "");
 }
@@ -69,6 +69,12 @@ std::string outcome(const Duel& d)
     return text + ", higher in " + std::to_string(d.losses.size());
 }
 
+/// Which rows, as a link to their map.
+std::string mapLink(const Column& a, const Column& b)
+{
+    return " (<a href=\"#" + duelId(a, b) + "\">map</a>)";
+}
+
 std::string listItem(const std::string& rival, const std::string& html)
 {
     return "<li>against " + rival + ": " + html + "</li>\n";
@@ -107,21 +113,22 @@ std::string plainRa(const CellTable& table)
                reweighting = duel(table, ra, {"reweighting"}),
                kept = duel(table, ra, {"rejection-augmentation"});
     if (discard.rows() == 0) return {};
-    std::string list = outcome(discard);
-    if (!discard.losses.empty())
-        list += " (" + rowList(discard.losses) + ")" + lossReason(table, discard);
+    std::string list = outcome(discard) + mapLink(ra, {"discard"}) + lossReason(table, discard);
     list = listItem("Discard", list + ";");
-    if (kept.rows()) list += listItem("Rejection-Augmentation", outcome(kept) + ";");
+    if (kept.rows())
+        list += listItem("Rejection-Augmentation",
+                         outcome(kept) + mapLink(ra, {"rejection-augmentation"}) + ";");
     if (reweighting.rows())
         list += listItem("Reweighting, which spends no new ray but is biased where the old density "
                          "vanishes (those rows are left out)",
-                         outcome(reweighting) + ";");
+                         outcome(reweighting) + mapLink(ra, {"reweighting"}) + ";");
     if (mis.rows())
         list += listItem("the plain balance heuristic (MIS)",
-                         outcome(mis) + (mis.losses.size() > mis.wins.size()
-                                             ? ": <b>more often than not, MIS is the better choice "
-                                               "when nothing is corrected.</b>"
-                                             : ": more often than not, R-A is the better choice."));
+                         outcome(mis) + mapLink(ra, {"mis"}) +
+                             (mis.losses.size() > mis.wins.size()
+                                  ? ": <b>more often than not, MIS is the better choice "
+                                    "when nothing is corrected.</b>"
+                                  : ": more often than not, R-A is the better choice."));
     return paragraph("<b>Where does Reweighting-Augmentation (R-A) win, where does it lose?</b> "
                      "Plain, with " +
                      std::to_string(kUsualCandidates) +
@@ -141,11 +148,13 @@ std::string correctedRa(const CellTable& table)
                        "best β, R-A loses to Discard in " +
                        outOf(discard.losses.size(), discard.rows()) + " rows instead of " +
                        std::to_string(plain.losses.size());
-    text += discard.losses.empty() ? ". " : " (" + rowList(discard.losses) + "). ";
+    text += discard.rows() ? mapLink(ra, {"discard"}) + ". " : ". ";
     if (rival.rows()) {
         text += "Against MIS with the same correction it is not worse in " +
                 outOf(rival.wins.size() + rival.ties.size(), rival.rows()) + " rows";
-        text += rival.ties.empty() ? ". " : " (" + std::to_string(rival.ties.size()) + " ties). ";
+        text +=
+            (rival.ties.empty() ? "" : ", " + std::to_string(rival.ties.size()) + " of them ties") +
+            mapLink(ra, mis) + ". ";
     }
     const Column own = usualRa(Beta::own);
     if (table.has(own)) {
@@ -154,7 +163,7 @@ std::string correctedRa(const CellTable& table)
             "The best β is the integral itself, which one does not know. With the estimate in its "
             "place (self-normalisation, at the price of a small bias) R-A loses to Discard in " +
             outOf(realised.losses.size(), realised.rows()) + " rows";
-        text += realised.losses.empty() ? ". " : ": " + rowList(realised.losses) + ". ";
+        text += realised.rows() ? mapLink(own, {"discard"}) + ". " : ". ";
     }
     if (discard.losses.empty() && !plain.losses.empty())
         text += "<b>R-A should not go without the correction; with the best β it is never worse "
@@ -187,7 +196,8 @@ std::string tiles(const CellTable& table, const Verdict& v)
     std::string html =
         tile(std::to_string(v.cells), "cells: a method on a function under a change of density");
     html += tile(outOf(v.meansOff.size(), v.meansJudged),
-                 "unbiased cells with a mean off by more than 4.5 standard errors");
+                 "unbiased cells with a mean off by more than " + numberText(kMeanBound) +
+                     " standard errors");
     if (discard.rows())
         html += tile(outOf(discard.losses.size(), discard.rows()),
                      "rows in which plain R-A is worse than throwing the old samples away");
@@ -241,8 +251,8 @@ std::string summarySection(const LabResults& results)
         std::to_string(samples) + " old samples and repeated " + std::to_string(results.trials) +
         " times, so that every claim below has an error bar. All counts are computed from the "
         "cells of this run.");
-    html +=
-        tiles(table, v) + correctness(v) + plainRa(table) + correctedRa(table) + fewerRays(results);
+    html += tiles(table, v) + dataLine("cells.csv", {}, "counted from its rows") + correctness(v) +
+            plainRa(table) + correctedRa(table) + fewerRays(results);
     return section("summary", "Summary", html);
 }
 
@@ -261,14 +271,28 @@ std::string ideaSection()
         "many of them the new density asks for (blue), and send new rays where they do not suffice "
         "(orange). A method is <em>unbiased</em> when it is right on average, with any number of "
         "rays; among those, the one with the least <em>variance</em>, the least grain, wins.");
+    html += paragraph(
+        "Three names come up all the time. <b>Discard</b> throws the old samples away. "
+        "<b>MIS</b>, multiple importance sampling by the balance heuristic, draws new samples as "
+        "Discard does and weights them together with the old ones. <b>R-A</b>, "
+        "Reweighting-Augmentation, also steers the new ones to where old ones are missing: each is "
+        "picked among <b>k</b> candidates. <a href=\"#methods\">All methods</a>.");
     html += "</div><figure>" + ideaPicture() +
             "<figcaption>A lobe that moved from .45 to .55. The scale c decides how much the old "
-            "samples count for.</figcaption></figure></div>\n";
-    html += paragraph("Throughout, q is the old density with N samples x, p the new one with n "
-                      "samples y, f the function to integrate, c the scale on q. <b>N·Var</b> is "
-                      "the variance of the estimate times N: the number to compare, smaller is "
-                      "better; half of it means half the rays for the same grain. The estimate of "
-                      "each cell is repeated from scratch with new random numbers in every trial.");
+            "samples count for.</figcaption>" +
+            dataLine("densities.csv", {"formula", "c"}, "row " + pairLabel(pairs()[1].id)) +
+            "</figure></div>\n";
+    html += paragraph(
+        "Throughout, q is the old density with N samples x, p the new one with n "
+        "samples y, f the function to integrate, c the scale on q. A change of density goes by "
+        "a name and a code, as in " +
+        rowWords({"D2", "F6"}) +
+        "; "
+        "<a href=\"#densities\">all of them</a> are drawn below. A <em>row</em> is "
+        "one function under one change. <b>N·Var</b> is "
+        "the variance of the estimate times N: the number to compare, smaller is "
+        "better; half of it means half the rays for the same grain. The estimate of "
+        "each cell is repeated from scratch with new random numbers in every trial.");
     return section("idea", "The idea", html);
 }
 

@@ -1,4 +1,5 @@
-// Who wins where, as maps of pairs against functions, and whom R-A beats. See report_parts.h.
+// Who wins where: maps of changes of density against functions, and of methods against both. See
+// report_parts.h.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -9,63 +10,11 @@ namespace app::lab {
 
 namespace {
 
-constexpr double kBoxWidth = 57, kBoxHeight = 21;
-
-/// The rows and columns of a map, in the order in which the cells came.
-struct Grid {
-    std::vector<std::string> pairs, functions;
-};
-
-Grid gridOf(const CellTable& table)
-{
-    Grid grid;
-    const auto add = [](std::vector<std::string>& list, const std::string& name) {
-        if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
-    };
-    for (const Row& row : table.rows()) {
-        add(grid.pairs, row.pair);
-        add(grid.functions, row.function);
-    }
-    return grid;
-}
-
-struct Box {
-    std::string text, style, textStyle, title;
-};
-
-/// Pairs downwards, functions across; `box` tells what stands where.
-template <class BoxOf>
-std::string heatMap(const std::string& title, const CellTable& table, BoxOf box)
-{
-    const Grid grid = gridOf(table);
-    Drawing drawing;
-    constexpr double kLeft = 26, kTop = 40;
-    drawing.text({0, 13}, title, "heading");
-    for (size_t f = 0; f < grid.functions.size(); ++f)
-        drawing.text({kLeft + kBoxWidth * (static_cast<double>(f) + 0.5), kTop - 7},
-                     grid.functions[f], "label", Anchor::middle);
-    for (size_t p = 0; p < grid.pairs.size(); ++p) {
-        const double y = kTop + kBoxHeight * static_cast<double>(p);
-        drawing.text({kLeft - 6, y + 14.5}, grid.pairs[p], "label", Anchor::end);
-        for (size_t f = 0; f < grid.functions.size(); ++f) {
-            const double x = kLeft + kBoxWidth * static_cast<double>(f);
-            const Box b = box(Row{grid.pairs[p], grid.functions[f]});
-            drawing.add("<g><title>" + escapeMarkup(b.title) + "</title>");
-            drawing.rectangle({x, y}, kBoxWidth, kBoxHeight, "heat " + b.style);
-            drawing.text({x + kBoxWidth / 2, y + 14.5}, b.text, "heattext " + b.textStyle,
-                         Anchor::middle);
-            drawing.add("</g>");
-        }
-    }
-    return drawing.element(kLeft + kBoxWidth * static_cast<double>(grid.functions.size()) + 2,
-                           kTop + kBoxHeight * static_cast<double>(grid.pairs.size()) + 2, title);
-}
-
 std::string boxLabel(const Column& column)
 {
     std::string label = column.label();
     label = label.substr(0, label.find(','));
-    if (label == "Reweighting") return "Reweight";
+    if (label == "Reweighting") return "Rew.";
     if (label == "R-A thinned") return "thinned";
     if (label == "Rejection") return "Reject";
     if (label == "Augmentation") return "Augment";
@@ -73,60 +22,47 @@ std::string boxLabel(const Column& column)
     return label;
 }
 
-std::string winnerMap(const std::string& title, const CellTable& table,
-                      const std::vector<Beta>& betas, std::set<std::string>& seen)
+Map winnerMap(const std::string& title, const CellTable& table, const std::vector<Beta>& betas,
+              std::set<std::string>& seen)
 {
-    return heatMap(title, table, [&](const Row& row) {
+    return rowMap(title, table, [&table, betas, &seen](const Row& row) {
         const std::vector<Column> best = winners(table, row, betas);
-        Box box{"–", "none", "", row.pair + " " + row.function + ": nobody"};
-        if (best.empty()) return box;
-        std::string names;
+        if (best.empty()) return MapCell{"–", "none", "", "nobody"};
+        MapCell box{"tie", "none", "", ""};
         bool oneMethod = true;
         for (const Column& column : best) {
-            names += (names.empty() ? "" : ", ") + column.label();
+            box.title += (box.title.empty() ? "" : ", ") + column.label();
             oneMethod = oneMethod && column.method == best.front().method;
         }
-        box.title = row.pair + " " + row.function + ": " + names + ", N·Var " +
-                    shortNumber(decidingVariance(*table.find(row, best.front())));
+        box.title += ", N·Var " + shortNumber(decidingVariance(*table.find(row, best.front())));
         if (oneMethod) {
             seen.insert(best.front().method);
             box.text = best.size() == 1 ? boxLabel(best.front())
                                         : boxLabel({best.front().method, Beta::none, 0});
             box.style = "fill " + best.front().style();
             box.textStyle = "on " + best.front().style();
-        } else {
-            box.text = "tie";
         }
         return box;
     });
 }
 
-/// Shades by the ratio of variances; 1.02 and less is no relevant difference.
-std::string shade(double ratio)
+/// Against nothing at all every loss is infinite.
+std::string ratioText(double ratio)
 {
-    const double size = std::abs(std::log(ratio));
-    if (!(size > std::log(1.02))) return "none";
-    const char* strength = size > std::log(3) ? "3" : size > std::log(1.4) ? "2" : "1";
-    return std::string(ratio < 1 ? "b" : "w") + strength;
+    if (ratio == 1) return "=";
+    if (ratio > 0 && ratio < 0.01) return ratio < 1e-4 ? "0" : shortNumber(ratio, 1);
+    return ratio > 1e4 ? "∞" : shortNumber(ratio, 2);
 }
 
-std::string duelMap(const std::string& title, const CellTable& table, const Column& a,
-                    const Column& b)
+Map duelMap(const std::string& title, const CellTable& table, const Column& a, const Column& b)
 {
-    return heatMap(title, table, [&](const Row& row) {
-        Box box{"–", "none", "", row.pair + " " + row.function + ": no comparison"};
+    return rowMap(title, table, [&table, a, b](const Row& row) {
         const Cell *first = table.find(row, a), *second = table.find(row, b);
-        if (!first || !second) return box;
-        const double va = decidingVariance(*first), vb = decidingVariance(*second);
-        box.title = row.pair + " " + row.function + ": " + a.label() + " " + shortNumber(va) +
-                    ", " + b.label() + " " + shortNumber(vb);
-        const int order = compareVariance(*first, *second);
-        const double ratio = order == 0 ? 1 : va / vb;
-        // Against nothing at all every loss is infinite.
-        box.text = order == 0 ? "=" : order > 0 && ratio > 1e4 ? "∞" : shortNumber(ratio, 2);
-        if (order < 0 && ratio < 1e-4) box.text = "0";
-        box.style = order == 0 ? "none" : shade(ratio);
-        return box;
+        if (!first || !second) return MapCell{"–", "none", "", "no comparison"};
+        const double ratio = varianceRatio(*first, *second);
+        return MapCell{ratioText(ratio), ratioStyle(ratio), "",
+                       a.label() + " " + shortNumber(decidingVariance(*first)) + ", " + b.label() +
+                           " " + shortNumber(decidingVariance(*second))};
     });
 }
 
@@ -136,35 +72,98 @@ std::string legendOf(const std::set<std::string>& methods)
     for (const std::string& id : methods) {
         const Column column{id};
         html += "<span class=\"" + column.style() + "\"><span class=\"swatch\"></span>" +
-                escapeMarkup(column.label()) + "</span> &#160; ";
+                escapeMarkup(boxLabel(column)) +
+                (boxLabel(column) == column.name() ? "" : ": " + escapeMarkup(column.name())) +
+                "</span>\n";
     }
-    return "<p class=\"small\">" + html +
-           "A number after R-A is its k. <b>tie</b>: several methods are equally good.</p>\n";
+    return "<p class=\"small legend\">" + html +
+           "<span>the number after R-A: its k</span><span><b>tie</b>: several methods are equally "
+           "good</span></p>\n";
 }
 
-std::string scoreBar(const Duel& d)
+/// One row of a map of methods: all that have no correction but Discard, with which they are
+/// compared, and the best correction of the two that everything is about.
+std::vector<Column> comparedColumns(const CellTable& table)
 {
-    std::string html = "<div class=\"bar3\">";
-    const auto piece = [&](const char* style, size_t count) {
-        if (count)
-            html += std::string("<span class=\"") + style +
-                    "\" style=\"flex:" + std::to_string(count) + "\">" + std::to_string(count) +
-                    "</span>";
+    std::vector<Column> columns;
+    for (const Column& column : table.columns()) {
+        const bool corrected = column.beta == Beta::ideal &&
+                               (column == usualRa(Beta::ideal) || column.method == "mis");
+        if ((column.beta == Beta::none && column.method != "discard") || corrected)
+            columns.push_back(column);
+    }
+    return columns;
+}
+
+/// Methods downwards, across the values of one member of the rows; medians over the other.
+Map methodMap(const std::string& title, const CellTable& table, std::string Row::*member)
+{
+    std::vector<std::string> ids;
+    for (const Row& row : table.rows())
+        if (std::find(ids.begin(), ids.end(), row.*member) == ids.end()) ids.push_back(row.*member);
+    const std::vector<Column> columns = comparedColumns(table);
+    Map map;
+    map.title = title;
+    map.cellWidth = 40;
+    map.slanted = true;
+    for (const Column& column : columns) map.rows.push_back(column.label());
+    for (const std::string& id : ids)
+        map.columns.push_back({member == &Row::pair ? pairLabel(id) : functionLabel(id), ""});
+    map.cell = [&table, columns, ids, member, labels = map.columns](size_t row, size_t column) {
+        std::vector<Row> rows;
+        for (const Row& r : table.rows())
+            if (r.*member == ids[column]) rows.push_back(r);
+        const Worth worth = worthOf(table, columns[row], rows);
+        const std::string place = columns[row].label() + ", " + labels[column].code + ": ";
+        if (worth.rows == 0) return MapCell{"–", "none", "", place + "not defined, or biased"};
+        const std::string text = ratioText(worth.median);
+        return MapCell{worth.withinBudget ? text : "(" + text + ")",
+                       worth.withinBudget ? ratioStyle(worth.median) : "none", "",
+                       place + "median of " + std::to_string(worth.rows) + ", " +
+                           shortNumber(worth.median) +
+                           (worth.withinBudget ? "" : "; at more than n rays")};
     };
-    piece("w", d.wins.size());
-    piece("t", d.ties.size());
-    piece("l", d.losses.size());
-    return html + "</div>";
+    return map;
 }
 
-std::string duelRow(const CellTable& table, const Column& a, const Column& b)
+std::string methodMaps(const CellTable& table)
 {
-    const bool own = a.beta == Beta::own;
-    const Duel d = duel(table, a, b, own ? Judge::evenBiased : Judge::unbiased);
-    if (d.rows() == 0) return {};
-    return "<tr><td class=\"name\">" + escapeMarkup(a.label()) + "</td><td class=\"name\">" +
-           escapeMarkup(b.label()) + "</td><td>" + scoreBar(d) + "</td><td>" + rowList(d.losses) +
-           "</td></tr>\n";
+    return "<h3>Which method for which change?</h3>\n" +
+           paragraph("Variance relative to that of Discard, the median over what is not shown: 0.5 "
+                     "means that half the rays give the same grain as starting anew (blue), 2 that "
+                     "twice as many are needed (orange). In brackets: at more than n new rays. –: "
+                     "not defined there, or biased.") +
+           "<div class=\"pairoffigures\">\n" +
+           mapFigure(methodMap("Methods by change of density", table, &Row::pair),
+                     "Median over the functions. Read along a row: where a method pays; down a "
+                     "column: what to take after such a change.") +
+           mapFigure(methodMap("Methods by function", table, &Row::function),
+                     "Median over the changes of density. Down a column: what to take for such an "
+                     "integrand.") +
+           "</div>\n" +
+           dataLine("cells.csv",
+                    {"pair", "f", "method", "beta", "k", "expected_n_var", "n_var", "rays"},
+                    "rows with n = N, or n = 0");
+}
+
+std::string duelMaps(const CellTable& table)
+{
+    std::string html = "<div class=\"pairoffigures\">\n";
+    for (const Beta beta : {Beta::none, Beta::ideal}) {
+        const Column ra = usualRa(beta);
+        if (!table.has(ra)) continue;
+        const std::string with = beta == Beta::none ? "plain" : "ideal β";
+        html +=
+            mapFigure(duelMap("R-A against Discard, " + with, table, ra, {"discard"}),
+                      "Blue: reuse pays. Orange: starting anew is better.") +
+            mapFigure(duelMap("R-A against MIS, " + with + (beta == Beta::none ? "" : " on both"),
+                              table, ra, {"mis", beta}),
+                      "Blue: steering the new samples pays. Orange: the plain balance "
+                      "heuristic is better.");
+    }
+    return html + "</div>\n" +
+           dataLine("cells.csv", {"pair", "f", "method", "beta", "k", "expected_n_var", "n_var"},
+                    "rows with n = N");
 }
 
 }  // namespace
@@ -174,64 +173,31 @@ std::string winnersSection(const LabResults& results)
     if (results.cells.empty()) return {};
     const CellTable table(results, 1);
     std::set<std::string> seen;
-    std::string maps = "<div class=\"pairoffigures\">\n<figure>" +
-                       winnerMap("Lowest variance, nothing corrected", table, {Beta::none}, seen) +
-                       "</figure>\n";
+    std::string maps =
+        "<div class=\"pairoffigures\">\n" +
+        mapFigure(winnerMap("Lowest variance, nothing corrected", table, {Beta::none}, seen),
+                  "The best method as it stands, for every change and function.");
     const bool corrected = std::any_of(table.columns().begin(), table.columns().end(),
                                        [](const Column& c) { return c.beta == Beta::ideal; });
     if (corrected)
-        maps += "<figure>" +
-                winnerMap("Lowest variance, corrections allowed (ideal β)", table,
-                          {Beta::none, Beta::ideal}, seen) +
-                "</figure>\n";
+        maps += mapFigure(winnerMap("Lowest variance, corrections allowed (ideal β)", table,
+                                    {Beta::none, Beta::ideal}, seen),
+                          "The same when the noise of the weights is taken out.");
     std::string html =
-        paragraph("Rows are changes of density, columns are functions. Only unbiased methods take "
-                  "part, and only where they spend at most as many new rays as there are old "
-                  "samples (n = N). The predicted variance decides.");
-    html += maps + "</div>\n" + legendOf(seen);
-    html += paragraph("How much does it matter? The maps below show the variance of R-A (k = 4) "
-                      "divided by that of its rival: 0.5 means that R-A needs half the rays "
-                      "(blue), 2 that it needs twice as many (orange), = that both are the same, 0 "
-                      "that the rival has infinite variance and ∞ that it has none.");
-    html += "<div class=\"pairoffigures\">\n";
-    for (const Beta beta : {Beta::none, Beta::ideal}) {
-        if (!table.has(usualRa(beta))) continue;
-        const std::string with = beta == Beta::none ? "plain" : "ideal β";
-        html += "<figure>" +
-                duelMap("R-A against Discard, " + with, table, usualRa(beta), {"discard"}) +
-                "</figure>\n<figure>" +
-                duelMap("R-A against MIS, " + with + (beta == Beta::none ? "" : " on both"), table,
-                        usualRa(beta), {"mis", beta}) +
-                "</figure>\n";
-    }
-    return section("winners", "Who wins", html + "</div>\n");
-}
-
-std::string lossesSection(const LabResults& results)
-{
-    const CellTable table(results, 1);
-    std::string rows;
-    const Column plain = usualRa(Beta::none), ideal = usualRa(Beta::ideal),
-                 own = usualRa(Beta::own);
-    for (const char* rival : {"discard", "reweighting", "rejection", "ris", "augmentation",
-                              "rejection-augmentation", "ra-thinned", "mis"})
-        rows += duelRow(table, plain, {rival});
-    for (const char* rival : {"discard", "reweighting", "rejection-augmentation", "mis"})
-        rows += duelRow(table, ideal, {rival});
-    for (const char* corrected : {"ra-thinned", "mis"})
-        rows += duelRow(table, ideal, {corrected, Beta::ideal});
-    rows += duelRow(table, own, {"discard"});
-    rows += duelRow(table, own, {"mis", Beta::own});
-    if (rows.empty()) return {};
-    std::string html =
-        paragraph("R-A with k = 4 against each rival, row by row of the table at n = N, wherever "
-                  "both exist and both are unbiased (with β of its own, R-A is slightly biased and "
-                  "compared all the same). Blue: rows that R-A wins; grey: ties; orange: rows that "
-                  "it loses, listed at the right. Augmentation may spend many more rays than R-A; "
-                  "Reweighting, Rejection and RIS spend none.");
-    html +=
-        tableMarkup("<th>R-A</th><th>against</th><th>won, tied, lost</th><th>lost in</th>", rows);
-    return section("losses", "Where R-A loses, and to what", html);
+        paragraph("Rows are changes of density, columns are functions; both are drawn "
+                  "<a href=\"#densities\">below</a>. Only unbiased methods take part, and only "
+                  "where they spend at most as many new rays as there are old samples (n = N). The "
+                  "predicted variance decides. Rest the pointer on a cell for its numbers.");
+    html += maps + "</div>\n" + legendOf(seen) +
+            dataLine("cells.csv",
+                     {"pair", "f", "method", "beta", "k", "expected_n_var", "n_var", "rays"},
+                     "rows with n = N, or n = 0") +
+            methodMaps(table) + "<h3>How much does it matter?</h3>\n";
+    html += paragraph("The maps show the variance of R-A (k = 4) divided by that of its rival: 0.5 "
+                      "means that R-A needs half the rays (blue), 2 that it needs twice as many "
+                      "(orange), = that both are the same, 0 that the rival has infinite variance "
+                      "and ∞ that it has none.");
+    return section("winners", "Who wins", html + duelMaps(table));
 }
 
 }  // namespace app::lab

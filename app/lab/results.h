@@ -108,6 +108,33 @@ struct FlatlandResult {
     uint64_t trials = 0;
 };
 
+/// An image of flatland by one way to go on: every pixel of every row is an estimate of its own.
+struct FlatlandStrip {
+    std::string name, meaning;
+    bool exact = false;  // by quadrature: one row
+    bool unbiased = true;
+    std::vector<double> values;  // row by row
+    double noise = 0;            // root mean square over the pixels, in units of the mean truth
+    double bias = 0;        // the same of what is wrong on average, less what chance makes of it
+    bool biasSeen = false;  // beyond chance
+};
+
+/// A sample in one pixel of flatland, as one trial of R-A weighted it.
+struct FlatlandSample {
+    double ground = 0, direction = 0;  // sine of its angle
+    bool fresh = false;
+    double weight = 1;  // of an old one: the share of it that counts, min(1, p/(c q))
+};
+
+/// The line of pixels of the new camera, rendered in several ways.
+struct FlatlandPicture {
+    double low = 0, width = 0;  // ends of the stretch of ground
+    uint32_t pixels = 0, rows = 0;
+    std::vector<double> truth;  // per pixel
+    std::vector<FlatlandStrip> strips;
+    std::vector<FlatlandSample> samples;
+};
+
 /// Something that looks right and is not: the wrong way and the right way, measured.
 struct Trap {
     std::string name, wrong, right;    // one sentence each
@@ -128,6 +155,7 @@ struct LabResults {
     std::vector<LobeSequence> lobes;
     std::vector<StoreResult> stores;
     std::vector<FlatlandResult> flatland;
+    FlatlandPicture picture;
     std::vector<Trap> traps;
 };
 

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "app/lab/flatland.h"
+#include "app/lab/flatland_picture.h"
 #include "app/lab/moving_lobe.h"
 #include "app/lab/table.h"
 #include "app/lab/traps.h"
@@ -163,6 +164,7 @@ runLab(const LabSettings& settings,
     if (!measureStores(settings, results, progress, stop)) return {};
     Stage flat("flatland", 1, progress), traps("traps", 1, progress);
     results.flatland = flatlandVariants(settings.trials, settings.seed, flat.part(0), stop);
+    results.picture = flatlandPicture(settings.seed);
     results.traps = measureTraps(settings.trials, settings.seed, traps.part(0), stop);
     if (results.flatland.empty() || results.traps.empty()) return {};
     results.seconds = core::secondsSince(start);

@@ -175,7 +175,7 @@ std::vector<MajorisationPoint> majorisationSweep()
     const Density q = Density::cauchy(0.45, 0.1);
     for (int i = 0; i <= 50; ++i) {
         const double at = 0.45 + 0.01 * i;
-        const Pair pair{"", "", "", q, Density::cauchy(at, 0.1)};
+        const Pair pair{"", "", "", "", q, Density::cauchy(at, 0.1)};
         const double c = pair.bestC(1, 1);
         const double squares = integrate(crossings(pair.q, pair.p, 1), [&](double x) {
             return pair.p.pdf(x) * pair.p.pdf(x) / pair.q.pdf(x);

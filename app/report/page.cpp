@@ -1,10 +1,6 @@
 // The page's head, contents, sections and foot, and the small pieces of markup. See page.h.
 #include "app/report/page.h"
 
-#include <cstdint>
-#include <fstream>
-#include <iterator>
-
 #include "app/report/page_style.h"
 #include "app/report/text.h"
 #include "core/base/check.h"
@@ -12,23 +8,6 @@
 namespace app::report {
 
 namespace {
-
-/// Bytes as text (RFC 4648).
-std::string base64(const std::string& bytes)
-{
-    constexpr const char* kLetters =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (size_t i = 0; i < bytes.size(); i += 3) {
-        uint32_t three = 0;
-        for (size_t k = 0; k < 3; ++k)
-            three = three << 8u | (i + k < bytes.size() ? uint8_t(bytes[i + k]) : 0u);
-        for (size_t k = 0; k < 4; ++k)
-            text += i + k > bytes.size() ? '=' : kLetters[three >> (18 - 6 * k) & 63u];
-    }
-    return text;
-}
 
 std::string sectionHead(const std::string& id)
 {
@@ -116,12 +95,14 @@ std::string tableMarkup(const std::string& head, const std::string& rows)
            "</tbody></table></div>\n";
 }
 
-std::string embeddedPng(const std::filesystem::path& file, const std::string& words)
+std::string dataLine(const std::string& file, const std::vector<std::string>& columns,
+                     const std::string& words)
 {
-    std::ifstream stream(file, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-    return "<img alt=\"" + escapeMarkup(words) + "\" src=\"data:image/png;base64," + base64(bytes) +
-           "\">";
+    std::string html = "<p class=\"data\">Data: <a href=\"" + escapeMarkup(file) + "\">" +
+                       escapeMarkup(file) + "</a>";
+    for (size_t i = 0; i < columns.size(); ++i)
+        html += (i ? ", <code>" : ": <code>") + escapeMarkup(columns[i]) + "</code>";
+    return html + (words.empty() ? "" : "; " + escapeMarkup(words)) + "</p>\n";
 }
 
 }  // namespace app::report

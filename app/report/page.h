@@ -3,7 +3,6 @@
 // no script.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -56,7 +55,9 @@ std::string numberHead(const std::string& html);
 /// elements.
 std::string tableMarkup(const std::string& head, const std::string& rows);
 
-/// An img element that holds the picture of a PNG file; `words` for who cannot see it.
-std::string embeddedPng(const std::filesystem::path& file, const std::string& words);
+/// Where the numbers of a table or plot are: a link to a file beside the page, which columns of it
+/// or keys, and words on which rows.
+std::string dataLine(const std::string& file, const std::vector<std::string>& columns,
+                     const std::string& words = "");
 
 }  // namespace app::report

@@ -59,11 +59,6 @@ table.big td.win{background:var(--c);color:var(--onc,var(--onfill));font-weight:
 table.big td.near{box-shadow:inset 0 -3px var(--c)}
 table.big td.biased{color:var(--soft);font-style:italic}
 table.big td.none{color:var(--soft)}
-.bar3{display:flex;height:20px;min-width:190px;font-size:12px;line-height:20px;text-align:center;
-border-radius:4px;overflow:hidden}
-.bar3 span{min-width:20px}
-.bar3 .w{background:var(--blue);color:var(--onfill)}.bar3 .t{background:var(--grid)}
-.bar3 .l{background:var(--red);color:var(--onfill)}
 td.name{white-space:nowrap}
 .bad{color:var(--red);font-weight:650}
 summary{cursor:pointer;color:var(--blue)}
@@ -84,6 +79,10 @@ text{fill:var(--ink);font-size:11px}
 .heattext{font-size:10px}.heattext.on{fill:var(--onc,var(--onfill));font-weight:600}
 .b1{fill:rgba(var(--better),.16)}.b2{fill:rgba(var(--better),.34)}.b3{fill:rgba(var(--better),.55)}
 .w1{fill:rgba(var(--worse),.18)}.w2{fill:rgba(var(--worse),.4)}.w3{fill:rgba(var(--worse),.66)}
+.pixels{image-rendering:pixelated}
+.data{font-size:12.5px;margin:2px 0 14px;color:var(--soft);overflow-wrap:anywhere}
+.data code{font-size:12px}
+.legend{display:flex;flex-wrap:wrap;gap:3px 16px}
 .ink{--c:var(--ink)}.soft{--c:var(--soft)}
 .c-grey{--c:var(--grey)}.c-orange{--c:var(--orange)}.c-pink{--c:var(--pink)}.c-yellow{--c:var(--yellow)}
 .c-red{--c:var(--red)}.c-blue{--c:var(--blue)}.c-sky{--c:var(--sky)}.c-green{--c:var(--green)}
@@ -104,7 +103,7 @@ padding-right:14px}}
 .pairoffigures{grid-template-columns:1fr 1fr}.three{grid-template-columns:1fr 1fr 1fr}
 .cards{grid-template-columns:1fr 1fr 1fr}
 .scroll{overflow:visible}table.big{font-size:7pt}table.big td,table.big th{padding:1px 2px}
-h2{break-after:avoid}.win,.bar3 span,.heat,.band,.block,.dot{print-color-adjust:exact;
+h2{break-after:avoid}.win,.swatch,.heat,.band,.block,.dot{print-color-adjust:exact;
 -webkit-print-color-adjust:exact}}
 )css";
 

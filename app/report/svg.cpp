@@ -44,8 +44,9 @@ bool finite(Point p)
     return std::isfinite(p.x) && std::isfinite(p.y);
 }
 
-/// Width of a text in pixels, precise enough for margins: bytes that continue a letter do not
-/// count.
+}  // namespace
+
+// Bytes that continue a letter do not count.
 double textWidth(std::string_view text)
 {
     const auto letters = std::count_if(text.begin(), text.end(), [](char c) {
@@ -53,8 +54,6 @@ double textWidth(std::string_view text)
     });
     return kLetter * static_cast<double>(letters);
 }
-
-}  // namespace
 
 // --- drawing
 
@@ -140,6 +139,14 @@ void Drawing::text(Point at, std::string_view text, std::string_view style, Anch
         svg_ += " transform=\"rotate(" + coordinate(degrees) + ' ' + coordinate(at.x) + ' ' +
                 coordinate(at.y) + ")\"";
     svg_ += '>' + escapeMarkup(text) + "</text>";
+}
+
+void Drawing::image(Point corner, double width, double height, const GreyImage& pixels)
+{
+    if (!finite(corner) || pixels.width == 0 || pixels.values.empty()) return;
+    svg_ += "<image class=\"pixels\" preserveAspectRatio=\"none\"" + attribute("x", corner.x) +
+            attribute("y", corner.y) + attribute("width", width) + attribute("height", height) +
+            " href=\"" + pngData(pixels) + "\"/>";
 }
 
 std::string Drawing::element(double width, double height, std::string_view title) const
@@ -271,7 +278,7 @@ double Plot::drawHead(Drawing& drawing) const
     constexpr double kRow = 1.5 * kFontSize, kSample = 20;
     double x = 0, y = title + kRow;
     for (const LegendEntry& entry : legend_) {
-        const double needed = kSample + 5 + textWidth(entry.label) + 12;
+        const double needed = kSample + 5 + textWidth(entry.label) + 16;
         if (x > 0 && x + needed > width_) {
             x = 0;
             y += kRow;

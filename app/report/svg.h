@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "app/report/pixels.h"
+
 namespace app::report {
 
 struct Point {
@@ -17,6 +19,9 @@ struct Tick {
     double value = 0;
     std::string label;
 };
+
+/// Width of a text at the size of labels, in pixels; precise enough for margins.
+double textWidth(std::string_view text);
 
 /// At least three ticks at multiples of 1, 2 or 5 times a power of ten, about `wanted` of them; the
 /// first is not above `low`, the last not below `high`. Any order and any numbers are accepted.
@@ -57,6 +62,8 @@ public:
     void marker(Point centre, Shape shape, std::string_view style);
     void text(Point at, std::string_view text, std::string_view style,
               Anchor anchor = Anchor::start, double degrees = 0);
+    /// Stretched to the rectangle, its pixels with hard edges.
+    void image(Point corner, double width, double height, const GreyImage& pixels);
     /// SVG made elsewhere.
     void add(std::string_view svg) { svg_ += svg; }
 

@@ -9,6 +9,8 @@
 
 #include <png.h>
 
+#include "core/base/check.h"
+
 namespace core {
 
 namespace {
@@ -165,6 +167,23 @@ DecodedImage decodePng(EncodedImage bytes, const ImageGuards& guards, std::stop_
         return {{}, "is damaged: " + reader.message(), {}};
     }
     return {std::move(image), {}, {}};
+}
+
+std::string encodeGreyPng(uint32_t width, const std::vector<uint8_t>& pixels)
+{
+    CHECK(width > 0 && !pixels.empty() && pixels.size() % width == 0);
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = width;
+    image.height = static_cast<png_uint_32>(pixels.size() / width);
+    image.format = PNG_FORMAT_GRAY;
+    std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(image), '\0');
+    png_alloc_size_t size = bytes.size();
+    if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
+        throw Error(std::string("a picture cannot be written as PNG: ") + image.message,
+                    ExitCode::failure);
+    bytes.resize(size);
+    return bytes;
 }
 
 std::map<std::string, std::string> pngText(EncodedImage bytes)

@@ -14,9 +14,10 @@ namespace {
 
 using namespace tests;
 
-const std::set<std::string> kFiles{"cells.csv",  "flatland.csv", "index.html",
-                                   "lab.json",   "lobes.csv",    "majorisation.csv",
-                                   "stores.csv", "sweeps.csv",   "traps.csv"};
+const std::set<std::string> kFiles{
+    "cells.csv",   "densities.csv", "flatland.csv",     "functions.csv", "index.html",
+    "lab.json",    "lobes.csv",     "majorisation.csv", "methods.csv",   "picture.csv",
+    "samples.csv", "stores.csv",    "sweeps.csv",       "traps.csv"};
 
 std::set<std::string> inFolder(const std::string& folder)
 {

@@ -96,4 +96,14 @@ TEST(PngFile, TextsAreFoundWithoutDecompressing)
     EXPECT_TRUE(core::pngText(bytesOf("no PNG")).empty());
 }
 
+TEST(PngFile, WhatIsWrittenIsReadAgain)
+{
+    const std::string written = core::encodeGreyPng(4, kPixels);
+    const core::DecodedImage decoded = core::decodePng(bytesOf(written), {});
+    EXPECT_EQ(decoded.image.width, 4u);
+    EXPECT_EQ(decoded.image.height, 3u);
+    EXPECT_EQ(decoded.image.channels, 1u);
+    expectPixels(decoded);
+}
+
 }  // namespace
