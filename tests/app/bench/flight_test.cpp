@@ -186,7 +186,9 @@ TEST(FlightSweep, ChangesOneParameterWithinItsRange)
     EXPECT_TRUE(swept.contains("records") && swept.contains("candidates"));
     EXPECT_TRUE(swept.contains("history") && swept.contains("protection"));
     EXPECT_FALSE(swept.contains("seed") || swept.contains("max-depth"));
-    for (const auto& [name, values] : swept) {
+    for (const auto& one : swept) {
+        const std::string& name = one.first;  // clang 14 captures no structured bindings
+        const auto& values = one.second;
         EXPECT_GE(values.size(), 2u) << name;
         EXPECT_TRUE(std::ranges::is_sorted(values)) << name;
         size_t standard = 0;
