@@ -46,7 +46,7 @@ SampleStream pixelStream(uvec2 pixel)
 /// Of the picture that left the history.
 uvec2 sizeBefore()
 {
-    return uvec2(push.settings.sizeBefore & 0xffffu, push.settings.sizeBefore >> 16u);
+    return uvec2((push.settings.sizeBefore & 0xffffu) + 1u, (push.settings.sizeBefore >> 16u) + 1u);
 }
 
 /// Where record `i` of a pixel lies in a store of a picture of that size: neighbours side by side.

@@ -79,7 +79,9 @@ private:
     void countOverBudget();
     void tellOverBudget();
     void report(uint32_t index, const Outcome& outcome);
-    void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs);
+    void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs,
+              std::vector<core::Layer> maps);
+    std::vector<core::Layer> mapLayers();
     [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
     void reportProgress(uint64_t samples, double seconds, std::optional<double> rmse);
     std::filesystem::path fileOf(uint32_t index) const
@@ -261,7 +263,9 @@ void Job::saveLost(uint32_t index, const core::Error& error)
 {
     report(index, {Ended::stopped, kept_.samples, keptAt_, {}});
     report_.ended = "device lost";
-    save(index, kept_, nullptr);
+    save(index, kept_, nullptr, {});  // the device can tell nothing more
+    report_.totalSeconds = secondsSince(start_);
+    if (!o_.stats.empty()) core::writeFile(o_.stats, statsJson(report_));
     throw core::Error(std::string(error.what()) + " — the first " + std::to_string(kept_.samples) +
                           " samples per pixel are saved in " + fileOf(index).string(),
                       core::ExitCode::deviceLost);
@@ -311,23 +315,29 @@ Ended Job::renderFrame(uint32_t index)
         const core::Estimate estimate = renderer_->read(core::Reading::everything);
         core::Aovs aovs;
         if (o_.aovs.firstHits()) aovs = renderer_->aovs();
-        save(index, estimate, o_.aovs.any() ? &aovs : nullptr);
+        aovs.depth = inMetres(std::move(aovs.depth), *report_.world);
+        save(index, estimate, o_.aovs.any() ? &aovs : nullptr, mapLayers());
     }
     return outcome.ended;
 }
 
-void Job::save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs)
+std::vector<core::Layer> Job::mapLayers()
+{
+    std::vector<core::Layer> maps;
+    if (!o_.aovs.maps) return maps;
+    std::vector<core::Image> images = renderer_->maps();
+    const auto infos = core::methodNamed(o_.params.id()).maps;
+    for (size_t i = 0; i < images.size(); ++i)
+        maps.push_back({std::string("map.") + infos[i].name, std::move(images[i])});
+    return maps;
+}
+
+void Job::save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs,
+               std::vector<core::Layer> maps)
 {
     report_.counters += estimate.counters;
     if (!o_.reference.empty()) report_.rmse = core::imageErrors(estimate.mean, reference_).rmse;
     const std::filesystem::path file = fileOf(index);
-    std::vector<core::Layer> maps;
-    if (o_.aovs.maps) {
-        std::vector<core::Image> images = renderer_->maps();
-        const auto infos = core::methodNamed(o_.params.id()).maps;
-        for (size_t i = 0; i < images.size(); ++i)
-            maps.push_back({std::string("map.") + infos[i].name, std::move(images[i])});
-    }
     writePicture(file, estimate, aovs, std::move(maps), o_, imageMetadata(report_));
     const FrameReport& frame = report_.frames.back();
     const std::string text = file.string() + ": " + std::to_string(report_.size.x) + 'x' +

@@ -36,6 +36,13 @@ void writePicture(const std::filesystem::path& file, const core::Estimate& estim
     core::writeExr(file, exr);
 }
 
+core::Image inMetres(core::Image depth, const core::World& world)
+{
+    const auto metres = static_cast<float>(1 / world.placement.scale);
+    for (float& value : depth.pixels) value *= metres;
+    return depth;
+}
+
 void requireMemoryFor(glm::uvec2 size)
 {
     const double needed = kBytesPerPixel * size.x * size.y;

@@ -5,6 +5,7 @@
 
 #include "app/args/args.h"
 #include "core/image/film.h"
+#include "core/scene/world.h"
 #include "core/methods/renderer.h"
 
 namespace app {
@@ -15,6 +16,9 @@ namespace app {
 void writePicture(const std::filesystem::path& file, const core::Estimate& estimate,
                   core::Aovs* aovs, std::vector<core::Layer> maps, const RenderOptions& options,
                   const core::Metadata& metadata);
+
+/// Distances of the world, whose unit is not the file's, in metres as the file has them.
+core::Image inMetres(core::Image depth, const core::World& world);
 
 /// Throws core::Error (command line) when a picture of that size cannot be held in this machine's
 /// memory.

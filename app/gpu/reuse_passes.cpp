@@ -40,7 +40,9 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
 {
     const uint64_t pixels = uint64_t(size.x) * size.y;
     shared::ReuseSettings wanted = settings;
-    const uint64_t fits = context_.device.limits().maxStorageBufferRange / (pixels * kWord);
+    const VkPhysicalDeviceLimits& limits = context_.device.limits();
+    const uint64_t fits = std::min(limits.maxStorageBufferRange / (pixels * kWord),
+                                   limits.maxTexelBufferElements / pixels);
     wanted.counts = shared::packCounts(
         static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, recordsOf(settings))),
         static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, lightsOf(settings))),
@@ -181,7 +183,7 @@ double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseCo
     shared::ReuseBatch push{batch, settings_, camera_};
     push.settings.flags = flags;
     const glm::uvec2 before = stores_[1 - side_].size;
-    push.settings.sizeBefore = before.x | (before.y << 16);
+    push.settings.sizeBefore = (before.x - 1) | ((before.y - 1) << 16);
     if (settings_.strategy == shared::kReuseDiscard) push.cameraBefore = {};
     return context_.device.submit(
         [&](VkCommandBuffer commands) {

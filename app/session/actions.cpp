@@ -30,7 +30,11 @@ fs::path stamped(const char* extension)
     localtime_r(&now, &local);
     char name[64];
     std::strftime(name, sizeof name, "rekindle-%Y-%m-%d-%H%M%S", &local);
-    return std::string(name) + extension;
+    fs::path file = std::string(name) + extension;
+    std::error_code unknown;
+    for (int again = 2; fs::exists(file, unknown); ++again)
+        file = std::string(name) + '-' + std::to_string(again) + extension;
+    return file;
 }
 
 void show(const ActionContext& c, Show what)
@@ -90,16 +94,21 @@ void presetAction(const ActionContext& c)
 {
     const std::string name = text(c, "name");
     std::vector<std::string> names;
-    const auto isIt = [&](const std::string& known, const core::AnyParams& params) {
-        names.push_back(known);
-        if (known == name) c.session.chooseParams(params);
-        return known == name;
+    const auto tryAll = [&](bool ofOtherMethods) {
+        const auto isIt = [&](const std::string& known, const core::AnyParams& params) {
+            if ((params.id() != c.session.render.method.id()) != ofOtherMethods) return false;
+            names.push_back(known);
+            if (known == name) c.session.chooseParams(core::AnyParams(params));
+            return known == name;
+        };
+        for (const Preset& preset : c.session.settings.presets)
+            if (isIt(preset.name, preset.params)) return true;
+        for (const core::MethodInfo& method : core::methods())
+            for (const core::MethodPreset& preset : method.presets)
+                if (isIt(preset.name, preset.params)) return true;
+        return false;
     };
-    for (const Preset& preset : c.session.settings.presets)
-        if (isIt(preset.name, preset.params)) return;
-    for (const core::MethodInfo& method : core::methods())
-        for (const core::MethodPreset& preset : method.presets)
-            if (isIt(preset.name, preset.params)) return;
+    if (tryAll(false) || tryAll(true)) return;
     throw core::Error("preset: there is no \"" + name + "\"" + suggestion(name, names),
                       core::ExitCode::commandLine);
 }
@@ -385,7 +394,7 @@ std::span<const Action> actions()
         Action{"save-and-quit", "", "file", "save the picture (EXR) and quit",
                [](C c) {
                    c.session.save(text(c, "file", stamped(".exr").string()));
-                   c.app.quit = true;
+                   c.app.quitWhenSaved = true;
                }},
     };
     return kActions;

@@ -16,10 +16,11 @@ namespace app {
 
 /// What only the window's loop can do; asked for here, done at the end of the frame.
 struct AppRequests {
-    bool leave = false;    // quit, unless something would be lost: see losses.h
-    bool askQuit = false;  // ask first
-    bool quit = false;     // whatever is lost
-    bool escape = false;   // close what is open over the picture; with nothing open escapeFrom()
+    bool leave = false;          // quit, unless something would be lost: see losses.h
+    bool askQuit = false;        // ask first
+    bool quit = false;           // whatever is lost
+    bool quitWhenSaved = false;  // once all files are written, unless one cannot be
+    bool escape = false;  // close what is open over the picture; with nothing open escapeFrom()
     bool openPathBox = false, foldPanel = false;
     std::optional<std::filesystem::path> screenshot;  // PNG
     bool screenshotWithPanel = true;

@@ -209,6 +209,8 @@ bool PictureWork::due() const
 {
     if (!presentable() || publishedVersion_ == version_) return false;
     if (samples_ > published_ && (published_ == 0 || finished_)) return true;
+    // Of slow samples each whole one is seen: only those can be saved, and none may be left out.
+    if (samples_ > published_ && fraction_ == 0 && seconds_ > 0.3 * double(samples_)) return true;
     // An old picture changes little; a part of a sample changes a part of it.
     const double age = samples_ > published_ ? std::clamp(0.03 * seconds_, 1.0 / 30, 0.3) : 0.3;
     return core::secondsSince(publishedAt_) >= std::max(age, publishSeconds_ / kOverhead);

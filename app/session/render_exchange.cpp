@@ -148,7 +148,7 @@ void RenderExchange::publishPreview(double seconds, float scale)
 void RenderExchange::publishError(const std::string& error)
 {
     const std::lock_guard lock(mutex_);
-    status_.error = error;
+    status_.error = status_.lastError = error;
     ++status_.errorCount;
 }
 

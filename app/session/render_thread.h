@@ -19,6 +19,7 @@ struct RenderThreadStatus {
     bool rendering = false;   // samples are being taken now
     std::string error;        // the last failure; cleared by the next picture
     uint64_t errorCount = 0;  // grows with every failure, so that each is told once
+    std::string lastError;    // that one, also when a picture has come since
     // From the last request that interrupted work to the end of that work
     double lastStopSeconds = 0;
     double previewSeconds = 0;  // of the last preview, from request to picture

@@ -39,8 +39,10 @@ std::vector<ActionGroup> actionGroups()
 
 void escapeFrom(Session& s, AppRequests& app)
 {
-    const bool working = s.loading().active() || s.coreThread().active() ||
-                         s.equalTime().running() || s.track.playing();
+    const core::JobStatus loading = s.loading();
+    const bool working = (loading.active() && loading.name != kPoseJob) ||
+                         s.coreThread().active() || s.equalTime().running() || s.track.playing() ||
+                         s.player.playing;
     if (working)
         s.cancel();
     else if (s.flying)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/files/picture_file.h"
 #include "app/files/stats.h"
 #include "core/base/check.h"
 #include "core/methods/method.h"
@@ -79,7 +80,7 @@ void savePicture(const std::filesystem::path& file, const Picture& picture,
     // One sample says nothing about its spread.
     if (picture.variance && picture.samples >= 2) addLayer(exr, "variance", *picture.variance);
     if (picture.aovs) {
-        addLayer(exr, "depth", picture.aovs->depth);
+        addLayer(exr, "depth", inMetres(picture.aovs->depth, world));
         addLayer(exr, "normal", picture.aovs->normal);
         addLayer(exr, "albedo", picture.aovs->albedo);
         addLayer(exr, "ids", picture.aovs->ids);

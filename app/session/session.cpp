@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "app/files/load.h"
+#include "app/session/pending_saves.h"
 #include "app/session/replay.h"
 #include "app/session/save_picture.h"
 #include "app/session/session_jobs.h"
@@ -27,10 +28,13 @@ constexpr uint32_t kLeastSide = 16;
 
 Session::Session(const SessionOptions& options)
     : options_(options), pictures_(options.cacheFolder),
+      pendingSaves_(std::make_unique<PendingSaves>()),
       loadedBox_(std::make_shared<core::Mailbox<Loaded>>()),
       referenceBox_(std::make_shared<core::Mailbox<Reference>>()),
-      saves_(std::make_shared<SaveQueue>()), loader_("loader", 5), core_("core", 10),
-      saver_("saver", 5), renderThread_(options.factory)
+      saves_(std::make_shared<SaveQueue>()),
+      framingBox_(std::make_shared<core::Mailbox<std::optional<Standpoint>>>()),
+      insideBox_(std::make_shared<core::Mailbox<bool>>()), loader_("loader", 5), core_("core", 10),
+      saver_("saver", 5), lookout_("lookout", 5), renderThread_(options.factory)
 {
     notices.quiet = options.quiet;
     render = options.render;
@@ -53,7 +57,7 @@ Session::Session(const SessionOptions& options)
 Session::~Session()
 {
     try {
-        saveNow();
+        endSaves("the program ended");
         saver_.wait();
         tellEnds();  // a picture that could not be saved is told even now
         keepPicture();
@@ -96,9 +100,10 @@ void Session::update(double seconds, glm::uvec2 pictureArea)
 bool Session::busy() const
 {
     const RenderThreadStatus rendering = renderThread_.status();
-    return rendering.rendering || judge_.busy() || loader_.status().active() ||
-           core_.status().active() || saver_.status().active() || track.playing() ||
-           player.playing || isMoving() || equalTime_.running() || pendingSave_.has_value() ||
+    const bool works = !rendering.stage.empty() && rendering.stage != "idle";
+    return works || judge_.busy() || loader_.status().active() || core_.status().active() ||
+           saver_.status().active() || track.playing() || player.playing || isMoving() ||
+           equalTime_.running() || !pendingSaves_->empty() || framing_ != 0 || looking_ != 0 ||
            pendingReference_.has_value() || unsettled_ || hasNews() ||
            (referenceKeySeconds > 0 && !holdReference);
 }
@@ -110,10 +115,19 @@ bool Session::hasNews() const
 
 void Session::cancel()
 {
-    if (loader_.status().active()) loader_.cancel();
+    player.playing = false;
+    if (loader_.status().active() && loader_.status().name != kPoseJob) loader_.cancel();
     if (core_.status().active()) core_.cancel();
     if (equalTime_.running()) equalTime_.cancel();
     if (track.playing()) track.stop();
+}
+
+/// Something to look at behind the message that there is no first scene.
+void Session::showBuiltIn()
+{
+    if (!options_.builtIn || document_) return;
+    options_.builtIn = false;
+    load(defaultScene());
 }
 
 /// Failures of the threads, each told once.
@@ -123,7 +137,7 @@ void Session::tellEnds()
         if (job.active() || job.generation == told || job.state == core::JobState::idle) return;
         told = job.generation;
         if (job.state == core::JobState::failed) notices.tell(Severity::error, job.error);
-        if (job.state == core::JobState::cancelled)
+        if (job.state == core::JobState::cancelled && job.name != kPoseJob)
             notices.tell(Severity::news, job.name + ": cancelled");
         if (job.state == core::JobState::done && job.name.starts_with("export"))
             notices.tell(Severity::news,
@@ -132,21 +146,18 @@ void Session::tellEnds()
                          exportPattern_);
     };
     tell(loader_.status(), toldLoader_);
-    // Something to look at behind the message.
-    if (options_.builtIn && !document_ && loader_.status().state == core::JobState::failed) {
-        options_.builtIn = false;
-        load(defaultScene());
-    }
+    if (loader_.status().state == core::JobState::failed) showBuiltIn();
     tell(core_.status(), toldCore_);
     tell(saver_.status(), toldSaver_);
     for (const auto& [failed, text, file] : saves_->takeTold()) {
         notices.tell(failed ? Severity::error : Severity::news, text, file);
         if (failed) savedSeconds_ = 0;
+        saveFailed_ = failed;
     }
     const RenderThreadStatus rendering = renderThread_.status();
     if (rendering.errorCount != toldRendering_) {
         toldRendering_ = rendering.errorCount;
-        if (!rendering.error.empty()) notices.tell(Severity::error, rendering.error);
+        notices.tell(Severity::error, rendering.lastError);
     }
 }
 
@@ -169,23 +180,36 @@ void Session::takePicture()
         if (equalTime_.running()) takeEqualTime();
     }
     if (pendingReference_ && picture_) takeReferencePicture();
-    if (pendingSave_ && picture_) {
-        // Whole samples only: what is saved can be rendered again to the bit.
-        const bool whole = !picture_->preview && picture_->fraction == 0;
-        const bool complete = whole && picture_->generation >= generation_ && picture_->variance;
-        if (complete || (now_ >= pendingSave_->until && whole)) saveNow();
+    if (picture_ && !picture_->preview && picture_->fraction == 0) whole_ = picture_;
+    pendingSaves_->offer(whole_);
+    handOver(pendingSaves_->takeReady(now_));
+    completeSlots();
+}
+
+/// To the thread that saves, which finishes them even when the program ends.
+void Session::handOver(std::vector<SaveItem> items)
+{
+    for (SaveItem& item : items) {
+        if (picture_ && item.picture->params.method == picture_->params.method &&
+            oneView(*item.picture, *picture_))
+            savedSeconds_ = item.picture->seconds;
+        saves_->add(std::move(item));
+        saver_.start("save", saves_->job());
     }
 }
 
-/// Hands the save that waits to its thread, which finishes it even when the program ends.
-void Session::saveNow()
+/// Before what they show is gone.
+void Session::endSaves(const char* why)
 {
-    if (!pendingSave_ || !picture_ || !document_) return;
-    saves_->add({pendingSave_->file, picture_, document_->world, document_->file, document_->time,
-                 settings.view});
-    saver_.start("save", saves_->job());
-    savedSeconds_ = picture_->seconds;
-    pendingSave_.reset();
+    std::vector<SaveItem> items = pendingSaves_->takeAll();
+    for (const SaveItem& item : items) {
+        if (item.picture) continue;
+        saveFailed_ = true;
+        notices.tell(Severity::error, item.file.string() + ": not saved: " + why +
+                                          " before its first sample was complete");
+    }
+    std::erase_if(items, [](const SaveItem& item) { return !item.picture; });
+    handOver(std::move(items));
 }
 
 void Session::save(const fs::path& file)
@@ -194,7 +218,22 @@ void Session::save(const fs::path& file)
         notices.tell(Severity::error, file.string() + ": there is no picture to save yet");
         return;
     }
-    pendingSave_ = PendingSave{file, now_ + kSaveSeconds};
+    saveFailed_ = false;
+    pendingSaves_->add(
+        {{file, nullptr, document_->world, document_->file, document_->time, settings.view},
+         ordered_,
+         now_ + kSaveSeconds});
+    pendingSaves_->offer(whole_);
+}
+
+bool Session::saving() const
+{
+    return !pendingSaves_->empty() || saver_.status().active() || saves_->hasTold();
+}
+
+bool Session::saveFailed() const
+{
+    return saveFailed_;
 }
 
 core::Metadata Session::pictureMetadata() const
@@ -246,11 +285,19 @@ void Session::order(glm::uvec2 pictureArea)
     wanted.movingDepth = settings.view.movingDepth;
     wanted.movingShows = settings.view.moving;
     wanted.wantVariance = wantsVariance();
-    wanted.wantAovs = inspecting || pendingSave_.has_value() ||
+    wanted.wantAovs = inspecting || !pendingSaves_->empty() ||
                       (settings.view.show >= Show::depth && settings.view.show <= Show::emitter);
     wanted.wantMaps = settings.view.show == Show::methodMap;
     if (referenceFits(wanted)) wanted.reference = reference_;
+    if (equalTime_.running() && ordered_.world &&
+        (wanted.world != ordered_.world || wanted.camera != ordered_.camera ||
+         wanted.size != ordered_.size)) {
+        equalTime_.cancel();
+        wanted.params = render;
+        notices.tell(Severity::news, "equal time: cancelled, the view has changed");
+    }
     if (generation_ != 0 && wanted == ordered_) return;
+    if (!sameView(wanted, ordered_)) handOver(pendingSaves_->leaveView(wanted, document_->time));
     ordered_ = wanted;
     generation_ = renderThread_.request(std::move(wanted));
 }

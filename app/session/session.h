@@ -21,6 +21,7 @@
 #include "app/session/render_thread.h"
 #include "app/session/scene_pictures.h"
 #include "app/session/settings.h"
+#include "app/session/surroundings.h"
 #include "app/session/view_history.h"
 #include "app/session/view_params.h"
 #include "app/session/window_layout.h"
@@ -43,7 +44,9 @@ struct Loaded {
     bool pose = false;
 };
 
+class PendingSaves;
 class SaveQueue;
+struct SaveItem;
 struct Replay;
 
 /// Time of the scene's own animation.
@@ -115,6 +118,7 @@ public:
     void replay(const std::filesystem::path& picture);
     void cancel();  // whatever long work runs: loading, the reference, an equal-time run
     const Document* document() const { return document_.get(); }
+    bool settled() const;  // there is a scene, and no other on its way
     const ScenePictures& pictures() const { return pictures_; }
 
     // --- camera
@@ -148,7 +152,11 @@ public:
     Area placeOf(glm::uvec2 size) const;  // of an image that is not of this view
     bool hasNews() const;                 // a picture newer than that waits for the next update
     uint64_t generation() const { return generation_; }  // of the newest order
+    /// What is on show now, or its first whole sample: at once where the view goes, else within
+    /// seconds, with its variance and first hits.
     void save(const std::filesystem::path& file);
+    bool saving() const;      // a file is still to be written
+    bool saveFailed() const;  // the last one could not be
     /// What a screenshot carries, so that its view can be had again; empty without a picture.
     core::Metadata pictureMetadata() const;
     /// Seconds of rendering in the picture that no file has.
@@ -185,26 +193,26 @@ public:
     RenderThreadStatus rendering() const { return renderThread_.status(); }
 
 private:
-    struct PendingSave {
-        std::filesystem::path file;
-        double until = 0;
-    };
-
     void startLoading(const SceneOptions& scene);
     void takeLoaded();
     void show(const Document& document);
     void applyReplay();
     void loadFirstPath();
+    void showBuiltIn();
     void keepPicture();
     void takeReference();
     void takePicture();
-    void saveNow();
+    void handOver(std::vector<SaveItem> items);
+    void endSaves(const char* why);
     void tellEnds();
     void animate(double seconds);
     void followSceneCamera();
+    void followCamera(size_t index);
     void takeCamera(const core::Camera& camera);
     void goTo(const std::optional<Viewpoint>& viewpoint);
     glm::dvec2 inPicture(glm::dvec2 position) const;
+    void stand(const std::optional<Standpoint>& standpoint);
+    void takeLookout();
     void lookAround();
     void keepCameras();
     void recallCameras();
@@ -212,6 +220,8 @@ private:
     bool referenceFits(const Picture& picture) const;
     bool wantsVariance() const;
     void takeReferencePicture();
+    void completeSlots();
+    bool coreIsBusy(const char* but);
     void takeEqualTime();
     std::string sceneName() const;
     void judge();
@@ -230,6 +240,8 @@ private:
     bool insideSolid_ = false;
     std::shared_ptr<const core::World> probedWorld_;  // for insideSolid_
     glm::dvec3 probedAt_{0};
+    core::Camera framedFrom_;             // the view that is to be left for what is found
+    uint64_t framing_ = 0, looking_ = 0;  // jobs of the lookout; 0: none
     std::shared_ptr<const Picture> picture_;
     Convergence convergence_;
     EqualTime equalTime_;
@@ -245,7 +257,10 @@ private:
     glm::uvec2 area_{0}, fixedSize_{0};
     double areaSince_ = 0;
     bool unsettled_ = false;
-    std::optional<PendingSave> pendingSave_;
+    std::unique_ptr<PendingSaves> pendingSaves_;
+    std::shared_ptr<const Picture> whole_;    // the newest picture of whole samples
+    bool saveFailed_ = false;                 // the last one
+    std::array<bool, 2> slotWants_{};         // its variance, which was not known when it was kept
     std::optional<double> pendingReference_;  // the picture is to be it, by then in any case
     std::filesystem::path exportPattern_;
     double savedSeconds_ = 0;  // of rendering, of the present picture
@@ -259,7 +274,9 @@ private:
     std::shared_ptr<core::Mailbox<Loaded>> loadedBox_;
     std::shared_ptr<core::Mailbox<Reference>> referenceBox_;
     std::shared_ptr<SaveQueue> saves_;
-    core::Worker loader_, core_, saver_;
+    std::shared_ptr<core::Mailbox<std::optional<Standpoint>>> framingBox_;
+    std::shared_ptr<core::Mailbox<bool>> insideBox_;
+    core::Worker loader_, core_, saver_, lookout_;
     PictureJudge judge_;
     RenderThread renderThread_;
 };

@@ -35,6 +35,12 @@ void Session::takeCamera(const core::Camera& camera)
 
 void Session::useSceneCamera(size_t index)
 {
+    track.stop();
+    followCamera(index);
+}
+
+void Session::followCamera(size_t index)
+{
     if (!document_ || index >= document_->world->cameras.size()) return;
     takeCamera(document_->world->cameras[index]);
     homeCamera_ = index;
@@ -96,6 +102,7 @@ void Session::useSavedCamera(size_t index)
 {
     if (index >= savedCameras_.size()) return;
     history_.settle(navigation.viewpoint());
+    track.stop();
     takeCamera(savedCameras_[index].camera);
 }
 
@@ -116,8 +123,10 @@ void Session::pasteCamera(const std::string& json)
     if (!document_) return;
     history_.settle(navigation.viewpoint());
     try {
-        takeCamera(cameraFromJson(Json::parse(json), navigation.camera(),
-                                  document_->world->placement, "the clipboard"));
+        const core::Camera camera = cameraFromJson(Json::parse(json), navigation.camera(),
+                                                   document_->world->placement, "the clipboard");
+        track.stop();
+        takeCamera(camera);
     } catch (const Json::exception&) {  // no JSON, or a number beyond all bounds
         notices.tell(Severity::error,
                      "the clipboard: holds no camera — a camera is JSON such as " + cameraText());
@@ -172,34 +181,66 @@ void Session::frameScene()
 {
     if (!document_) return;
     history_.settle(navigation.viewpoint());
-    const core::World& world = *document_->world;
-    const glm::dvec3 eye = navigation.camera().position;
-    const std::optional<Room> room = roomAround(world, eye);
-    if (room && !navigation.camera().orthographic) {
-        // Looks at the middle of what is around and steps back from it as far as the wall behind.
-        const double ahead = glm::distance(room->middle, eye);
-        const glm::dvec3 to =
-            ahead > 0.1 * room->radius ? (room->middle - eye) / ahead : navigation.camera().forward;
-        const double wanted = navigation.framingDistance(room->radius) - ahead;
-        const double wall = distanceAlong(world, eye, -to).value_or(wanted);
-        const double step = std::clamp(wanted, 0.0, std::max(wall - 0.1 * room->radius, 0.0));
-        navigation.stand(eye - step * to, eye + std::max(ahead, 0.1 * room->radius) * to);
+    const std::shared_ptr<const core::World> world = document_->world;
+    const core::Camera camera = navigation.camera();
+    const double distance = navigation.framingDistance(1);
+    if (quickToLook(*world)) {
+        stand(standpointInRoom(*world, camera, distance));
+        return;
+    }
+    framedFrom_ = camera;
+    framing_ = lookout_.start("frame", [=, box = framingBox_](core::JobContext& job) {
+        box->publish(job.generation(), std::make_shared<std::optional<Standpoint>>(
+                                           standpointInRoom(*world, camera, distance)));
+    });
+}
+
+/// In a room, or before the whole scene.
+void Session::stand(const std::optional<Standpoint>& standpoint)
+{
+    if (standpoint) {
+        navigation.stand(standpoint->position, standpoint->target);
     } else {
+        const core::World& world = *document_->world;
         const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);
         navigation.frame(0.5 * (low + high), std::max(0.5 * glm::length(high - low), 1e-6));
     }
     moved();
 }
 
+/// What rays have found out that took longer than a frame.
+void Session::takeLookout()
+{
+    if (framing_ != 0 && navigation.camera() != framedFrom_) framing_ = 0;  // it has moved on
+    if (framing_ != 0)
+        if (const auto found = framingBox_->get(framing_)) {
+            framing_ = 0;
+            stand(*found);
+        }
+    if (looking_ != 0)
+        if (const auto inside = insideBox_->get(looking_)) {
+            looking_ = 0;
+            insideSolid_ = *inside;
+        }
+}
+
 /// Rays are for a camera at rest, once for each place.
 void Session::lookAround()
 {
-    if (!document_ || isMoving() || track.playing() || player.playing) return;
+    if (!document_) return;
+    takeLookout();
+    if (isMoving() || track.playing() || player.playing || framing_ != 0) return;
+    const std::shared_ptr<const core::World> world = document_->world;
     const glm::dvec3 eye = navigation.camera().position;
-    if (probedWorld_ == document_->world && probedAt_ == eye) return;
-    probedWorld_ = document_->world;
+    if (probedWorld_ == world && probedAt_ == eye) return;
+    probedWorld_ = world;
     probedAt_ = eye;
-    insideSolid_ = app::insideSolid(*document_->world, eye);
+    insideSolid_ = quickToLook(*world) && app::insideSolid(*world, eye);
+    looking_ = 0;
+    if (quickToLook(*world)) return;
+    looking_ = lookout_.start("look around", [=, box = insideBox_](core::JobContext& job) {
+        box->publish(job.generation(), std::make_shared<bool>(app::insideSolid(*world, eye)));
+    });
 }
 
 /// Saved cameras of the scene go to the settings ...

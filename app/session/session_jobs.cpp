@@ -56,6 +56,7 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
         renderer->setPace({.dispatchSeconds = 0.05});
         renderer->setWorld(document.world, [&](const char* stage, double fraction) {
             context.progress(stage, fraction);
+            if (context.stopped()) throw core::Error("cancelled", core::ExitCode::interrupted);
         });
         const int first = static_cast<int>(track.firstFrame()),
                   last = static_cast<int>(track.lastFrame());
@@ -89,7 +90,7 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
     };
 }
 
-void SaveQueue::add(Item item)
+void SaveQueue::add(SaveItem item)
 {
     const std::lock_guard lock(mutex_);
     waiting_.push_back(std::move(item));
@@ -99,7 +100,7 @@ core::Worker::Job SaveQueue::job()
 {
     return [self = shared_from_this()](core::JobContext&) {
         while (true) {
-            Item item;
+            SaveItem item;
             {
                 const std::lock_guard lock(self->mutex_);
                 if (self->waiting_.empty()) return;
@@ -119,6 +120,12 @@ core::Worker::Job SaveQueue::job()
             self->told_.push_back(std::move(told));
         }
     };
+}
+
+bool SaveQueue::hasTold() const
+{
+    const std::lock_guard lock(mutex_);
+    return !told_.empty();
 }
 
 std::vector<SaveQueue::Told> SaveQueue::takeTold()

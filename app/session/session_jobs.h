@@ -25,18 +25,20 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
                             const core::AnyParams& params, uint32_t samples,
                             const ViewParams& view);
 
+/// A picture on its way to a file, with the scene that it shows.
+struct SaveItem {
+    std::filesystem::path file;
+    std::shared_ptr<const Picture> picture;
+    std::shared_ptr<const core::World> world;
+    std::filesystem::path scene;
+    double at = 0;
+    ViewParams view;
+};
+
 /// Pictures that wait to be written: none is lost when several are saved at once.
 class SaveQueue : public std::enable_shared_from_this<SaveQueue> {
 public:
-    struct Item {
-        std::filesystem::path file;
-        std::shared_ptr<const Picture> picture;
-        std::shared_ptr<const core::World> world;
-        std::filesystem::path scene;
-        double at = 0;
-        ViewParams view;
-    };
-    void add(Item item);
+    void add(SaveItem item);
     core::Worker::Job job();  // writes all that waits
 
     struct Told {
@@ -46,10 +48,11 @@ public:
     };
     /// What has been written or failed since the last call.
     std::vector<Told> takeTold();
+    bool hasTold() const;
 
 private:
-    std::mutex mutex_;
-    std::deque<Item> waiting_;
+    mutable std::mutex mutex_;
+    std::deque<SaveItem> waiting_;
     std::vector<Told> told_;
 };
 

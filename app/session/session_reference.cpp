@@ -1,4 +1,5 @@
 // The session's reference, its two sides of the slider, and frames of a path. See session.h.
+#include "app/session/pending_saves.h"
 #include "app/session/session.h"
 #include "app/session/session_jobs.h"
 #include "core/base/check.h"
@@ -26,6 +27,16 @@ bool Session::referenceFits() const
     return referenceFits(ordered_);
 }
 
+/// Says so when the core thread works on something else than what may be begun anew (`but`).
+bool Session::coreIsBusy(const char* but)
+{
+    const core::JobStatus job = core_.status();
+    if (!job.active() || job.name == but) return false;
+    notices.tell(Severity::error,
+                 job.name + " is under way: it ends first, or is cancelled  [Esc]");
+    return true;
+}
+
 void Session::startReference(uint64_t samples, std::string_view method)
 {
     core::AnyParams params = render.method;
@@ -38,7 +49,7 @@ void Session::startReference(uint64_t samples, std::string_view method)
         const uint32_t* const shown = core::findParam<uint32_t>(render.method, "max-depth");
         if (depth != nullptr && shown != nullptr) *depth = *shown;
     }
-    if (!document_ || ordered_.size.x == 0) return;
+    if (!document_ || ordered_.size.x == 0 || coreIsBusy("reference")) return;
     dropReference();
     referenceWorld_ = document_->world;
     referenceCamera_ = navigation.view();
@@ -125,9 +136,9 @@ void Session::takeReferencePicture()
 bool Session::wantsVariance() const
 {
     // A comparison without a reference is made of variances.
-    return settings.view.show == Show::deviation || inspecting || pendingSave_.has_value() ||
-           pendingReference_.has_value() || equalTime_.running() || comparing ||
-           settings.sections.compare;
+    return settings.view.show == Show::deviation || inspecting || !pendingSaves_->empty() ||
+           pendingReference_.has_value() || equalTime_.running() || comparing || slotWants_[0] ||
+           slotWants_[1] || settings.sections.compare;
 }
 
 void Session::takeEqualTime()
@@ -178,11 +189,31 @@ void Session::storeSlot(int side)
 {
     if (!picture_) return;
     slots[static_cast<size_t>(side)] = {picture_, pictureLabel(*picture_)};
+    slotWants_[static_cast<size_t>(side)] = !picture_->variance;
+}
+
+/// What was kept before its variance was asked for is replaced by the next picture of the same that
+/// has it: without, two pictures could not be compared unless there is a reference.
+void Session::completeSlots()
+{
+    for (size_t side = 0; side < slots.size(); ++side) {
+        if (!slotWants_[side] || !picture_) continue;
+        Slot& slot = slots[side];
+        const bool same = slot.picture && oneView(*slot.picture, *picture_) &&
+                          slot.picture->params.method == picture_->params.method &&
+                          slot.picture->params.device == picture_->params.device;
+        if (same && !(picture_->variance && !picture_->preview && picture_->fraction == 0))
+            continue;
+        if (same) slot = {picture_, pictureLabel(*picture_)};
+        slotWants_[side] = false;
+    }
 }
 
 void Session::compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds)
 {
     chosenParams = {a, b};
+    track.stop();  // both sides show one view
+    player.playing = false;
     equalTime_.start(a, b, seconds, generation_);
     restart();
 }
@@ -193,11 +224,16 @@ void Session::exportTrack(const fs::path& pattern, uint32_t samples)
         notices.tell(Severity::error, "there is no path to export: add keys first");
         return;
     }
+    if (coreIsBusy("")) return;
     try {
-        exportPattern_ = pattern;
+        if (pattern.has_parent_path()) {  // the last folder of it is made
+            std::error_code unknown;
+            fs::create_directory(pattern.parent_path(), unknown);
+        }
         core_.start("export " + pattern.filename().string(),
                     exportJob(*document_, track, pattern, ordered_.size, render.method, samples,
                               settings.view));
+        exportPattern_ = pattern;
     } catch (const core::Error& error) {
         notices.tell(Severity::error, error.what());
     }

@@ -35,7 +35,6 @@ void Session::load(const fs::path& file)
 
 void Session::load(const SceneOptions& scene)
 {
-    player.playing = false;
     pendingReplay_.reset();
     startLoading(scene);
 }
@@ -57,7 +56,14 @@ void Session::replay(const fs::path& picture)
         pendingReplay_ = std::make_unique<Replay>(std::move(found));
     } catch (const core::Error& error) {
         notices.tell(Severity::error, error.what());
+        if (!loader_.status().active()) showBuiltIn();
     }
+}
+
+bool Session::settled() const
+{
+    const bool waits = loadGeneration_ != takenLoad_ && loadedBox_->get(loadGeneration_);
+    return document_ && !loader_.status().active() && !waits;
 }
 
 void Session::takeLoaded()
@@ -78,6 +84,7 @@ void Session::takeLoaded()
 void Session::show(const Document& document)
 {
     keepPicture();
+    endSaves("the scene changed");
     keepCameras();
     document_ = std::make_unique<Document>(document);
     const core::World& world = *document_->world;
@@ -147,6 +154,11 @@ void Session::applyReplay()
                 ": is not the scene that the picture was made of (its hash differs): the view "
                 "is the same, the picture may not be");
     chooseParams(replay.params);
+    if (render.device != replay.device) {
+        render.device = replay.device;
+        render.deviceIndex = -1;
+    }
+    render.secondsLimit = render.errorLimit = 0;
     if (replay.samples > 0) render.sppLimit = replay.samples;
     fixedSize_ = replay.size;
     try {
@@ -184,7 +196,7 @@ void Session::followSceneCamera()
 {
     const std::vector<core::Camera>& cameras = document_->world->cameras;
     if (sceneCamera_ && *sceneCamera_ < cameras.size() && cameras[*sceneCamera_] != followed_)
-        useSceneCamera(*sceneCamera_);
+        followCamera(*sceneCamera_);
 }
 
 }  // namespace app

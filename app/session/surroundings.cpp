@@ -1,12 +1,14 @@
 // See surroundings.h.
 #include "app/session/surroundings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include <glm/gtc/constants.hpp>
 
 #include "core/trace/pick.h"
+#include "core/trace/world_bvh.h"
 
 namespace app {
 
@@ -36,6 +38,12 @@ std::optional<core::Picked> look(const core::World& world, glm::dvec3 position, 
 }
 
 }  // namespace
+
+bool quickToLook(const core::World& world)
+{
+    constexpr size_t kFew = 50'000;  // triangles and instances; a ray takes about .15 ms
+    return world.triangles.size() + world.instances.size() < kFew || core::bvhIfMade(world);
+}
 
 std::optional<double> distanceAlong(const core::World& world, glm::dvec3 position,
                                     glm::dvec3 direction)
@@ -71,6 +79,23 @@ std::optional<Room> roomAround(const core::World& world, glm::dvec3 position)
     for (const glm::dvec3& point : seen) room.middle += point / count;
     for (const glm::dvec3& point : seen) room.radius += glm::distance(point, room.middle) / count;
     return room;
+}
+
+std::optional<Standpoint> standpointInRoom(const core::World& world, const core::Camera& camera,
+                                           double distance)
+{
+    if (camera.orthographic) return {};
+    const glm::dvec3 eye = camera.position;
+    const std::optional<Room> room = roomAround(world, eye);
+    if (!room) return {};
+    // Looks at the middle of what is around and steps back from it as far as the wall behind.
+    const double ahead = glm::distance(room->middle, eye);
+    const glm::dvec3 to =
+        ahead > 0.1 * room->radius ? (room->middle - eye) / ahead : camera.forward;
+    const double wanted = distance * room->radius - ahead;
+    const double wall = distanceAlong(world, eye, -to).value_or(wanted);
+    const double step = std::clamp(wanted, 0.0, std::max(wall - 0.1 * room->radius, 0.0));
+    return Standpoint{eye - step * to, eye + std::max(ahead, 0.1 * room->radius) * to};
 }
 
 }  // namespace app

@@ -1,5 +1,5 @@
 // What is around a place: whether one stands in a room, or inside something solid. A few dozen rays
-// through core::pick, on the thread that asks.
+// through core::pick, on the thread that asks: see quickToLook().
 #pragma once
 
 #include <optional>
@@ -9,6 +9,10 @@
 #include "core/scene/world.h"
 
 namespace app {
+
+/// Whether dozens of rays are answered within a frame: through a hierarchy, or because there is not
+/// much to look through. Else a window leaves them to a thread of their own.
+bool quickToLook(const core::World& world);
 
 /// Metres from `position` along `direction` (of length 1) to the first surface; nothing when there
 /// is none. Alpha is not looked at.
@@ -32,5 +36,15 @@ struct Room {
 /// The room around the place; nothing when it is not in the scene's bounds or more than a quarter
 /// of 64 directions lead out into the open.
 std::optional<Room> roomAround(const core::World& world, glm::dvec3 position);
+
+/// Where to stand to see as much of a room as can be seen without leaving it, and what to look at.
+struct Standpoint {
+    glm::dvec3 position{0}, target{0};
+};
+
+/// The one that is reached from the camera by turning and stepping back; nothing outside of rooms.
+/// `distance`: from which a sphere of radius 1 is seen whole.
+std::optional<Standpoint> standpointInRoom(const core::World& world, const core::Camera& camera,
+                                           double distance);
 
 }  // namespace app

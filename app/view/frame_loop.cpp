@@ -88,7 +88,8 @@ int FrameLoop::run()
         if (script_->failed() && exitCode_ == 0)
             exitCode_ = static_cast<int>(core::ExitCode::failure);
     }
-    session_->settings.windowSize = glm::max(window_.framebufferSize(), glm::uvec2(320, 200));
+    if (const glm::uvec2 size = window_.size(); size.x > 0 && size.y > 0 && !options_.size)
+        session_->settings.windowSize = glm::max(size, glm::uvec2(320, 200));
     ui_->keepPlaces(*session_, true);
     session_.reset();
     return exitCode_;
@@ -294,6 +295,10 @@ void FrameLoop::leave()
         const bool room = hasRoomForText(layout_.window, layout_.letter);
         (lossesOf(*session_).empty() || !room ? requests_.quit : requests_.askQuit) = true;
         more_ = 3;
+    }
+    if (requests_.quitWhenSaved && !session_->saving()) {
+        requests_.quitWhenSaved = false;
+        requests_.quit = !session_->saveFailed();  // else its message stands in the window
     }
     quit_ = quit_ || requests_.quit || window_.lost() || (script_ && script_->finished());
 }

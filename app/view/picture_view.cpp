@@ -145,6 +145,8 @@ void PictureView::showAov(DisplayInputs& inputs, Show show, const Picture& pictu
         s.show = shared::kShowDepth;
         const auto [low, high] = positiveRange(aovs.depth);
         scale_ = {true, low, high, false, false, "distance (m); dark grey: nothing hit"};
+        if (const auto world = picture.world.lock())
+            scale_.unit = static_cast<float>(1 / world->placement.scale);
         break;
     }
     case Show::normal:

@@ -171,7 +171,7 @@ bool Script::State::waited(const Json& step, const Session& session) const
     const bool current = picture && picture->generation >= session.generation();
     if (what == "seconds") return now - began >= value;
     if (what == "frames") return static_cast<double>(stepFrames) > value;
-    if (what == "loaded") return session.document() && !session.loading().active();
+    if (what == "loaded") return session.settled();
     if (what == "samples")
         return current && !picture->preview && static_cast<double>(picture->samples) >= value;
     if (what == "still") return current && !picture->preview;
@@ -282,7 +282,7 @@ void Script::State::observe(const Session& session)
     if (stop > 0 && stop != lastStop) stops.push_back(stop);
     lastStop = stop;
     const std::shared_ptr<const Picture> picture = session.picture();
-    if (loadStarted && picture && session.document() && !session.loading().active() &&
+    if (loadStarted && picture && session.settled() &&
         picture->generation >= session.generation() && session.generation() > 0) {
         firstPictures.push_back(now - *loadStarted - session.document()->loadSeconds);
         loadStarted.reset();

@@ -19,7 +19,8 @@ int withoutWindow(const ViewOptions& o, const std::string& reason)
     if (!o.script.empty()) (void)Script(o.script);  // what is wrong with a file comes first
     if (!o.replay.empty()) (void)readReplay(o.replay);
     for (const auto& [given, name] :
-         {std::pair(!o.script.empty(), "--script"), std::pair(!o.replay.empty(), "--replay")})
+         {std::pair(!o.script.empty(), "--script"), std::pair(!o.replay.empty(), "--replay"),
+          std::pair(!o.path.empty(), "--path")})
         if (given)
             throw core::Error(std::string(name) + " needs a window: " + reason,
                               core::ExitCode::noDevice);

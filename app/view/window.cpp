@@ -210,6 +210,14 @@ glm::uvec2 Window::framebufferSize() const
     return {static_cast<uint32_t>(std::max(width, 0)), static_cast<uint32_t>(std::max(height, 0))};
 }
 
+glm::uvec2 Window::size() const
+{
+    if (lost() || glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_TRUE) return glm::uvec2(0);
+    int width = 0, height = 0;
+    glfwGetWindowSize(window_, &width, &height);
+    return {static_cast<uint32_t>(std::max(width, 0)), static_cast<uint32_t>(std::max(height, 0))};
+}
+
 float Window::contentScale() const
 {
     if (lost()) return 1;

@@ -38,6 +38,7 @@ public:
                         // comes from it
 
     glm::uvec2 framebufferSize() const;  // pixels; 0x0 when minimised
+    glm::uvec2 size() const;             // as resize() takes it; 0x0 when minimised or lost
     float
     contentScale() const;  // of letters: see the rule for displays of high density in window.cpp
     void resize(glm::uvec2 size);  // screen coordinates; at least 1x1

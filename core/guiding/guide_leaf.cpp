@@ -120,13 +120,16 @@ void LearningLeaf::test(const Lesson& lesson, const GuideOptions& options)
                           double(lesson.pdf));
 }
 
+/// What divides by the rest of a share must not be told that there is none.
+constexpr float kLeastShare = 1e-3f;
+
 /// The share with the least second moment, if that is enough of a gain.
 void LearningLeaf::choose(const GuideOptions& options)
 {
     share = 1;
     if (!knowsLight()) return;
     if (options.fixedShare > 0) {
-        share = options.fixedShare;
+        share = std::max(options.fixedShare, kLeastShare);
         return;
     }
     if (options.shareBy == ShareBy::adam) {

@@ -57,8 +57,10 @@ private:
             const bool hit = hits[i].slot != shared::kNone;
             open[i] = hit ? 0.0f : 1.0f;
             shared::OcclusionRay ray;
-            if (!hit || !shared::occlusionRay(scene, streams[i], hits[i], rays[i].direction,
-                                              params_.distance, ray))
+            if (!hit ||
+                !shared::occlusionRay(
+                    scene, streams[i], hits[i], rays[i].direction,
+                    params_.distance * static_cast<float>(accel_->world().placement.scale), ray))
                 continue;
             rays[asked] = {ray.origin, ray.tMax, ray.direction,
                            shared::alphaSeed(streams[i], 0, 1)};

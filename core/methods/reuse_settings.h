@@ -32,7 +32,8 @@ inline shared::ReuseSettings reuseSettings(const ReuseParams& params)
                        : params.reuse == ReuseStrategy::svgf ? 4 * std::max(params.rays, 1.0f)
                                                              : 1023.0f;  // packHistory's limit
     s.counts = shared::packCounts(recordsKept(params), lightsKept(params), params.candidates);
-    s.rays = params.rays;
+    // In units of the credit that pixels keep: what is cut off a part of a path would be missing.
+    s.rays = std::round(params.rays * 1024) / 1024;
     s.cap = std::min(params.cap, most);
     s.protection = params.protection;
     return s;

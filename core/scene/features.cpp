@@ -76,13 +76,13 @@ uint32_t bitsOf(const Material& material, TextureRanges& textures)
     for (uint32_t slot = 0; slot < shared::kTextureSlotCount; ++slot) {
         if (material.textures[slot] >= 0) bits |= shared::kFeatureTextures;
     }
-    if ((m.flags & shared::kMaterialUnlit) != 0) return bits;
-
     if (hasAlphaTest(m)) {
         const float lowest = m.alpha * textures.range(material, shared::kTextureBaseColor, 3).low;
         const bool mask = (m.flags & shared::kMaterialAlphaMask) != 0;
         if (lowest < (mask ? m.alphaCutoff : 1.0f)) bits |= shared::kFeatureAlpha;
     }
+    if ((m.flags & shared::kMaterialUnlit) != 0) return bits | shared::kFeatureEmissiveTriangles;
+
     if (material.textures[shared::kTextureNormal] >= 0 && m.normalScale != 0.0f) {
         bits |= shared::kFeatureNormalMaps;
     }

@@ -205,7 +205,7 @@ void Bringing::add(const Place& place, const shared::EmitterSample& sample, floa
     shadow.tMax = shared::kDistant;
     if (sample.distance < 0.5f * shared::kDistant) {
         shadow.direction = (place.position - shadow.origin) + sample.distance * sample.wi;
-        shadow.tMax = 0.9999f;
+        shadow.tMax = shared::connectionEnd(glm::length(shadow.direction));
     }
     constexpr uint32_t kMostPanes = 8;
     shadow.passes = kMostPanes;

@@ -166,6 +166,14 @@ SHARED_FN vec3 shadeEmission(IN(SceneView) scene, PathSettings settings, PathSta
                          emissionWeight(settings, path.pdf, density) * path.beta * emission);
 }
 
+/// How far along a connection of that length is asked whether it is open: not to its very end,
+/// where the emitter itself would be met, but no more than a thousandth of a unit (a scene has a
+/// radius of 1 to 100) is left out.
+SHARED_FN float connectionEnd(float distance)
+{
+    return max(0.9999f, 1.0f - 1.0e-3f / distance);
+}
+
 /// No connection: nothing to trace.
 SHARED_FN ShadowRay noShadowRay(vec3 origin)
 {
@@ -192,11 +200,14 @@ SHARED_FN bool prepareVertex(IN(SceneView) scene, PathSettings settings, Hit hit
         (shading.inputs.flags & kMaterialVolume) != 0u) {
         path.beta *= exp(-hit.t * shading.absorption);
     }
-    if (FEATURE(kFeatureEmissiveTriangles) && maxComponent(shading.emission) > 0.0f) {
+    // An unlit surface shows its colour to who looks at it, in mirrors and through glass, too, and
+    // lights nothing: no connection would ever look for it.
+    const bool unlit = (shading.inputs.flags & kMaterialUnlit) != 0u;
+    if (FEATURE(kFeatureEmissiveTriangles) && maxComponent(shading.emission) > 0.0f &&
+        !(unlit && path.pdf > 0.0f)) {
         L += shadeEmission(scene, settings, path, hit, vertex.surface, shading.emission);
     }
-    if (path.depth >= settings.maxDepth || (shading.inputs.flags & kMaterialUnlit) != 0u)
-        return false;
+    if (path.depth >= settings.maxDepth || unlit) return false;
     vertex.bsdf = makeBsdf(shading.inputs);
     vertex.wo = toLocal(vertex.surface.frame, -path.direction);
     vertex.lobes = lobesAt(vertex.bsdf, vertex.wo);
@@ -261,7 +272,7 @@ SHARED_FN ShadowRay connectTo(IN(SceneView) scene, PathSettings settings, uint e
         // Aimed anew from the shifted origin: along the old direction an emitter seen edge-on would
         // block itself.
         shadow.direction = (vertex.surface.position - shadow.origin) + e.distance * e.wi;
-        shadow.tMax = 0.9999f;
+        shadow.tMax = connectionEnd(e.distance);
     }
     return shadow;
 }
@@ -316,7 +327,10 @@ SHARED_FN bool passPane(IN(SceneView) scene, Hit hit, INOUT(ShadowRay) shadow)
     if (!isPane(bsdf) || !sideOf(s, shadow.wi, -wo.z, side)) return false;
     shadow.contribution *= straightThrough(bsdf, wo);
     const vec3 behind = originOnSide(s, side);
-    if (shadow.tMax < 1.0f) shadow.direction -= behind - shadow.origin;
+    if (shadow.tMax < 1.0f) {
+        shadow.direction -= behind - shadow.origin;
+        shadow.tMax = connectionEnd(length(shadow.direction));
+    }
     shadow.origin = behind;
     shadow.passes -= 1u;
     return maxComponent(shadow.contribution) > 0.0f;

@@ -247,7 +247,7 @@ SHARED_FN void keepNewLight(IN(SceneView) scene, ReuseSettings settings, IN(Reus
                             IN(ShadowRay) shadow, uint emitter, uint grid, SampleStream stream,
                             INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
 {
-    float share = lightShare(settings, v);
+    float share = lightShare(settings, v, shadow.wi);
     if (share > 0.0f && newLightHid(scene, settings, v, shadow, stream, tally)) {
         result.lost += share / v.rays * luminance(shadow.contribution);
         share = 0.0f;

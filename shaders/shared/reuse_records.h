@@ -38,7 +38,8 @@ struct ReuseSettings {
     float cap;         // of the nominal number N of samples that the kept ones stand for
     float protection;  // eta: how much a sample's brightness counts when the store is cut down
     uint flags;        // kReuseJitters, kReuseFollows
-    uint sizeBefore;   // of the picture that left the history: width in 16 bits, height above
+    uint
+        sizeBefore;  // of the picture that left the history: width - 1 in 16 bits, height - 1 above
     float visibility;  // share of samples whose visibility is asked for again; 1: unbiased
 };
 

@@ -28,6 +28,8 @@ struct ReuseVertex {
     Vertex vertex;
     mat3 frameBefore;        // of the surface where the frame before met it
     vec3 woBefore;           // from there towards its camera, in that frame
+    vec3 normalBefore;       // geometric, on the side of that camera
+    Bsdf bsdfBefore;         // of the surface there: textures differ from place to place
     LobeChoice lobesBefore;  // at woBefore
     vec3 positionBefore;     // of the first hit that the history belongs to
     vec3 beta;               // of the way from the camera
@@ -43,6 +45,7 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
 {
     v.frameBefore = mat3(1.0f);
     v.woBefore = vec3(0.0f);
+    v.normalBefore = vec3(0.0f);
     v.lobesBefore.coat = 0.0f;
     v.lobesBefore.facet = 0.0f;
     v.lobesBefore.diffuse = 0.0f;
@@ -61,6 +64,7 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
     hit.barycentrics = pixel.barycentrics;
     hit.t = dot(pointOfTriangle(scene, hit.slot, hit.barycentrics) - ray.origin, ray.direction);
     const bool scatters = prepareVertex(scene, path, hit, ray, v.vertex, L);
+    if (scatters) v.bsdfBefore = v.vertex.bsdf;
     v.beta = ray.beta;
     return scatters;
 }
@@ -71,17 +75,19 @@ SHARED_FN void takeHistory(IN(SceneView) scene, ReuseSettings settings, vec3 tow
                            ReusePixel before, INOUT(ReuseVertex) v)
 {
     v.positionBefore = pointOfTriangle(scene, before.slot, before.barycentrics);
-    v.frameBefore = v.vertex.surface.frame;
-    // Where a surface curves, its lobe turns from pixel to pixel as well.
-    if (FEATURE(kFeatureShadingNormals) && !hasNormalMap(scene, v.vertex.surface.material)) {
-        Hit hit;
-        hit.t = 0.0f;
-        hit.slot = before.slot;
-        hit.barycentrics = before.barycentrics;
-        v.frameBefore = makeSurfacePoint(scene, hit, -towardsBefore).frame;
-    }
+    // Where a surface curves or has textures, its lobes change from pixel to pixel. Old samples are
+    // where the old lobes had a density, and nowhere else: with the new ones' in its place, light
+    // from directions that only those have would be left to samples that there are not.
+    Hit hit;
+    hit.t = 0.0f;
+    hit.slot = before.slot;
+    hit.barycentrics = before.barycentrics;
+    SurfacePoint s = makeSurfacePoint(scene, hit, -towardsBefore);
+    v.bsdfBefore = makeBsdf(evaluateMaterial(scene, s, -towardsBefore).inputs);
+    v.frameBefore = s.frame;
+    v.normalBefore = s.backFace != 0u ? -s.normal : s.normal;
     v.woBefore = toLocal(v.frameBefore, towardsBefore);
-    v.lobesBefore = lobesAt(v.vertex.bsdf, v.woBefore);
+    v.lobesBefore = lobesAt(v.bsdfBefore, v.woBefore);
     v.history = unpackHistory(before.history);
     const vec3 towards = toLocal(v.vertex.surface.frame, towardsBefore);
     v.rays = raysDue(settings, v.history, length(v.vertex.wo - towards));
@@ -126,13 +132,24 @@ SHARED_FN float reconnection(vec3 toPlace, vec3 n, vec3 position, vec3 positionB
     return min(abs(then) / abs(now), 1.0f);
 }
 
+/// What the surface of the frame before did to a direction (world): f and the density with which it
+/// would have been drawn; both 0 where no light went that way.
+SHARED_FN void evaluateBefore(IN(ReuseVertex) v, vec3 wi, OUT(vec3) f, OUT(float) q)
+{
+    f = vec3(0.0f);
+    q = 0.0f;
+    if (!(v.c > 0.0f)) return;
+    const vec3 local = toLocal(v.frameBefore, wi);
+    if (!(dot(wi, v.normalBefore) * local.z > 0.0f)) return;
+    evalPdfLobes(v.bsdfBefore, v.lobesBefore, v.woBefore, local, f, q);
+}
+
 /// The density with which the frame before would have drawn a direction (world).
 SHARED_FN float densityBefore(IN(ReuseVertex) v, vec3 wi)
 {
-    if (!(v.c > 0.0f)) return 0.0f;
     vec3 unused;
     float q;
-    evalPdfLobes(v.vertex.bsdf, v.lobesBefore, v.woBefore, toLocal(v.frameBefore, wi), unused, q);
+    evaluateBefore(v, wi, unused, q);
     return q;
 }
 
@@ -255,12 +272,17 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, vec3 pos
     return L;
 }
 
-/// The share of direct light that old connections answer for: all of N / (N + n), since an
-/// emitter's density does not depend on the camera; nothing where the ray that an old one would
-/// need is as good as a new one.
-SHARED_FN float lightShare(ReuseSettings settings, IN(ReuseVertex) v)
+/// The share of direct light from a direction (world) that old connections answer for: all of
+/// N / (N + n), since an emitter's density does not depend on the camera; nothing where the ray
+/// that an old one would need is as good as a new one, and where the old surface was dark: a
+/// connection that brings nothing is not kept.
+SHARED_FN float lightShare(ReuseSettings settings, IN(ReuseVertex) v, vec3 wi)
 {
-    return isUnbiased(settings) ? 0.0f : v.c;
+    if (isUnbiased(settings)) return 0.0f;
+    vec3 f;
+    float q;
+    evaluateBefore(v, wi, f, q);
+    return maxComponent(f) > 0.0f ? v.c : 0.0f;
 }
 
 /// A path that begins at a first hit; it has no direction yet.

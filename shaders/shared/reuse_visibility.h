@@ -75,7 +75,7 @@ SHARED_FN bool seesPlace(IN(SceneView) scene, IN(SurfacePoint) s, vec3 position,
     way.tMax = kDistant;
     if (distance < 0.5f * kDistant) {
         way.direction = (position - way.origin) + distance * direction;
-        way.tMax = 0.9999f;
+        way.tMax = connectionEnd(distance);
     }
     return wayIsOpen(scene, way, seed);
 }
@@ -126,7 +126,7 @@ SHARED_FN float addOldLight(IN(SceneView) scene, PathSettings path, ReuseSetting
 {
     const ShadowRay shadow = viewLight(scene, path, v, r);
     const vec3 F = shadow.contribution;
-    r.v *= lightShare(settings, v);
+    r.v *= lightShare(settings, v, shadow.wi);
     const float brings = r.v * luminance(F);
     if (brings > 0.0f && asksAgain(settings, stream, kAskOldLight + i)) {
         ++tally.shadowRays;

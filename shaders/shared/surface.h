@@ -326,6 +326,7 @@ SHARED_FN Shading evaluateMaterial(IN(SceneView) scene, INOUT(SurfacePoint) s, v
             if (t != 0u) applyNormalMap(scene, t - 1u, word4.w, direction, s);
         }
     }
+    if ((flags & kMaterialUnlit) != 0u) shading.emission = shading.inputs.baseColor;
     return shading;
 }
 

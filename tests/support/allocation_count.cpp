@@ -4,9 +4,7 @@
 #include <cstdlib>
 #include <new>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define REKINDLE_FOREIGN_NEW
-#endif
+#include "tests/support/sanitized.h"
 
 namespace {
 
@@ -14,7 +12,7 @@ thread_local uint64_t count = 0;
 
 }  // namespace
 
-#ifndef REKINDLE_FOREIGN_NEW
+#ifndef REKINDLE_SANITIZED
 void* operator new(std::size_t bytes)
 {
     ++count;
@@ -46,7 +44,7 @@ uint64_t allocations()
 
 bool allocationsAreCounted()
 {
-#ifdef REKINDLE_FOREIGN_NEW
+#ifdef REKINDLE_SANITIZED
     return false;
 #else
     return true;

@@ -22,6 +22,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/image/image.h"
+#include "tests/support/sanitized.h"
 
 namespace tests {
 
@@ -66,7 +67,7 @@ struct Result {
     std::string out, err;
 };
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef REKINDLE_SANITIZED
 constexpr double kSlowdown = 10;
 #else
 constexpr double kSlowdown = 1;

@@ -11,6 +11,7 @@ struct Scale {
     bool logarithmic = false;
     bool isSigned = false;  // differences: blue below zero, red above
     std::string label;      // "relative error of luminance", "distance (m)"
+    float unit = 1;         // what a value of 1 is in the label's unit
 };
 
 }  // namespace app

@@ -24,14 +24,16 @@ ImU32 scaleColour(const UiContext& c, float t)
 double scaleValue(const Scale& scale, double t)
 {
     const auto low = static_cast<double>(scale.low), high = static_cast<double>(scale.high);
-    return scale.logarithmic && low > 0 ? low * std::pow(high / low, t) : low + t * (high - low);
+    return (scale.logarithmic && low > 0 ? low * std::pow(high / low, t) : low + t * (high - low)) *
+           static_cast<double>(scale.unit);
 }
 
 /// Of the fraction t; all numbers of a linear scale with as many decimals.
 std::string scaleText(const Scale& scale, double t)
 {
     const double value = scaleValue(scale, t);
-    const auto largest = static_cast<double>(std::max(std::abs(scale.low), std::abs(scale.high)));
+    const auto largest =
+        static_cast<double>(scale.unit * std::max(std::abs(scale.low), std::abs(scale.high)));
     if (scale.logarithmic || !(largest >= 1e-3 && largest < 1e4)) return digitsText(value);
     const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(largest))), 0, 5);
     return format("%.*f", decimals, value == 0 ? 0.0 : value);

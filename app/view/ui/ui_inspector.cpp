@@ -32,11 +32,11 @@ void row(const char* name, const std::string& value)
     ImGui::TextUnformatted(value.c_str());
 }
 
-void aovRows(const core::Aovs& aovs, float u, float v)
+void aovRows(const core::Aovs& aovs, float u, float v, double perMetre)
 {
     if (const float* depth = valueAt(aovs.depth, u, v)) {
-        row("distance",
-            depth[0] > 0 ? format("%.5g m", static_cast<double>(depth[0])) : "nothing hit");
+        row("distance", depth[0] > 0 ? format("%.5g m", static_cast<double>(depth[0]) / perMetre)
+                                     : "nothing hit");
     }
     if (const float* normal = valueAt(aovs.normal, u, v)) row("normal", rgbText(normal));
     if (const float* albedo = valueAt(aovs.albedo, u, v)) row("albedo", rgbText(albedo));
@@ -109,7 +109,8 @@ void drawInspector(const UiContext& c)
     if (const auto reference = c.session.reference()) {
         if (const float* value = valueAt(reference->mean, u, v)) row("reference", rgbText(value));
     }
-    if (picture->aovs) aovRows(*picture->aovs, u, v);
+    if (const auto world = picture->world.lock(); world && picture->aovs)
+        aovRows(*picture->aovs, u, v, world->placement.scale);
     if (picture->maps) mapRows(*picture, u, v);
     if (picture->probe) drawProbe(c, *picture, u, v);
     ImGui::EndTooltip();

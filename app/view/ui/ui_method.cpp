@@ -95,7 +95,8 @@ void savePreset(const UiContext& c)
 {
     std::vector<Preset>& own = c.session.settings.presets;
     const auto same = std::find_if(own.begin(), own.end(), [&](const Preset& preset) {
-        return preset.name == c.state.presetName;
+        return preset.name == c.state.presetName &&
+               preset.params.id() == c.session.render.method.id();
     });
     if (same != own.end())
         same->params = c.session.render.method;

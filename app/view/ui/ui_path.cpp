@@ -159,12 +159,9 @@ void drawPlayback(const UiContext& c)
     ImGui::Checkbox("loop##path", &track.loop);
     ImGui::PushID("fps");
     rowLabel("frames/s", "frames of the path per second of playing");
-    ImGui::InputDouble("##value", &track.framesPerSecond, 0, 0, "%.4g");
-    if (!(track.framesPerSecond >= 1 && track.framesPerSecond <= 1000)) {
-        track.framesPerSecond = std::isfinite(track.framesPerSecond)
-                                    ? std::clamp(track.framesPerSecond, 1.0, 1000.0)
-                                    : 24;
-    }
+    double rate = track.framesPerSecond;
+    if (ImGui::InputDouble("##value", &rate, 0, 0, "%.4g") && std::isfinite(rate))
+        track.framesPerSecond = std::clamp(rate, 0.001, 1e5);  // as files may have it
     ImGui::PopID();
 }
 

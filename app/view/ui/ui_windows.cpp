@@ -199,7 +199,7 @@ void drawQuitQuestion(const UiContext& c)
     const bool stay = ImGui::Button("Stay", ImVec2(6 * c.em, 0));
     // The key that asked is still down in the first frame: it must not answer as well.
     const bool escape = !ImGui::IsWindowAppearing() && escapePressed(false);
-    if (stay || escape || c.app.quit) ImGui::CloseCurrentPopup();
+    if (stay || escape || c.app.quit || c.app.quitWhenSaved) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
 }
 

@@ -213,7 +213,7 @@ TEST(FlightSweep, ChangesOneParameterWithinItsRange)
 /// Every value that a measurement can have, in a result of every part.
 Results hostileResults()
 {
-    const double odd[] = {kUnknown, INFINITY, -INFINITY, 0, -1, 1e300, 1e-300};
+    const double odd[] = {kUnknown, HUGE_VAL, -HUGE_VAL, 0, -1, 1e300, 1e-300};
     size_t i = 0;
     const auto next = [&] { return odd[i++ % std::size(odd)]; };
     const auto errors = [&] {

@@ -34,7 +34,9 @@ std::vector<std::pair<std::string, Density>> densities()
 TEST(LabDensity, CdfIsTheIntegralOfThePdf)
 {
     core::Pcg32 random(1);
-    for (const auto& [name, d] : densities()) {
+    for (const auto& named : densities()) {
+        const std::string& name = named.first;
+        const Density& d = named.second;
         EXPECT_EQ(d.cdf(0), 0) << name;
         EXPECT_EQ(d.cdf(1), 1) << name;
         EXPECT_NEAR(

@@ -121,7 +121,7 @@ TEST(FitCurve, TooLittleIsNothing)
     auto broken = curve(-0.5, 5);
     broken[0].rmse = std::nan("");
     broken[1].rmse = 0;
-    broken[2].seconds = INFINITY;
+    broken[2].seconds = HUGE_VAL;
     EXPECT_FALSE(app::fitCurve(broken, true));
 }
 

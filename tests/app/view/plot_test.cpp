@@ -2,12 +2,15 @@
 #include "app/view/ui/plot.h"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
 #include "app/view/ui/ui_text.h"
 
 namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<std::string> majors(const app::LogRange& range, int most)
 {
@@ -60,7 +63,7 @@ TEST(LogRanges, HoldEverythingThatIsDrawn)
     EXPECT_LT(y.low, y.high);
 
     plot.curves.push_back(
-        {"a", {{0.1, 3, 0.1}, {4, 0.2, 0}, {0, 9, 0}, {5, NAN, 0}, {INFINITY, 1, 0}}, {}, false});
+        {"a", {{0.1, 3, 0.1}, {4, 0.2, 0}, {0, 9, 0}, {5, kNan, 0}, {HUGE_VAL, 1, 0}}, {}, false});
     plot.floor = 0.01;
     plot.target = 7;
     app::logRanges(plot, x, y);
@@ -96,7 +99,7 @@ TEST(NumbersAsText, ThreeDigitsAndUnits)
     EXPECT_EQ(app::countText(12345), "12.3 k");
     EXPECT_EQ(app::countText(999600), "1.00 M");
     EXPECT_EQ(app::countText(4.5678e6), "4.57 M");
-    EXPECT_EQ(app::countText(NAN), "-");
+    EXPECT_EQ(app::countText(kNan), "-");
     EXPECT_EQ(app::bytesText(1023), "1023 B");
     EXPECT_EQ(app::bytesText(1024), "1.00 KiB");
     EXPECT_EQ(app::bytesText(1000 * 1024), "0.98 MiB");
@@ -108,7 +111,7 @@ TEST(NumbersAsText, ThreeDigitsAndUnits)
     EXPECT_EQ(app::secondsText(245), "4:05");
     EXPECT_EQ(app::secondsText(59.96 * 60), "59:58");
     EXPECT_EQ(app::secondsText(7384), "2:03:04");
-    EXPECT_EQ(app::secondsText(INFINITY), "-");
+    EXPECT_EQ(app::secondsText(HUGE_VAL), "-");
     EXPECT_EQ(app::digitsText(0.012345), "0.0123");
 }
 
@@ -118,7 +121,7 @@ TEST(Legend, NamesThePresentCurveFirstAndNothingThatIsNotDrawn)
     EXPECT_TRUE(app::legendOrder(plot, 4).empty());
     for (int i = 0; i < 5; ++i) {
         plot.curves.push_back({std::to_string(i), {{1, 1}}, {}, false});
-        if (i == 2) plot.curves.back().points = {{0, 1}, {1, NAN}};  // nothing of it is seen
+        if (i == 2) plot.curves.back().points = {{0, 1}, {1, kNan}};  // nothing of it is seen
     }
     EXPECT_EQ(app::legendOrder(plot, 9), (std::vector<size_t>{4, 3, 1, 0}));
     EXPECT_EQ(app::legendOrder(plot, 2), (std::vector<size_t>{4, 3}));

@@ -212,7 +212,7 @@ TEST(GuideSpaces, PlainTreesAreCutInTheMiddle)
     options.recordsPerLeaf = 600;
     Guide guide(options);
     for (uint64_t k = 1; k <= 3; ++k) {
-        guide.learn(pathsTo(4000 << k, k, anywhere, lamp), std::pow(2.0, double(k)) - 1);
+        guide.learn(pathsTo(size_t(4000) << k, k, anywhere, lamp), std::pow(2.0, double(k)) - 1);
         const GuideTables& tables = *guide.tables();
         for (uint32_t root = 1; root < shared::kGuideRoots; ++root)
             EXPECT_EQ(shared::findGuideLeaf(tables.view(), vec3(0.3f), root),

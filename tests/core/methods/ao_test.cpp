@@ -107,6 +107,24 @@ TEST_P(Ao, TheBackgroundIsOpen)
     EXPECT_NEAR(open(b.world(), 0, 4, 1).mean, 1, 1e-12);
 }
 
+/// The world is scaled where its size would cost digits; what is asked for is in the file's metres.
+TEST_P(Ao, DistancesAreThoseOfTheFile)
+{
+    const auto shareOf = [this](double scale) {
+        SceneBuilder b;
+        const auto s = static_cast<float>(scale);
+        const int grey = b.material(lambert(glm::vec3(0.5f)));
+        b.quad(s * glm::vec3(-5, 0, 5), {10 * s, 0, 0}, {0, 0, -10 * s}, grey);
+        b.quad(s * glm::vec3(-5, 1, 5), {10 * s, 0, 0}, {0, 0, -10 * s}, grey);
+        b.camera(scale * glm::dvec3(0.02, 0.5, 0.03), glm::dvec3(0), 0.002);
+        return open(b.world(), static_cast<float>(1.5 * scale), 256).mean;
+    };
+    const double usual = shareOf(1);
+    EXPECT_GT(usual, 0.3);
+    EXPECT_LT(usual, 0.7);
+    for (const double scale : {1.0 / 64, 64.0}) EXPECT_NEAR(shareOf(scale), usual, 0.02) << scale;
+}
+
 INSTANTIATE_TEST_SUITE_P(Devices, Ao,
                          testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
                          [](const auto& device) {

@@ -297,4 +297,17 @@ TEST(DirectLight, BlendedVeil)
     EXPECT_LT(detectable(e, 0.7), 0.02);
 }
 
+/// What covers a lamp closely is met on the way to it, however far that is.
+TEST(DirectLight, ACoverCloseToALampIsSeen)
+{
+    SceneBuilder b;
+    b.quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, b.material(lambert(glm::vec3(kAlbedo))));
+    b.quad({-1, 20, -1}, {2, 0, 0}, {0, 0, 2}, b.material(emitter(glm::vec3(10))));
+    b.quad({-1.1f, 19.997f, -1.1f}, {2.2f, 0, 0}, {0, 0, 2.2f}, b.material(lambert(glm::vec3(0))));
+    b.camera({0.3, 0.5, 0.4}, {0, 0, 0}, 0.002);
+    for (const core::Strategy strategy :
+         {core::Strategy::light, core::Strategy::mis, core::Strategy::bsdf})
+        EXPECT_EQ(estimate(render(b.world(), 16, 16, 64, independentParams(strategy, 1))).mean, 0);
+}
+
 }  // namespace

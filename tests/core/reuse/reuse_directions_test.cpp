@@ -62,7 +62,8 @@ struct Colours {
 
     void add(vec3 value, double weightSum)
     {
-        for (int i = 0; i < 3; ++i) channel[static_cast<size_t>(i)].add(value[i]);
+        for (int i = 0; i < 3; ++i)
+            channel[static_cast<size_t>(i)].add(static_cast<double>(value[i]));
         weight.add(weightSum);
     }
 };
@@ -167,7 +168,8 @@ TEST(ReuseDirections, ResidualOfAMovedLobeIsTheExpectedOne)
         tests::Moments residual;
         for (int i = 0; i < 500000; ++i) {
             const vec3 z = change.sampleP(random);
-            residual.add(1 - shared::reuseAlpha(1.0f, change.q(z), change.p(z)));
+            residual.add(1 -
+                         static_cast<double>(shared::reuseAlpha(1.0f, change.q(z), change.p(z))));
         }
         EXPECT_NEAR(residual.mean(), e.totalVariation, 0.002) << e.alpha << ' ' << e.degrees;
     }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/base/pcg32.h"
+#include "core/methods/reuse_settings.h"
 
 namespace {
 
@@ -100,6 +101,29 @@ TEST(ReuseShared, AnOldSampleCountsAsItsShare)
         const double direct = shared::reuseAlphaOverQ(c, q, p);
         ASSERT_NEAR(direct / (shared::reuseAlpha(c, q, p) / q), 1, 1e-13);
         ASSERT_NEAR(direct / std::min(1 / q, c / p), 1, 1e-13);
+    }
+}
+
+/// What is left of paths that were due is packed after each pass: nothing of it may be cut off, or
+/// fewer paths are taken than weights are divided by.
+TEST(ReuseShared, PathsThatAreDueAreTaken)
+{
+    for (const float rays : {0.1f, 0.12f, 0.15f, 0.3f, 0.7f, 1.3f}) {
+        core::ReuseParams params;
+        params.rays = rays;
+        const shared::ReuseSettings settings = core::reuseSettings(params);
+        EXPECT_NEAR(settings.rays, rays, 5e-4);
+        shared::ReuseHistory history = shared::noHistory();
+        history.nominal = 16;
+        constexpr int kPasses = 20000;
+        double taken = 0;
+        for (int i = 0; i < kPasses; ++i) {
+            const uint32_t now = shared::raysTaken(history, settings.rays);
+            taken += now;
+            history = shared::unpackHistory(shared::packHistory(
+                shared::grownHistory(settings, history, settings.rays, now, 1.0f)));
+        }
+        EXPECT_NEAR(taken / kPasses, double(settings.rays), 1.01 / kPasses) << rays;
     }
 }
 

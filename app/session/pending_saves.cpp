@@ -1,0 +1,82 @@
+// See pending_saves.h.
+#include "app/session/pending_saves.h"
+
+#include <utility>
+
+namespace app {
+
+namespace {
+
+bool shows(const Picture& picture, const RenderRequest& view)
+{
+    return picture.world.lock() == view.world && picture.camera == view.camera &&
+           picture.fullSize == view.size && picture.params.method == view.params.method &&
+           picture.params.device == view.params.device &&
+           picture.params.deviceIndex == view.params.deviceIndex;
+}
+
+/// Only whole samples can be rendered again to the bit.
+bool isWhole(const Picture& picture)
+{
+    return !picture.preview && picture.fraction == 0 && picture.samples > 0;
+}
+
+/// Takes out those of which `isDue` holds.
+template <class IsDue>
+std::vector<SaveItem> takeOut(std::vector<PendingSave>& waiting, IsDue&& isDue)
+{
+    std::vector<SaveItem> due;
+    std::vector<PendingSave> rest;
+    for (PendingSave& save : waiting) {
+        if (isDue(save))
+            due.push_back(std::move(save.item));
+        else
+            rest.push_back(std::move(save));
+    }
+    waiting = std::move(rest);
+    return due;
+}
+
+}  // namespace
+
+bool sameView(const RenderRequest& a, const RenderRequest& b)
+{
+    return a.world == b.world && a.camera == b.camera && a.size == b.size &&
+           a.params.method == b.params.method && a.params.device == b.params.device &&
+           a.params.deviceIndex == b.params.deviceIndex && a.restarts == b.restarts;
+}
+
+void PendingSaves::offer(const std::shared_ptr<const Picture>& picture)
+{
+    if (!picture || !isWhole(*picture)) return;
+    for (PendingSave& save : waiting_)
+        if (shows(*picture, save.view)) save.item.picture = picture;
+}
+
+std::vector<SaveItem> PendingSaves::takeReady(double now)
+{
+    return takeOut(waiting_, [now](const PendingSave& save) {
+        const std::shared_ptr<const Picture>& picture = save.item.picture;
+        if (!picture) return false;
+        return (picture->variance && picture->aovs) || now >= save.until;
+    });
+}
+
+std::vector<SaveItem> PendingSaves::leaveView(const RenderRequest& next, double at)
+{
+    std::vector<SaveItem> due =
+        takeOut(waiting_, [](const PendingSave& save) { return save.item.picture != nullptr; });
+    for (PendingSave& save : waiting_) {
+        save.view = next;
+        save.item.world = next.world;
+        save.item.at = at;
+    }
+    return due;
+}
+
+std::vector<SaveItem> PendingSaves::takeAll()
+{
+    return takeOut(waiting_, [](const PendingSave&) { return true; });
+}
+
+}  // namespace app

@@ -1,0 +1,252 @@
+// What is saved is what was on show when it was asked for: whatever moves, is loaded or ends in the
+// meantime; and what else a person does while work of another kind is under way.
+#include <fstream>
+
+#include "app/session/replay.h"
+#include "core/image/metrics.h"
+#include "tests/support/pretender.h"
+#include "tests/support/session_steps.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace tests;
+
+struct SessionSaves : testing::Test {
+    /// Before anything that was asked for has been updated.
+    void save(Session& session, const char* name)
+    {
+        act(session, "save", {{"file", (folder / name).string()}});
+    }
+    core::ImageFile saved(const char* name) const { return core::readExr(folder / name); }
+    static std::string valueOf(const core::ImageFile& image, const char* key)
+    {
+        const auto found = image.metadata.find(key);
+        return found == image.metadata.end() ? "" : found->second;
+    }
+    /// A session whose samples last as long as the book says.
+    app::SessionOptions pretended()
+    {
+        app::SessionOptions o = options("cornell-diffuse.gltf");
+        o.factory = [this](const app::RenderParams&, bool) {
+            return std::make_unique<Pretender>(book);
+        };
+        return o;
+    }
+
+    TemporaryFolder folder;
+    Book book;
+};
+
+TEST_F(SessionSaves, WhatWasOnShowIsSavedThoughTheCameraMoves)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    act(session, "set", {{"name", "spp-limit"}, {"value", 4}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    const core::Image mean = session.picture()->mean;
+    save(session, "a.exr");
+    act(session, "orbit", {{"dx", 0.3}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "a.exr: saved"); }));
+    EXPECT_EQ(valueOf(saved("a.exr"), "spp"), "4");
+    EXPECT_EQ(saved("a.exr").layer("").pixels, mean.pixels);
+}
+
+TEST_F(SessionSaves, WhatWasOnShowIsSavedThoughAnotherSceneComes)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const std::string hash = session.document()->world->scene->hash;
+    session.load(kAssets / "hall.gltf");
+    save(session, "a.exr");
+    ASSERT_TRUE(until(session, [&] { return told(session, "a.exr: saved"); }));
+    ASSERT_TRUE(until(session, [&] {
+        return settled(session) && session.document()->file.filename() == "hall.gltf";
+    }));
+    EXPECT_EQ(valueOf(saved("a.exr"), "scene_hash"), hash);
+    EXPECT_NE(session.document()->world->scene->hash, hash);
+}
+
+TEST_F(SessionSaves, NoneOfSeveralIsLost)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    save(session, "a.exr");
+    save(session, "b.png");
+    EXPECT_TRUE(session.saving());
+    ASSERT_TRUE(until(session, [&] { return !session.saving(); }));
+    EXPECT_TRUE(told(session, "a.exr: saved") && told(session, "b.png: saved"));
+    EXPECT_FALSE(session.saveFailed());
+    EXPECT_TRUE(saved("a.exr").hasLayer("variance"));
+    EXPECT_TRUE(saved("a.exr").hasLayer("depth"));
+    save(session, "none/c.exr");
+    ASSERT_TRUE(until(session, [&] { return !session.saving(); }));
+    EXPECT_TRUE(session.saveFailed());
+}
+
+TEST_F(SessionSaves, TheEndOfTheProgramWritesWholeSamples)
+{
+    {
+        Session session(pretended());
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        book.set(&Book::secondsPerPixel, 1.0 / (kArea.x * kArea.y));
+        session.restart();
+        // The second sample is under way.
+        ASSERT_TRUE(until(session, [&] {
+            return settled(session) && session.picture()->samples == 1 &&
+                   session.picture()->fraction > 0;
+        }));
+        save(session, "a.exr");
+    }
+    EXPECT_EQ(valueOf(saved("a.exr"), "spp"), "1");
+    {
+        Session session(pretended());
+        ASSERT_TRUE(until(session, [&] { return session.picture() != nullptr; }));
+        book.set(&Book::secondsPerPixel, 1.0);
+        act(session, "orbit", {{"dx", 0.3}});
+        session.update(0.01, kArea);
+        save(session, "b.exr");
+        session.load(kAssets / "hall.gltf");
+        ASSERT_TRUE(until(session, [&] { return told(session, "b.exr: not saved"); }));
+    }
+    EXPECT_FALSE(fs::exists(folder / "b.exr"));
+}
+
+TEST_F(SessionSaves, SavingAndQuittingWaitsForTheFile)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    app::AppRequests requests;
+    app::runAction("save-and-quit", session, requests, {{"file", (folder / "a.exr").string()}});
+    EXPECT_FALSE(requests.quit);
+    EXPECT_TRUE(requests.quitWhenSaved);
+    ASSERT_TRUE(until(session, [&] { return !session.saving(); }));
+    EXPECT_TRUE(saved("a.exr").hasLayer("variance"));
+}
+
+TEST_F(SessionSaves, AReferenceTakesTheThreadFromNoExport)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    for (const double frame : {0.0, 4000.0}) act(session, "add-key", {{"frame", frame}});
+    act(session, "export-path", {{"file", (folder / "out/f-%04d.png").string()}, {"spp", 1000000}});
+    ASSERT_TRUE(until(session, [&] { return session.coreThread().active(); })) << "the folder";
+    act(session, "reference", {{"spp", 2}});
+    EXPECT_TRUE(told(session, "is under way"));
+    EXPECT_TRUE(session.coreThread().name.starts_with("export"));
+    act(session, "cancel");
+    ASSERT_TRUE(until(session, [&] { return !session.coreThread().active(); }));
+}
+
+TEST_F(SessionSaves, PicturesThatAreKeptHaveTheirVarianceSoon)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    session.settings.sections.compare = false;
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    ASSERT_EQ(session.picture()->variance, nullptr);
+    act(session, "store-a");
+    ASSERT_TRUE(until(session, [&] { return session.slots[0].picture->variance != nullptr; }));
+    act(session, "set", {{"name", "max-depth"}, {"value", 2}});
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "store-b");
+    ASSERT_TRUE(until(session, [&] { return session.comparison() != nullptr; }));
+    EXPECT_EQ(core::findParam<uint32_t>(session.slots[0].picture->params.method, "max-depth")[0],
+              8u);
+}
+
+TEST_F(SessionSaves, EqualTimeEndsWhereTheViewChanges)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "orbit", {{"dx", 0.3}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && !session.isMoving(); }));
+    session.compareEqualTime(session.render, session.render, 60);
+    session.update(0.01, kArea);
+    ASSERT_TRUE(session.equalTime().running());
+    act(session, "home");
+    session.update(0.01, kArea);
+    EXPECT_FALSE(session.equalTime().running());
+    EXPECT_TRUE(told(session, "the view has changed"));
+}
+
+TEST_F(SessionSaves, EscStopsAnAnimationAndLeavesNothingElse)
+{
+    Session session(options("animated.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "animation", {{"play", true}});
+    for (int i = 0; i < 20; ++i) session.update(0.01, kArea);
+    app::AppRequests requests;
+    app::escapeFrom(session, requests);
+    EXPECT_FALSE(session.player.playing);
+    EXPECT_FALSE(requests.leave);
+    for (int i = 0; i < 20; ++i) session.update(0.01, kArea);
+    EXPECT_FALSE(told(session, "pose"));
+}
+
+TEST_F(SessionSaves, ASceneIsThereOnlyOnceItIsShown)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_TRUE(session.settled());
+    session.load(kAssets / "hall.gltf");
+    while (session.loading().active()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_FALSE(session.settled());
+    session.update(0.01, kArea);
+    EXPECT_TRUE(session.settled());
+    EXPECT_EQ(session.document()->file.filename(), "hall.gltf");
+}
+
+TEST_F(SessionSaves, TheWindowIsAwakeWhileARendererIsBuilt)
+{
+    book.set(&Book::endlessWorld, true);
+    Session session(pretended());
+    ASSERT_TRUE(until(session, [&] { return session.rendering().stage == "building"; }));
+    for (int i = 0; i < 100; ++i) session.update(0.1, kArea);  // nothing has moved for long
+    EXPECT_TRUE(session.busy());
+    book.set(&Book::endlessWorld, false);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+}
+
+TEST_F(SessionSaves, PresetsOfTheMethodComeFirst)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    session.settings.presets = {{"balanced", core::GuidedParams{}}};
+    act(session, "preset", {{"name", "balanced"}});
+    EXPECT_EQ(session.render.method.id(), "path");
+    session.settings.presets = {{"mine", core::GuidedParams{}}};
+    act(session, "preset", {{"name", "mine"}});
+    EXPECT_EQ(session.render.method.id(), "guided");
+}
+
+TEST_F(SessionSaves, AReplayTakesTheDeviceAndForgetsOtherLimits)
+{
+    {
+        Session session(options("cornell-diffuse.gltf"));
+        act(session, "set", {{"name", "spp-limit"}, {"value", 3}});
+        ASSERT_TRUE(
+            until(session, [&] { return settled(session) && session.picture()->finished; }));
+        save(session, "a.exr");
+        ASSERT_TRUE(until(session, [&] { return !session.saving(); }));
+    }
+    app::SessionOptions o = pretended();
+    o.render.device = app::DeviceKind::vulkan;
+    o.render.secondsLimit = 1;
+    Session session(o);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    session.replay(folder / "a.exr");
+    ASSERT_TRUE(until(session, [&] { return session.render.device == app::DeviceKind::cpu; }));
+    EXPECT_EQ(session.render.secondsLimit, 0);
+    EXPECT_EQ(session.render.sppLimit, 3u);
+}
+
+TEST_F(SessionSaves, AReplayWithoutItsSceneShowsTheBuiltInOne)
+{
+    std::ofstream(folder / "no picture.exr") << "nothing";
+    app::SessionOptions o = options("");
+    o.builtIn = true;
+    Session session(o);
+    session.replay(folder / "no picture.exr");
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_TRUE(told(session, "no picture.exr"));
+}
+
+}  // namespace
