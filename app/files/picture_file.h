@@ -5,8 +5,8 @@
 
 #include "app/args/args.h"
 #include "core/image/film.h"
-#include "core/scene/world.h"
 #include "core/methods/renderer.h"
+#include "core/scene/world.h"
 
 namespace app {
 
