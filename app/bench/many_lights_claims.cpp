@@ -308,7 +308,12 @@ Spread equalErrorRatio(const SceneResult& scene, const std::string& method, uint
                 curve.push_back({row.samples[i].seconds, row.samples[i].rmse8});
         if (curve.empty()) continue;
         std::ranges::sort(curve, {}, &Reached::seconds);
-        values.push_back(secondsToReach(curve, goal->samples[i].rmse8) / goal->samples[i].seconds);
+        const double ratio =
+            secondsToReach(curve, goal->samples[i].rmse8) / goal->samples[i].seconds;
+        // A rival whose quickest setting errs less yet takes at most so long: perhaps less than
+        // ours.
+        const bool atMost = curve.front().error < goal->samples[i].rmse8;
+        values.push_back(atMost && ratio >= 1 ? kUnknown : ratio);
     }
     return spreadOf(std::move(values));
 }

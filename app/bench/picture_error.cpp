@@ -15,6 +15,11 @@ constexpr uint32_t kTile = 8;         // pixels
 constexpr double kFireflies = 0.001;  // of the pixels
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// A pixel's squared relative error, and the same without what the reference's noise adds to it.
+struct PixelError {
+    double error, net;
+};
+
 /// Unbiased variance from sums over `count` values.
 double varianceOf(double sum, double squares, double count)
 {
@@ -38,6 +43,19 @@ double trimmedMean(std::vector<double>& values, double share)
     std::nth_element(values.begin(), end, values.end());
     double sum = 0;
     for (auto x = values.begin(); x != end; ++x) sum += *x;
+    return sum / static_cast<double>(std::max<size_t>(1, kept));
+}
+
+/// The mean of `net` over the pixels that are left without the share of the largest `error`.
+static double trimmedNet(std::vector<PixelError>& pixels, double share)
+{
+    const auto dropped = static_cast<size_t>(share * static_cast<double>(pixels.size()));
+    const size_t kept = pixels.size() - std::max<size_t>(1, dropped);
+    const auto end = pixels.begin() + static_cast<ptrdiff_t>(kept);
+    std::nth_element(pixels.begin(), end, pixels.end(),
+                     [](const PixelError& a, const PixelError& b) { return a.error < b.error; });
+    double sum = 0;
+    for (auto pixel = pixels.begin(); pixel != end; ++pixel) sum += pixel->net;
     return sum / static_cast<double>(std::max<size_t>(1, kept));
 }
 
@@ -80,6 +98,14 @@ ErrorSum::ErrorSum(const core::Image& reference, const core::Image& variance,
         signedNoise_ += deviations * deviations;  // channels vary together
     }
     const auto count = static_cast<double>(size);
+    for (size_t i = 0; i < size; i += 3) {
+        double noise = 0;
+        for (size_t k = i; k < i + 3; ++k) {
+            const auto r = static_cast<double>(level.pixels[k]);
+            noise += static_cast<double>(variance.pixels[k]) / (r * r + kRelativeFloor) / 3;
+        }
+        noiseOfPixels_.push_back(noise);
+    }
     noise_ /= count;
     signedNoise_ /= count * count;
 }
@@ -113,7 +139,8 @@ void ErrorSum::add(const core::Image& picture)
           picture.channels == 3);
     const uint32_t across = (picture.width + kTile - 1) / kTile,
                    down = (picture.height + kTile - 1) / kTile;
-    std::vector<double> mse(size_t(across) * down), relMse(mse), differences(mse), ofPixels;
+    std::vector<double> mse(size_t(across) * down), relMse(mse), differences(mse);
+    std::vector<PixelError> ofPixels;
     ofPixels.reserve(size_t(picture.width) * picture.height);
     const double part = 1 / static_cast<double>(sums_.size());
     for (uint32_t y = 0; y < picture.height; ++y)
@@ -132,10 +159,11 @@ void ErrorSum::add(const core::Image& picture)
                 ofPixel += d * d / (level * level + kRelativeFloor);
             }
             relMse[tile] += ofPixel * part;
-            ofPixels.push_back(ofPixel / 3);
+            const double noise = noiseOfPixels_[size_t(y) * picture.width + x];
+            ofPixels.push_back({ofPixel / 3, ofPixel / 3 - noise});
         }
     ++pictures_;
-    const double trimmed = trimmedMean(ofPixels, kFireflies);
+    const double trimmed = trimmedNet(ofPixels, kFireflies);
     trimmed_ += trimmed;
     trimmedSquares_ += trimmed * trimmed;
     mse_.add(mse);
@@ -169,7 +197,7 @@ PictureErrors ErrorSum::errors() const
     e.relMse.value -= relativeNoise_;
     e.signedError = signed_.mean();
     e.signedError.error = std::hypot(e.signedError.error, std::sqrt(signedNoise_));
-    e.trimmed = {trimmed_ / count - relativeNoise_,
+    e.trimmed = {trimmed_ / count,
                  pictures_ < 2 ? kNaN
                                : std::sqrt(varianceOf(trimmed_, trimmedSquares_, count) / count)};
     e.variance = pictures_ < 2 ? kNaN : 0;

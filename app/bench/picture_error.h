@@ -83,6 +83,7 @@ private:
     uint32_t pictures_ = 0;
     double trimmed_ = 0, trimmedSquares_ = 0;  // sums
     std::vector<double> sums_, squares_;       // of each value
+    std::vector<double> noiseOfPixels_;        // of the reference, relative as errors are
     TileSums mse_, relMse_, signed_;
 };
 

@@ -23,8 +23,10 @@ void Film::reset(const Frame& frame)
     const uint64_t pixels = uint64_t(frame.width()) * frame.height();
     pixels_ = 0;
     // Larger than needed is good enough: while the camera moves, sizes change all the time. The
-    // last buffer tells whether all could be had.
-    if (weights_.bytes() < std::max<uint64_t>(pixels * sizeof(float), 16)) {
+    // last buffer tells whether all could be had; the others, whose pixels fill whole units of
+    // allocation, whether they are large enough.
+    if (weights_.bytes() < std::max<uint64_t>(pixels * sizeof(float), 16) ||
+        words_[2].bytes() < pixels * sizeof(glm::vec4)) {
         weights_ = {};
         words_ = {};
         const auto make = [&](Buffer& buffer, uint32_t binding, uint64_t bytesPerPixel) {

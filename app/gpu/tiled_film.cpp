@@ -108,13 +108,21 @@ void TiledFilm::advance(const core::Budget& budget, const std::stop_token& stop,
 bool TiledFilm::advanceRound(const std::function<bool()>& over,
                              const std::function<uint32_t()>& lanes, const Trace& trace)
 {
+    // Counters have 32 bits, and sample reuse adds some 2^8 to one for each pixel.
+    constexpr uint64_t kMostUndrained = 1u << 20;
     const uint32_t tiles = frame_.tileCount();
+    uint64_t undrained = 0;
     while (nextTile_ < tiles) {
         const uint32_t most = lanes() / (shared::kGroupSize * roundSamples_);
         const uint32_t count = std::min(std::max(most, 1u), tiles - nextTile_);
         trace({nextTile_, count, static_cast<uint32_t>(samples_), roundSamples_}, accumulate_);
         nextTile_ += count;
         ++version_;
+        undrained += uint64_t(count) * shared::kGroupSize * roundSamples_;
+        if (undrained >= kMostUndrained) {
+            frame_.drainCounters(counts_);
+            undrained = 0;
+        }
         if (nextTile_ < tiles && over()) {
             frame_.drainCounters(counts_);
             return false;

@@ -2,6 +2,7 @@
 // rest pose.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/gltf/parts.h"
 
@@ -160,12 +161,30 @@ private:
 
 }  // namespace
 
+/// Exporters write an animation for each object that moves: those that move nothing that `first`
+/// moves are played with it, and become a part of it. False where one does.
+static bool joins(Animation& first, Animation& other)
+{
+    for (const AnimationChannel& channel : other.channels)
+        for (const AnimationChannel& known : first.channels)
+            if (channel.node == known.node && channel.path == known.path) return false;
+    first.duration = std::max(first.duration, other.duration);
+    std::ranges::move(other.channels, std::back_inserter(first.channels));
+    return true;
+}
+
 void readAnimations(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan)
 {
     Reader reader(load, accessors, plan);
     for (size_t i = 0; i < countOf(load, "animations"); ++i) {
         Animation animation = reader.read(topLevel(load, "animations", i));
-        if (!animation.channels.empty()) load.scene.animations.push_back(std::move(animation));
+        if (animation.channels.empty()) continue;
+        if (load.scene.animations.empty() || !joins(load.scene.animations.front(), animation)) {
+            if (!load.scene.animations.empty())
+                load.warn("ANIMATION_IGNORED", child("/animations", i),
+                          "moves what an earlier animation moves — only the first is played");
+            load.scene.animations.push_back(std::move(animation));
+        }
     }
 }
 

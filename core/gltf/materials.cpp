@@ -104,7 +104,8 @@ public:
             use(*x, "transmissionTexture", kTransmission, material);
         }
         if (const auto x = object.extension("KHR_materials_volume")) readVolume(*x, m);
-        if (const auto x = object.extension("KHR_materials_clearcoat")) readClearcoat(*x, material);
+        if (const auto x = object.extension("KHR_materials_clearcoat"))
+            readClearcoat(*x, object, material);
         if (object.extension("KHR_materials_unlit")) m.flags |= shared::kMaterialUnlit;
         return material;
     }
@@ -223,15 +224,17 @@ private:
                 -std::log(std::max(color[static_cast<size_t>(k)], kDarkest)) / distance);
     }
 
-    void readClearcoat(const Object& x, Material& material)
+    void readClearcoat(const Object& x, const Object& object, Material& material)
     {
         material.data.clearcoat = static_cast<float>(x.softNumber("clearcoatFactor", 0, 0, 1));
         material.data.clearcoatRoughness =
             static_cast<float>(x.softNumber("clearcoatRoughnessFactor", 0, 0, 1));
         use(x, "clearcoatTexture", kClearcoat, material);
         use(x, "clearcoatRoughnessTexture", kClearcoatRoughness, material);
-        if (x.has("clearcoatNormalTexture"))
-            load_.warn("UNSUPPORTED_FEATURE", x.at("clearcoatNormalTexture"),
+        const bool coat = x.has("clearcoatNormalTexture"), base = object.has("normalTexture");
+        if (coat || (base && material.data.clearcoat > 0))
+            load_.warn("UNSUPPORTED_FEATURE",
+                       coat ? x.at("clearcoatNormalTexture") : object.at("normalTexture"),
                        "normal maps of clear coats are not supported — the coat follows the "
                        "surface below");
     }

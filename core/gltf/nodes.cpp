@@ -201,7 +201,7 @@ void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
     if (mesh < 0) return;
     if (skin >= 0)
         load.warn("SKIN_IGNORED", node.at("skin"),
-                  "skins are not supported — the mesh is shown in its bind pose");
+                  "skins are not supported — the mesh is shown as it is stored, where its node is");
     const Object source = topLevel(load, "meshes", static_cast<size_t>(mesh));
     const size_t targets = targetCount(source);
     std::vector<double> weights = readWeights(node, targets);

@@ -146,6 +146,8 @@ void readTextures(Load& load)
                       job.problem +
                           " — a checker stands for it as base colour, other uses are left out");
             for (const size_t texture : job.textures) replace(load, texture);
+            // The scene differs from one in which the same bytes could be used.
+            load.hash.add(std::as_bytes(std::span("replaced", 8)));
         }
         if (!job.damage.empty())
             load.warn("IMAGE_DAMAGED", pointer, job.damage + " — shown as far as it could be read");

@@ -18,10 +18,11 @@ bool SkySlot::isWanted(SkySampling sampling, const World& world)
     return sampling == SkySampling::regions || world.movingTriangles.empty();
 }
 
-/// Where regions pay, they are those that are made in any case.
+/// Where regions pay, they are those that are made in any case; those that were made in any case
+/// may not pay.
 bool SkySlot::isKnown(SkySampling sampling) const
 {
-    return regions_ != nullptr || asked_ == sampling;
+    return asked_ == sampling || (asked_ == SkySampling::automatic && regions_ != nullptr);
 }
 
 void SkySlot::make(SkySampling sampling, const Accel& accel)

@@ -125,7 +125,8 @@ std::vector<TriangleEmission> emissiveTriangles(const World& world)
     for (uint32_t i = 0; i < world.triangles.size(); ++i) {
         const WorldTriangle& t = world.triangles[i];
         const shared::Material& m = world.materials[t.material];
-        if (!(asPower(m.emissive) > 0)) continue;
+        const bool unlit = (m.flags & shared::kMaterialUnlit) != 0;  // shows its colour alone
+        if (unlit || !(asPower(m.emissive) > 0)) continue;
         const uint32_t slot = m.textures1 >> 16;  // kTextureEmissive
         if (slot == 0) {
             emission.push_back({i, false, 1});

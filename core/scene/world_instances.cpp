@@ -54,6 +54,11 @@ uint64_t saved(const Scene& scene, const PrototypePlan& plan)
     return triangleCount(scene, plan) * (plan.instances.size() - 1);
 }
 
+bool isMirrored(const Instance& use)
+{
+    return glm::determinant(glm::dmat3(use.toFile())) < 0;
+}
+
 /// Still uses of the same meshes by one node each, in the order of the first of them.
 std::vector<PrototypePlan> groupUses(const Scene& scene, const std::vector<Instance>& uses,
                                      const std::vector<bool>& meshes)
@@ -70,7 +75,7 @@ std::vector<PrototypePlan> groupUses(const Scene& scene, const std::vector<Insta
             if (meshes[static_cast<size_t>(uses[i].mesh)]) key.first.push_back(uses[i].mesh);
         }
         if (first.moves || key.first.empty()) continue;
-        key.second = glm::determinant(glm::dmat3(first.toFile())) < 0;
+        key.second = isMirrored(first);
         const auto [entry, isNew] = known.try_emplace(key, groups.size());
         if (isNew) groups.push_back({key.first, {}, key.second});
         groups[entry->second].instances.push_back(first);
@@ -153,8 +158,8 @@ shared::InstanceMatrix record(const glm::dmat4& m)
 
 bool InstancePlan::holds(const Instance& use) const
 {
-    return !nodes.empty() && nodes[static_cast<size_t>(use.node)] &&
-           meshes[static_cast<size_t>(use.mesh)];
+    if (upright.empty() || !meshes[static_cast<size_t>(use.mesh)]) return false;
+    return (isMirrored(use) ? mirrored : upright)[static_cast<size_t>(use.node)];
 }
 
 InstancePlan planInstances(const Scene& scene, const std::vector<Instance>& uses,
@@ -180,10 +185,11 @@ InstancePlan planInstances(const Scene& scene, const std::vector<Instance>& uses
     }
     std::erase_if(groups, [&](const PrototypePlan& g) { return g.instances.size() < 2; });
     if (groups.empty()) return {};
-    plan.nodes.assign(scene.nodes.size(), false);
+    plan.upright.assign(scene.nodes.size(), false);
+    plan.mirrored = plan.upright;
     for (const PrototypePlan& group : groups)
         for (const Instance& use : group.instances)
-            plan.nodes[static_cast<size_t>(use.node)] = true;
+            (group.mirrored ? plan.mirrored : plan.upright)[static_cast<size_t>(use.node)] = true;
     plan.prototypes = std::move(groups);
     return plan;
 }

@@ -54,7 +54,8 @@ struct PrototypePlan {
 /// Which uses become instances.
 struct InstancePlan {
     std::vector<PrototypePlan> prototypes;
-    std::vector<bool> nodes, meshes;  // a use is an instance if both its node and its mesh are here
+    // A use is an instance if its mesh is here, and its node for places of its handedness.
+    std::vector<bool> upright, mirrored, meshes;
 
     bool holds(const Instance& use) const;
 };

@@ -1,6 +1,8 @@
 // See bvh_cache.h.
 #include "core/trace/bvh_cache.h"
 
+#include <new>
+
 namespace core {
 
 static std::span<const std::byte> bytesOf(const BvhKey& key)
@@ -25,7 +27,12 @@ std::optional<Bvh> BvhCache::find(std::span<const glm::vec3> positions,
 
 void BvhCache::keep(const Bvh& bvh, double seconds)
 {
-    if (files_ && seconds >= worthSeconds_) files_.write(bytesOf(key_), bvhBytes(bvh));
+    if (!files_ || seconds < worthSeconds_ || bvhByteCount(bvh) > mostBytes_) return;
+    try {
+        files_.write(bytesOf(key_), bvhBytes(bvh));
+    } catch (const std::bad_alloc&) {
+        // Without a cache the next run makes it anew.
+    }
 }
 
 }  // namespace core

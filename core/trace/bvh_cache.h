@@ -19,7 +19,7 @@ public:
     /// `worthSeconds` to build is kept.
     explicit BvhCache(const std::filesystem::path& folder, double worthSeconds = kWorthSeconds,
                       uint64_t mostBytes = kMostBytes)
-        : files_(folder, "hierarchy", mostBytes), worthSeconds_(worthSeconds)
+        : files_(folder, "hierarchy", mostBytes), worthSeconds_(worthSeconds), mostBytes_(mostBytes)
     {}
 
     /// The hierarchy of these triangles, if it is there and sound; a file that is not is removed.
@@ -35,6 +35,7 @@ public:
 private:
     CacheFolder files_;
     double worthSeconds_;
+    uint64_t mostBytes_;
     BvhKey key_;  // of the last find()
     bool found_ = false;
 };

@@ -122,15 +122,19 @@ BvhKey bvhKey(std::span<const glm::vec3> positions, std::span<const WorldTriangl
     return key;
 }
 
+uint64_t bvhByteCount(const Bvh& bvh)
+{
+    return sizeof(Head) + bvh.nodeCount() * 2 * sizeof(shared::uvec4) +
+           bvh.slotCount() * sizeof(uint32_t) + bvh.prototypeSlots.size() * sizeof(IndexRange);
+}
+
 std::vector<std::byte> bvhBytes(const Bvh& bvh)
 {
     const Head head{headOf(bvh.moving), headOf(bvh.still), bvh.prototypeSlots.size(),
                     bvh.gridLow,        bvh.gridScale,     bvh.depth,
                     bvh.movingNodes,    bvh.cost,          bvh.triangleCost,
                     bvh.movingLeast,    bvh.movingRatio};
-    std::vector<std::byte> bytes(sizeof(Head) + bvh.nodeCount() * 2 * sizeof(shared::uvec4) +
-                                 bvh.slotCount() * sizeof(uint32_t) +
-                                 bvh.prototypeSlots.size() * sizeof(IndexRange));
+    std::vector<std::byte> bytes(bvhByteCount(bvh));
     std::byte* to = bytes.data();
     put(to, std::span(&head, 1));
     for (const BvhPart* part : {&bvh.moving, &bvh.still}) {

@@ -28,6 +28,7 @@ static_assert(sizeof(BvhKey) == 40);  // no padding: its bytes are the key
 BvhKey bvhKey(std::span<const glm::vec3> positions, std::span<const WorldTriangle> triangles,
               const BvhOptions& options);
 
+uint64_t bvhByteCount(const Bvh& bvh);
 std::vector<std::byte> bvhBytes(const Bvh& bvh);
 
 /// What bvhBytes made into these bytes: equal in every bit. Nothing when they are no hierarchy over

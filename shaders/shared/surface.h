@@ -227,9 +227,9 @@ SHARED_FN void applyNormalMap(IN(SceneView) scene, uint reference, float scale, 
                   2.0f * texel.z - 1.0f);
     const float length2 = dot(m, m);
     m = length2 > 1.0e-8f ? m * inversesqrt(length2) : vec3(0.0f, 0.0f, 1.0f);
-    // Seen from behind, the map's x and y keep their directions in space and z turns with the
-    // normal.
-    const vec3 n = s.frame * vec3(m.x, m.y, max(m.z, 0.01f));
+    // From behind the whole normal is reversed, as glTF has it: what is a bump is a dent there.
+    const float side = s.backFace != 0u ? -1.0f : 1.0f;
+    const vec3 n = s.frame * vec3(side * m.x, side * m.y, max(m.z, 0.01f));
     s.frame = makeFrame(ensureVisible(normalize(n), -direction));
 }
 

@@ -119,6 +119,19 @@ TEST(FlightErrors, HaveTheirKnownValues)
     EXPECT_TRUE(std::isnan(one.errors().relMse.error));
 }
 
+/// What is dropped as a firefly takes the reference's noise along that made it one.
+TEST(FlightErrors, TrimmingDropsTheNoiseOfWhatItDrops)
+{
+    core::Image reference = image(40, 30, 1), variance = image(40, 30, 0),
+                picture = image(40, 30, 1.1f);
+    std::fill_n(reference.at(7, 5), 3, 40.0f);
+    std::fill_n(variance.at(7, 5), 3, 1000.0f);
+    const core::Image level = image(40, 30, 1);
+    ErrorSum sum(reference, variance, level);
+    sum.add(picture);
+    EXPECT_NEAR(sum.errors().trimmed.value, 0.01 / 1.01, 1e-6);
+}
+
 /// Pictures and references with normal noise: errors come without the reference's part, and
 /// standard errors are what the numbers vary by.
 TEST(FlightErrors, KnowTheNoiseOfTheReferenceAndTheirOwn)

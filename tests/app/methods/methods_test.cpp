@@ -290,6 +290,28 @@ TEST(Methods, DevicesAgree)
     }
 }
 
+/// What is kept from picture to picture on a device is allocated in units of several pixels.
+TEST(Methods, PicturesMayGrowByAFewPixels)
+{
+    const auto world = asset("cornell-diffuse");
+    for (const core::MethodInfo& method : core::methods()) {
+        const std::string id(method.id());
+        for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan}) {
+            if (!app::whyNot(id, device).empty()) continue;
+            const auto renderer = app::makeRenderer(id, {.device = device});
+            renderer->setWorld(world, {});
+            for (const glm::uvec2 size : {glm::uvec2(1), {2, 1}, {2, 2}, {7, 3}, {4, 6}, {5, 5}}) {
+                renderer->setView({world->cameras.at(0), size, independent(id, 1)},
+                                  core::Start::anew);
+                renderer->advance({.samples = 2}, {});
+                const core::Estimate e = renderer->read(core::Reading::everything);
+                EXPECT_EQ(e.mean.pixels.size(), size_t(3) * size.x * size.y) << id;
+                EXPECT_TRUE(e.counters.clean()) << id;
+            }
+        }
+    }
+}
+
 TEST(Methods, WhatADeviceLacksSaysWhy)
 {
     for (const core::MethodInfo& method : core::methods()) {

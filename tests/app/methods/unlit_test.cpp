@@ -53,8 +53,11 @@ TEST(Unlit, SurfacesLightNothing)
 {
     SceneBuilder b;
     b.quad({-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, b.material(lambert(glm::vec3(0.8f))));
-    b.quad({-9, -9, 5}, {18, 0, 0}, {0, 18, 0}, b.material(unlit(glm::vec3(1))));
+    core::Material shining = unlit(glm::vec3(1));  // whatever else it says
+    shining.data.emissive = glm::vec3(3);
+    b.quad({-9, -9, 5}, {18, 0, 0}, {0, 18, 0}, b.material(shining));
     b.camera({0, 0, 4}, {0, 0, 0}, 0.6);
+    EXPECT_TRUE(b.world()->emitters.empty());
     forEachPicture(b.world(), [](const core::Image& image, const std::string& where) {
         for (const float value : image.pixels) ASSERT_EQ(value, 0) << where;
     });

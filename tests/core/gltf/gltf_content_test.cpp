@@ -329,6 +329,20 @@ test::Document animated(const char* path, const char* interpolation,
     return document;
 }
 
+/// Exporters write one for each object.
+TEST(GltfAnimations, ThoseOfDifferentNodesArePlayedTogether)
+{
+    test::Document document = animated("translation", "STEP", {0, 2.5f}, {1, 2, 3, 4, 5, 6}, 3);
+    Json& animations = document.json["animations"];
+    Json other = animations[0];
+    other["channels"][0]["target"]["path"] = "scale";
+    animations.push_back(other);
+    animations.push_back(other);  // the same once more
+    EXPECT_REPAIRED(scene, document, "ANIMATION_IGNORED", "/animations/2");
+    ASSERT_EQ(scene->animations.size(), 2u);
+    EXPECT_EQ(scene->animations[0].channels.size(), 2u);
+}
+
 TEST(GltfAnimations, ChannelsKeepKeysAndInterpolation)
 {
     using Channel = core::AnimationChannel;

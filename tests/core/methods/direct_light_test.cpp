@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/packing.hpp>
 
 #include "core/methods/method.h"
+#include "shared/warp.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
@@ -295,6 +297,50 @@ TEST(DirectLight, BlendedVeil)
     const Estimate e = estimate(render(b.world(), 64, 64, 64, independentParams()));
     EXPECT_LT(std::abs(score(e, 0.7)), kScore);
     EXPECT_LT(detectable(e, 0.7), 0.02);
+}
+
+/// A normal map seen from behind: all of the normal is reversed, as glTF demands, so that light
+/// from the other side finds the slope it has there.
+TEST(DirectLight, NormalMapsFromBehindAreReversed)
+{
+    const auto seen = [](bool behind, float towards) {
+        SceneBuilder b;
+        core::Material tilted = lambert(glm::vec3(kAlbedo));
+        tilted.data.flags |= shared::kMaterialDoubleSided;
+        core::Texture map;
+        map.width = map.height = 1;
+        const auto half = [](float value) { return glm::packHalf1x16(value); };
+        map.texels.push_back({half(0.8f), half(0.5f), half(0.9f), half(1)});  // .6, 0, .8
+        b.scene.textures.push_back(map);
+        core::TextureUse use;
+        use.texture = 0;
+        use.record.row0 = glm::vec3(1, 0, 0);
+        use.record.row1 = glm::vec3(0, 1, 0);
+        b.scene.textureUses.push_back(use);
+        tilted.textures[shared::kTextureNormal] = 0;
+        const int index = b.mesh({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}},
+                                 {{0, 1, 2}, {0, 2, 3}}, b.material(tilted));
+        core::Mesh& mesh = b.scene.meshes[static_cast<size_t>(index)];
+        mesh.hasNormals = mesh.hasTexCoords = mesh.hasTangents = true;
+        for (int i = 0; i < 4; ++i)
+            mesh.attributes.push_back({shared::packOct(glm::vec3(0, 0, 1)), 0.0f, 0.0f,
+                                       shared::packTangent(glm::vec3(1, 0, 0), 1)});
+        const double side = behind ? -1 : 1;
+        core::PunctualLight sun;
+        sun.kind = shared::kEmitterDirectional;
+        sun.color = glm::vec3(1);
+        // From x = towards and the side of the camera, at 45 degrees.
+        b.light(sun, glm::inverse(glm::lookAt(glm::dvec3(double(towards), 0, side), glm::dvec3(0),
+                                              glm::dvec3(0, 1, 0))));
+        b.camera({0, 0, 3 * side}, {0, 0, 0}, 0.01);
+        return estimate(render(b.world(), 4, 4, 4, independentParams(core::Strategy::mis, 1))).mean;
+    };
+    const double facing = (0.6 + 0.8) / std::sqrt(2.0) * double(kAlbedo) / pi,
+                 averted = (0.8 - 0.6) / std::sqrt(2.0) * double(kAlbedo) / pi;
+    EXPECT_NEAR(seen(false, 1), facing, 2e-3);
+    EXPECT_NEAR(seen(false, -1), averted, 2e-3);
+    EXPECT_NEAR(seen(true, 1), averted, 2e-3);
+    EXPECT_NEAR(seen(true, -1), facing, 2e-3);
 }
 
 /// What covers a lamp closely is met on the way to it, however far that is.

@@ -86,6 +86,15 @@ TEST(SkyWindows, ScenesThatNeedNoneKeepTheirBits)
     const auto world = open.world();
     EXPECT_EQ(render(world, 16, 16, 4, params(SkySampling::automatic, 1)).mean.pixels,
               render(world, 16, 16, 4, params(SkySampling::whole, 1)).mean.pixels);
+
+    // Nor do regions that were asked for by name change what is drawn without.
+    const auto renderer = core::makeRenderer("path");
+    renderer->setWorld(world, {});
+    for (const SkySampling sky : {SkySampling::regions, SkySampling::automatic}) {
+        renderer->setView({world->cameras.at(0), {16, 16}, params(sky, 1)}, core::Start::anew);
+        renderer->advance({.samples = 2}, {});
+        EXPECT_EQ(hasRegions(*renderer), sky == SkySampling::regions);
+    }
 }
 
 TEST(SkyWindows, RegionsComeAndGoWithWhatIsAsked)

@@ -173,14 +173,15 @@ TEST(Instances, HaveSlotsOfTheirOwn)
 }
 
 /// A node with placements is as many nodes.
-TEST(Instances, PlacementsOfANodeAreNodes)
+/// Of six places of a node, every `mirrored`-th is mirrored.
+void expectPlacements(int mirrored)
 {
     SceneBuilder nodes = thicket(0), placed = thicket(0);
-    const auto place = [](int i) {
+    const auto place = [mirrored](int i) {
         core::MeshPlacement p;
         p.translation = {0.9f * static_cast<float>(i), 0.5f, 0.1f};
         p.rotation = glm::normalize(glm::quat(1, 0.3f * static_cast<float>(i), 0.2f, -0.4f));
-        p.scale = {0.5f, 0.7f, i % 2 == 0 ? 0.9f : -0.6f};
+        p.scale = {0.5f, 0.7f, i % mirrored == 0 ? -0.6f : 0.9f};
         return p;
     };
     const glm::dmat4 below = glm::rotate(glm::dmat4(2), 0.5, glm::dvec3(0, 1, 0));
@@ -204,6 +205,17 @@ TEST(Instances, PlacementsOfANodeAreNodes)
         EXPECT_EQ(b->instances.size(), a->instances.size());
         EXPECT_EQ(missing(*a, *b), 0u);
     }
+}
+
+TEST(Instances, PlacementsOfANodeAreNodes)
+{
+    expectPlacements(2);
+}
+
+/// One that is alone is no instance: it is written out, though its node has others.
+TEST(Instances, APlaceThatIsAloneIsShown)
+{
+    expectPlacements(6);
 }
 
 }  // namespace
