@@ -30,5 +30,6 @@ int main(int argc, char** argv)
     const testing::UnitTest& tests = *testing::UnitTest::GetInstance();
     std::printf("%d passed, %d failed, %d skipped\n", tests.successful_test_count(),
                 tests.failed_test_count(), tests.skipped_test_count());
+    std::fflush(nullptr);  // a sanitizer that finds leaks in the end leaves nothing else to do it
     return result;
 }
