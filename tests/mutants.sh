@@ -22,7 +22,9 @@ film-uncompensated@shaders/shared/film.h@    lost = rounded;@    lost = vec3(0.0
 film-packing@shaders/shared/film.h@p.sumLost = vec3(w.word0.w, w.word1.x, w.word1.y);@p.sumLost = vec3(w.word0.w, w.word1.y, w.word1.x);@FilmGpu*
 purpose-ignored@shaders/shared/sampler.h@s.seed = seed ^ (purpose * 0x9e3779b9u);@s.seed = seed;@Sampler*
 half-pixel-shift@shaders/shared/camera.h@2.0f * film.x / size.x - 1.0f@2.0f * (film.x + 0.5f) / size.x - 1.0f@Camera*:*Aov*:Path*
-back-face-normal@shaders/shared/surface.h@const float side = s.backFace != 0u ? -1.0f : 1.0f;@const float side = 1.0f;@Furnace*:Path*:Direct*
+back-face-normal@shaders/shared/surface.h@n = ensureVisible(side * n, -direction);@n = ensureVisible(n, -direction);@Furnace*:Path*:Direct*
+normal-map-behind@shaders/shared/surface.h@s.frame * vec3(side * m.x, side * m.y,@s.frame * vec3(m.x, m.y,@DirectLight.NormalMaps*
+reuse-old-lobes@shaders/shared/reuse_view.h@v.bsdfBefore = makeBsdf(evaluateMaterial(scene, s, -towardsBefore).inputs);@v.bsdfBefore = v.vertex.bsdf;@*ReuseBias.NormalMaps*
 eta-squared@shaders/shared/bsdf.h@? 1.0f / (b.eta * b.eta) : 1.0f;@? 1.0f : 1.0f;@Bsdf*
 reuse-alpha-unscaled@shaders/shared/reuse.h@Real cq = c * q;@Real cq = q;@Reuse*
 reuse-ris-weight@shaders/shared/reuse.h@r.sum / (k * n * r.p)@r.omega / (n * r.p)@Lab.Every*

@@ -29,7 +29,7 @@ static_assert(static_cast<uint32_t>(Tone::linear) == shared::kToneLinear &&
 /// What `loadWorld` needs to know.
 struct SceneOptions {
     std::filesystem::path file;
-    core::LoadOptions load;
+    core::LoadOptions load{.environment = core::kAnyEnvironment};
     double at = 0;  // seconds of the scene's animation
 };
 

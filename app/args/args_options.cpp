@@ -148,6 +148,11 @@ void addLoadingOptions(CLI::App& app, SceneOptions& scene)
     app.add_flag("--ignore-required", scene.load.ignoreRequired,
                  "try although the scene requires an unknown extension")
         ->group(group);
+    addValue(app, group, "--environment", scene.load.environment,
+             "what is around the scene instead of its own environment and sun: the file of a "
+             "panorama (.exr, .hdr, .png, .jpg), plain (a grey sky), none, own, or auto (default): "
+             "its own, and a plain sky where nothing in the scene shines")
+        ->type_name("WHAT");
     addValue(app, group, "--instances", scene.load.instancing,
              "meshes that are used often: stored once (kept), as triangles of their own (flat), or "
              "whichever suits the scene");

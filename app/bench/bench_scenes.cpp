@@ -25,10 +25,11 @@ std::string sceneName(const std::filesystem::path& file, const std::vector<std::
 std::shared_ptr<const core::World> loadBenchScene(const SceneOptions& options,
                                                   const BenchTools& tools)
 {
-    auto world = loadWorld(options, 0, tools.loading, tools.stop).world;
-    for (const std::string& line : warningLines(world->warnings))
+    const LoadedWorld loaded = loadWorld(options, 0, tools.loading, tools.stop);
+    for (const std::string& line : warningLines(loaded.world->warnings))
         tools.warn(options.file.string() + ": " + line);
-    return world;
+    if (!loaded.note.empty()) tools.warn(options.file.string() + ": " + loaded.note);
+    return loaded.world;
 }
 
 glm::uvec2 usualSize(const core::Camera& camera)

@@ -226,7 +226,10 @@ void printText(const Json& info, const core::Warnings& warnings, std::ostream& o
 int infoCommand(const InfoOptions& options, std::ostream& out)
 {
     Log log(false);
-    const LoadedWorld loaded = loadWorld(options.scene, 0, log.callback());
+    SceneOptions scene = options.scene;  // what the file holds, unless told otherwise
+    if (scene.load.environment == core::kAnyEnvironment)
+        scene.load.environment = core::kOwnEnvironment;
+    const LoadedWorld loaded = loadWorld(scene, 0, log.callback());
     const Json info = infoJson(loaded);
     if (options.json)
         out << jsonLines(info);

@@ -119,6 +119,7 @@ void Job::prepare()
     o_.scene.file = loaded.file;
     for (const std::string& line : warningLines(loaded.world->warnings))
         log_.warning(o_.scene.file.string() + ": " + line);
+    if (!loaded.note.empty()) log_.warning(o_.scene.file.string() + ": " + loaded.note);
     report_.options = &o_;
     report_.world = loaded.world;
     report_.loadSeconds = loaded.seconds;

@@ -59,6 +59,11 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
             throw core::Error(loaded.file.string() + ": loading was cancelled",
                               core::ExitCode::interrupted);
     }
+    const std::optional<core::Environment>& around = loaded.world->scene->environment;
+    const bool unasked = options.load.environment == core::kAnyEnvironment;
+    if (unasked && around && around->file == core::kPlainSky)
+        loaded.note = "nothing shines in this scene: a plain sky lights it (--environment none: "
+                      "nothing does)";
     loaded.seconds = core::secondsSince(start);
 
     const core::Warnings& warnings = loaded.world->warnings;

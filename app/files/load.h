@@ -18,6 +18,7 @@ struct LoadedWorld {
     std::filesystem::path file;  // that was meant: see scenePath
     std::shared_ptr<const core::World> world;
     double seconds = 0;
+    std::string note;  // what was done to it unasked, or empty
 };
 
 /// Loads and flattens the scene of a file, or of a folder that holds one. `forcedFeatures`: see

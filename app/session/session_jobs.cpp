@@ -27,6 +27,7 @@ core::Worker::Job loadJob(const SceneOptions& scene, std::shared_ptr<core::Mailb
         document.time = scene.at;
         document.loadSeconds = loaded.seconds;
         document.warnings = warningLines(loaded.world->warnings);
+        if (!loaded.note.empty()) document.warnings.push_back(loaded.note);
         box->publish(context.generation(), std::move(result));
     };
 }

@@ -1,5 +1,6 @@
 // Environment map and sun, as scenes[].extras.environment and .sun hold them (not part of glTF).
 #include <cmath>
+#include <span>
 
 #include "core/base/progress.h"
 #include "core/base/text.h"
@@ -11,6 +12,38 @@ namespace core::gltf {
 
 namespace {
 
+/// Decodes a panorama; `pointer` and `name` tell what it is.
+Environment decodePanorama(Load& load, const Content& content, const std::string& pointer,
+                           const std::string& name)
+{
+    if (!content.problem.empty())
+        load.refuse("IO_ERROR", pointer, "environment: " + content.problem);
+    load.hash.add(content.bytes);
+    load.scene.fileBytes += content.bytes.size();
+    ImageGuards guards;
+    guards.maxSize = load.options.maxTextureSize;
+    guards.beforeAllocation = [&](uint64_t pixels, uint64_t rawBytes) {
+        load.reserveMemory(rawBytes + pixels * sizeof(glm::vec4), pointer);
+    };
+    const DecodedImage decoded = decodeImage(content.bytes, guards, load.stop);
+    load.checkpoint();
+    if (!decoded.problem.empty())
+        load.refuse("IMAGE_UNUSABLE", pointer, "environment: " + decoded.problem);
+    Environment environment;
+    environment.file = printable(name);
+    environment.width = decoded.image.width;
+    environment.height = decoded.image.height;
+    uint64_t repaired = 0;
+    environment.texels = makeRadiance(decoded.image, repaired);
+    if (!decoded.damage.empty())
+        load.warn("IMAGE_DAMAGED", pointer, decoded.damage + " — shown as far as it could be read");
+    if (repaired > 0)
+        load.warn("IMAGE_INVALID_VALUES", pointer,
+                  std::to_string(repaired) +
+                      " values are negative, not finite or above 1e30 — replaced");
+    return environment;
+}
+
 void readMap(Load& load, const Object& object)
 {
     const std::string uri = object.requiredString("uri");
@@ -18,35 +51,61 @@ void readMap(Load& load, const Object& object)
     if (mapping != "latlong")
         load.refuse("VALUE_NOT_IN_LIST", object.at("mapping"),
                     "is " + describe(mapping) + ", must be latlong");
-    Content content = readUri(load, uri);
-    if (!content.problem.empty())
-        load.refuse("IO_ERROR", object.at("uri"), "environment: " + content.problem);
-    load.hash.add(content.bytes);
-    load.scene.fileBytes += content.bytes.size();
-    ImageGuards guards;
-    guards.maxSize = load.options.maxTextureSize;
-    guards.beforeAllocation = [&](uint64_t pixels, uint64_t rawBytes) {
-        load.reserveMemory(rawBytes + pixels * sizeof(glm::vec4), object.pointer());
-    };
-    const DecodedImage decoded = decodeImage(content.bytes, guards, load.stop);
-    load.checkpoint();
-    if (!decoded.problem.empty())
-        load.refuse("IMAGE_UNUSABLE", object.at("uri"), "environment: " + decoded.problem);
-    Environment environment;
-    environment.file = printable(uri);
-    environment.width = decoded.image.width;
-    environment.height = decoded.image.height;
-    uint64_t repaired = 0;
-    environment.texels = makeRadiance(decoded.image, repaired);
-    if (!decoded.damage.empty())
-        load.warn("IMAGE_DAMAGED", object.at("uri"),
-                  decoded.damage + " — shown as far as it could be read");
-    if (repaired > 0)
-        load.warn("IMAGE_INVALID_VALUES", object.at("uri"),
-                  std::to_string(repaired) +
-                      " values are negative, not finite or above 1e30 — replaced");
+    Environment environment = decodePanorama(load, readUri(load, uri), object.at("uri"), uri);
     environment.intensity = static_cast<float>(object.softNumber("intensity", 1, 0, kHuge));
     load.scene.environment = std::move(environment);
+}
+
+/// Whether every picture would be black. Unlit surfaces are seen without light.
+bool nothingShines(const Scene& scene)
+{
+    const auto shines = [](const glm::vec3& c) { return c.x > 0 || c.y > 0 || c.z > 0; };
+    if (scene.environment || (scene.sun && shines(scene.sun->radiance))) return false;
+    for (const Material& material : scene.materials)
+        if (shines(material.data.emissive) || (material.data.flags & shared::kMaterialUnlit) != 0)
+            return false;
+    for (const Node& node : scene.nodes)
+        if (node.light >= 0) {
+            const PunctualLight& light = scene.lights[static_cast<size_t>(node.light)];
+            if (light.intensity > 0 && shines(light.color)) return false;
+        }
+    return true;
+}
+
+/// Without a sun, and lighter above, so that shapes are seen.
+Environment plainSky()
+{
+    Environment sky;
+    sky.file = kPlainSky;
+    sky.width = 4;
+    sky.height = 64;
+    for (uint32_t row = 0; row < sky.height; ++row) {
+        const float up = std::cos(3.14159265f * (float(row) + 0.5f) / float(sky.height));
+        sky.texels.insert(sky.texels.end(), sky.width, glm::vec4(glm::vec3(0.65f + 0.35f * up), 1));
+    }
+    return sky;
+}
+
+/// What was asked for instead of the scene's own.
+void replaceEnvironment(Load& load)
+{
+    const std::string& asked = load.options.environment;
+    const bool automatic = asked == kAnyEnvironment;
+    if (asked == kOwnEnvironment || (automatic && !nothingShines(load.scene))) return;
+    load.hash.add(std::as_bytes(std::span(asked)));
+    load.scene.sun.reset();
+    load.scene.environment.reset();
+    if (asked == kNoEnvironment) return;
+    if (automatic || asked == kPlainSky) {
+        load.scene.environment = plainSky();
+        return;
+    }
+    const Content content = readFile(asked, load.options.maxFileMb << 20);
+    if (!content.problem.empty())
+        load.refuse("IO_ERROR", "",
+                    "environment " + asked + ": " + content.problem +
+                        " — give the file of a panorama, or plain, none, own or auto");
+    load.scene.environment = decodePanorama(load, content, "", asked);
 }
 
 void readSun(Load& load, const Object& object)
@@ -74,10 +133,11 @@ void readEnvironment(Load& load)
 {
     load.stage("environment", kUnknownShare);
     const std::optional<Object> scene = shownScene(load);
-    const std::optional<Object> extras = scene ? scene->softObject("extras") : std::nullopt;
-    if (!extras) return;
-    if (const std::optional<Object> map = extras->softObject("environment")) readMap(load, *map);
-    if (const std::optional<Object> sun = extras->softObject("sun")) readSun(load, *sun);
+    if (const auto extras = scene ? scene->softObject("extras") : std::nullopt) {
+        if (const auto map = extras->softObject("environment")) readMap(load, *map);
+        if (const auto sun = extras->softObject("sun")) readSun(load, *sun);
+    }
+    replaceEnvironment(load);
 }
 
 }  // namespace core::gltf

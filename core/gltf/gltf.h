@@ -17,14 +17,23 @@
 
 namespace core {
 
+// What may be around a scene: what its file says; that, and the plain sky where nothing in the
+// scene shines; no environment and no sun; the plain sky, grey, lighter above than below, whose
+// name is also that of the environment's file then.
+inline constexpr const char* kOwnEnvironment = "own";
+inline constexpr const char* kAnyEnvironment = "auto";
+inline constexpr const char* kNoEnvironment = "none";
+inline constexpr const char* kPlainSky = "plain";
+
 struct LoadOptions {
     uint64_t maxFileMb = 2048;    // of each file that is read
     uint64_t maxMemoryMb = 8192;  // of the scene in memory, estimated before anything is allocated
     uint32_t maxTextureSize = 16384;                // width and height in pixels
     Instancing instancing = Instancing::automatic;  // to be the World's
-    bool allowOutside = false;                      // let URIs leave the folder of the scene
-    bool strict = false;                            // a warning refuses the file
-    bool ignoreRequired = false;                    // load even if an unknown extension is required
+    std::string environment = kOwnEnvironment;  // or one of those above, or the file of a panorama
+    bool allowOutside = false;                  // let URIs leave the folder of the scene
+    bool strict = false;                        // a warning refuses the file
+    bool ignoreRequired = false;                // load even if an unknown extension is required
 };
 
 /// A refusal. what() is "<file>: <JSON pointer>: <what is wrong> — <what to do>"; `code` follows

@@ -53,7 +53,8 @@ TEST_F(ManyLightsCommand, InputAndFoldersThatCannotBeAreRefused)
               R"("min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{"buffer":0,"byteLength":36}],)"
               R"("buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,)"
               R"(AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
-    expectRefused(bench + Strings{"dark.gltf", "-o", "x", "-q"}, 3, "no virtual lights");
+    expectRefused(bench + Strings{"dark.gltf", "-o", "x", "-q", "--environment", "none"}, 3,
+                  "no virtual lights");
     EXPECT_FALSE(fs::exists(work("x")));
     writeFile("file", "mine");
     expectRefused(bench + Strings{kScene, "-o", "file"}, 3, "file: is a file");
