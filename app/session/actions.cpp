@@ -351,6 +351,8 @@ std::span<const Action> actions()
                [](C c) { c.app.openPathBox = true; }},
         Action{"load", "", "file", "load a scene",
                [](C c) { c.session.load(fs::path(text(c, "file"))); }},
+        Action{"environment", "", "what", "a panorama around the scene; or plain, none, own, auto",
+               [](C c) { c.session.setEnvironment(text(c, "what")); }},
         Action{"replay", "", "file", "the view of a saved picture",
                [](C c) { c.session.replay(text(c, "file")); }},
         Action{"save", "Ctrl+S", "file", "save the picture (EXR, or PNG by its name)",

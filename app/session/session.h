@@ -36,6 +36,7 @@ struct Document {
     double time = 0;
     double loadSeconds = 0;
     std::vector<std::string> warnings;
+    std::string environment;  // as it was asked for: see core::LoadOptions
 };
 
 /// What the loader hands back: a whole scene, or the present one at another time.
@@ -115,6 +116,9 @@ public:
     // --- scene
     void load(const SceneOptions& scene);
     void load(const std::filesystem::path& file);  // with the options of the first scene
+    /// The scene on show once more with another environment (see core::LoadOptions), from where one
+    /// stands; scenes to come have it, too. Nothing without a scene.
+    void setEnvironment(const std::string& what);
     void replay(const std::filesystem::path& picture);
     void cancel();  // whatever long work runs: loading, the reference, an equal-time run
     const Document* document() const { return document_.get(); }
@@ -266,6 +270,8 @@ private:
     double savedSeconds_ = 0;  // of rendering, of the present picture
     float keptScale_ = 0;      // of the letters, when this run has another
     std::unique_ptr<Replay> pendingReplay_;
+    std::optional<core::Camera>
+        keptView_;  // the scene that is being loaded is to be seen from there
 
     uint64_t loadGeneration_ = 0, takenLoad_ = 0, referenceGeneration_ = 0;
     uint64_t toldLoader_ = 0, toldCore_ = 0, toldSaver_ = 0, toldRendering_ = 0;

@@ -25,6 +25,7 @@ core::Worker::Job loadJob(const SceneOptions& scene, std::shared_ptr<core::Mailb
         document.file = fs::absolute(loaded.file);
         document.world = loaded.world;
         document.time = scene.at;
+        document.environment = scene.load.environment;
         document.loadSeconds = loaded.seconds;
         document.warnings = warningLines(loaded.world->warnings);
         if (!loaded.note.empty()) document.warnings.push_back(loaded.note);

@@ -1,5 +1,6 @@
 // The scene of a Session: loading and replaying, what a scene that has come changes, its instants.
 #include <cmath>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -36,7 +37,19 @@ void Session::load(const fs::path& file)
 void Session::load(const SceneOptions& scene)
 {
     pendingReplay_.reset();
+    keptView_.reset();
     startLoading(scene);
+}
+
+void Session::setEnvironment(const std::string& what)
+{
+    if (!document_) return;
+    SceneOptions scene = options_.scene;
+    scene.file = document_->file;
+    scene.at = document_->time;
+    scene.load.environment = what;
+    load(scene);
+    keptView_ = navigation.camera();
 }
 
 void Session::startLoading(const SceneOptions& scene)
@@ -87,6 +100,7 @@ void Session::show(const Document& document)
     endSaves("the scene changed");
     keepCameras();
     document_ = std::make_unique<Document>(document);
+    options_.scene.load.environment = document.environment;  // which could be had
     const core::World& world = *document_->world;
     dropReference();
     equalTime_.cancel();
@@ -111,6 +125,8 @@ void Session::show(const Document& document)
         notices.tell(Severity::error, error.what());
         navigation.set(world.cameras.front(), static_cast<double>(world.radius));
     }
+    if (const auto view = std::exchange(keptView_, std::nullopt))
+        navigation.set(*view, static_cast<double>(world.radius));
     history_.settle(navigation.viewpoint());  // also when it is left at once
     loadFirstPath();
     options_.camera.clear();  // was meant for the first scene

@@ -52,7 +52,7 @@ struct SceneBrowser {
 
 /// What lives from frame to frame and belongs to nobody else.
 struct UiState {
-    PathBox scene, reference, path, picture;
+    PathBox scene, reference, path, picture, environment;
     std::string cameraName, presetName, exportPattern = "frames/frame-%04d.exr";
     uint64_t referenceSamples = 1024, exportSamples = 64;
     std::string referenceMethod;  // empty: the picture's

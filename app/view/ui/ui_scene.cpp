@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "app/files/path_completion.h"
 #include "app/files/scene_path.h"
 #include "app/view/ui/ui_parts.h"
 
@@ -77,6 +78,22 @@ void drawRecent(const UiContext& c)
     ImGui::EndCombo();
 }
 
+/// What is around the scene, and a line to ask for something else.
+void drawEnvironment(const UiContext& c)
+{
+    const Document* document = c.session.document();
+    if (document == nullptr) return;
+    const std::string hint = "around it: " + document->environment;
+    if (pathInput(c.state.environment, "environment", hint.c_str(),
+                  {".exr", ".hdr", ".png", ".jpg", ".jpeg"}) &&
+        !c.state.environment.text.empty()) {
+        c.act("environment", {{"what", expandHome(c.state.environment.text)}});
+        c.state.environment.text.clear();
+    }
+    tip("A panorama (.exr, .hdr, .png, .jpg) in place of the scene's own environment and sun; or "
+        "plain (a grey sky), none, own, or auto: its own, and the plain one where nothing shines.");
+}
+
 }  // namespace
 
 void drawSceneSection(const UiContext& c)
@@ -91,6 +108,7 @@ void drawSceneSection(const UiContext& c)
         c.act("load", {{"file", c.state.scene.text}});
     }
     drawRecent(c);
+    drawEnvironment(c);
     dimText("Or drop a file on the window: a scene, a .png to return to its view, a reference "
             "(.exr), a camera path (.json).");
 }

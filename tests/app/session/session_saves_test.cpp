@@ -195,6 +195,27 @@ TEST_F(SessionSaves, ASceneIsThereOnlyOnceItIsShown)
     EXPECT_EQ(session.document()->file.filename(), "hall.gltf");
 }
 
+TEST_F(SessionSaves, AnotherEnvironmentLeavesTheViewAndAFailureEverything)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    EXPECT_EQ(session.document()->environment, "auto");
+    EXPECT_FALSE(session.document()->world->scene->environment);
+    act(session, "orbit", {{"dx", 0.2}});
+    const core::Camera camera = session.navigation.camera();
+    act(session, "environment", {{"what", (folder / "none.exr").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "none.exr"); }));
+    EXPECT_EQ(session.document()->environment, "auto");
+    act(session, "environment", {{"what", "plain"}});
+    ASSERT_TRUE(until(session, [&] { return session.document()->environment == "plain"; }));
+    EXPECT_TRUE(session.document()->world->scene->environment);
+    EXPECT_EQ(session.navigation.camera(), camera);
+    session.load(kAssets / "hall.gltf");
+    ASSERT_TRUE(until(session, [&] { return session.document()->file.filename() == "hall.gltf"; }));
+    EXPECT_EQ(session.document()->environment, "plain");
+    EXPECT_NE(session.navigation.camera(), camera);
+}
+
 TEST_F(SessionSaves, TheWindowIsAwakeWhileARendererIsBuilt)
 {
     book.set(&Book::endlessWorld, true);
