@@ -35,17 +35,6 @@ double pictureMean(const core::Image& image)
     return sum / static_cast<double>(image.pixels.size());
 }
 
-double trimmedMean(std::vector<double>& values, double share)
-{
-    const auto dropped = static_cast<size_t>(share * static_cast<double>(values.size()));
-    const size_t kept = values.size() - std::max<size_t>(1, dropped);
-    const auto end = values.begin() + static_cast<ptrdiff_t>(kept);
-    std::nth_element(values.begin(), end, values.end());
-    double sum = 0;
-    for (auto x = values.begin(); x != end; ++x) sum += *x;
-    return sum / static_cast<double>(std::max<size_t>(1, kept));
-}
-
 /// The mean of `net` over the pixels that are left without the share of the largest `error`.
 static double trimmedNet(std::vector<PixelError>& pixels, double share)
 {
@@ -57,6 +46,14 @@ static double trimmedNet(std::vector<PixelError>& pixels, double share)
     double sum = 0;
     for (auto pixel = pixels.begin(); pixel != end; ++pixel) sum += pixel->net;
     return sum / static_cast<double>(std::max<size_t>(1, kept));
+}
+
+double trimmedMean(const std::vector<double>& values, double share)
+{
+    std::vector<PixelError> pixels;
+    pixels.reserve(values.size());
+    for (const double value : values) pixels.push_back({value, value});
+    return trimmedNet(pixels, share);
 }
 
 Measured quotient(const Measured& a, const Measured& b)

@@ -35,8 +35,8 @@ struct PictureErrors {
 /// Mean over pixels and channels.
 double pictureMean(const core::Image& image);
 
-/// Mean without that share of the values that is largest, one at least; reorders them.
-double trimmedMean(std::vector<double>& values, double share);
+/// Mean without that share of the values that is largest, one at least.
+double trimmedMean(const std::vector<double>& values, double share);
 
 /// What the noise of a reference adds to the relMSE of a picture.
 double noiseOf(const core::Image& reference, const core::Image& variance);

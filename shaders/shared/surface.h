@@ -120,13 +120,6 @@ SHARED_FN uint textureOfSlot(vec4 word5, vec4 word6, uint slot)
     return (slot & 1u) != 0u ? pair >> 16u : pair & 0xffffu;
 }
 
-SHARED_FN bool hasNormalMap(IN(SceneView) scene, uint material)
-{
-    return FEATURE(kFeatureNormalMaps) &&
-           textureOfSlot(fetchMaterial(scene, material, 5u), fetchMaterial(scene, material, 6u),
-                         kTextureNormal) != 0u;
-}
-
 SHARED_FN vec2 interpolate(vec2 a, vec2 b, vec2 c, vec2 w)
 {
     return (1.0f - w.x - w.y) * a + w.x * b + w.y * c;
