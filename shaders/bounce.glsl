@@ -23,7 +23,7 @@ layout(set = kSetKernel, binding = kBindQueues, scalar) buffer QueueBlock
 /// Words of a path's state.
 uint stateSize()
 {
-    return FEATURE(kFeaturePanes | kFeatureSkyRegions) ? kStateWords : 3u;
+    return FEATURE(kFeaturePanes | kFeatureSkyRegions | kFeatureVolume) ? kStateWords : 3u;
 }
 
 /// Appends the lanes that are `alive` to the queue of the next bounce: one atomic per subgroup, no barrier.
@@ -63,11 +63,12 @@ void main()
             lane = a.w & ((1u << kStateLaneBits) - 1u);
             stream = laneStream(push.batch, lane, lanePixel(push.batch, lane));
             path = PathState(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz),
-                             uintBitsToFloat(b.w), a.w >> kStateLaneBits, c.w, 0.0, 0u);
+                             uintBitsToFloat(b.w), a.w >> kStateLaneBits, c.w, 0.0, 0u, kNone);
             if (stateSize() > 3u) {
                 const uvec4 d = texelFetch(stateWords, int(stateSize() * index + 3u));
                 path.passed = uintBitsToFloat(d.x);
                 path.skyRegion = d.y;
+                path.medium = d.z;
             }
             extra = loadExtra(lane);
         }
@@ -89,7 +90,7 @@ void main()
         nextStates[stateSize() * slot + 1u] = uvec4(floatBitsToUint(path.direction), floatBitsToUint(path.pdf));
         nextStates[stateSize() * slot + 2u] = uvec4(floatBitsToUint(path.beta), path.departure);
         if (stateSize() > 3u)
-            nextStates[stateSize() * slot + 3u] = uvec4(floatBitsToUint(path.passed), path.skyRegion, 0u, 0u);
+            nextStates[stateSize() * slot + 3u] = uvec4(floatBitsToUint(path.passed), path.skyRegion, path.medium, 0u);
         storeExtra(lane, extra);
     }
     shadowRays = subgroupAdd(shadowRays);

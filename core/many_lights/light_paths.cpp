@@ -25,6 +25,7 @@ struct Particle {
     vec3 origin{0}, direction{0};
     vec3 flux{0};
     shared::SampleStream stream{};
+    uint32_t medium = shared::kNone;  // that it goes through
 };
 
 struct Scene {
@@ -195,6 +196,7 @@ bool scatterFlux(const shared::Vertex& v, const shared::VertexNumbers& numbers, 
     p.flux *= weight / survival;
     p.origin = shared::originOnSide(v.surface, side);
     p.direction = wi;
+    p.medium = shared::mediumBeyond(p.medium, v, side);
     return shared::maxComponent(p.flux) > 0;
 }
 
@@ -206,8 +208,7 @@ bool meetSurface(const Scene& scene, const shared::Hit& hit, uint32_t bounces, P
     v.surface = shared::makeSurfacePoint(scene.view, hit, p.direction);
     const shared::Shading shading = shared::evaluateMaterial(scene.view, v.surface, p.direction);
     const uint32_t flags = shading.inputs.flags;
-    if (v.surface.backFace != 0 && (flags & shared::kMaterialVolume) != 0)
-        p.flux *= glm::exp(-hit.t * shading.absorption);
+    p.flux *= shared::transmittanceTo(scene.view, v.surface, flags, hit.t, p.medium);
     if ((flags & shared::kMaterialUnlit) != 0) return false;
     v.bsdf = shared::makeBsdf(shading.inputs);
     v.wo = shared::toLocal(v.surface.frame, -p.direction);

@@ -284,8 +284,7 @@ private:
         std::array<shared::ReuseNew, shared::kReuseMostRays> fresh;
         const uint32_t taken = shared::raysTaken(p.v.history, p.v.rays);
         for (uint32_t k = 0; k < taken; ++k)
-            fresh[k] = shared::takePath(scene_, p.path, settings_, p.v,
-                                        shared::pathFromHere(p.v.vertex.surface.position),
+            fresh[k] = shared::takePath(scene_, p.path, settings_, p.v, shared::pathFromHere(p.v),
                                         shared::pathStream(p.stream, p.v.rays, k), tally);
         now_.pixels[index].history = shared::packHistory(shared::grownHistory(
             settings_, p.v.history, p.v.rays, taken, shared::narrowestLobe(p.v.vertex.bsdf)));
@@ -373,12 +372,11 @@ private:
             shared::ReuseView view;
             if (!shared::aimOldSample(scene_, settings_, p.v, r, view)) continue;
             if (!shared::survivesRejection(shared::rejectionNumber(p.stream, i), view)) continue;
-            const vec3 position = p.v.vertex.surface.position;
             const bool hidden =
                 shared::oldSampleHides(scene_, settings_, p.v, view, p.stream, i, p.tally);
             vec3 L = shared::unpackRgbe(r.radiance);
             if (r.radiance == shared::kReuseEvaluated)
-                L = shared::evaluateArriving(scene_, p.path, position, r, view);
+                L = shared::evaluateArriving(scene_, p.path, p.v, r, view);
             if (hidden) {
                 shared::dropOldSample(sums, view, L);
                 continue;

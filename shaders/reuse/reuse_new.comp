@@ -42,7 +42,7 @@ void main()
         const uvec4 here = pixelsNow[pixelIndex(pixel)];
         PathSettings path = frame.settings;
         bool goes = firstVertex(pixel, lane, stream, here, path, v, towardsBefore, seen);
-        PathState ray = pathFromHere(v.vertex.surface.position);
+        PathState ray = pathFromHere(v);
         if (FEATURE(kFeatureDelta) && which == kRestPath) {
             ray = restOfChain(loadChain(lane));
             path = restSettings(frame.settings);

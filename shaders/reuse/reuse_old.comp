@@ -136,12 +136,11 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         evaluated &= evaluated - 1u;
         const int at = int(recordIndex(sizeBefore(), source, i));
         const ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), texelFetch(arrivingBefore, at));
-        const vec3 position = v.vertex.surface.position;
         ReuseView view;
         vec3 n;
         view.distance = kInfinity;
         view.perPlace = 1.0;
-        if (wayToPlace(scene, r, position, view.direction, n)) {
+        if (wayToPlace(scene, r, v.vertex.surface.position, view.direction, n)) {
             view.distance = length(view.direction);
             view.direction /= view.distance;
             view.perPlace = view.distance * view.distance / abs(dot(n, view.direction));
@@ -149,7 +148,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         view.response = responses[i];
         view.u = places[i] / view.perPlace;
         view.p = weights[i] / view.u;
-        addOrDrop(view, evaluateArriving(scene, path, position, r, view), (hidden & (1u << i)) != 0u, weights[i],
+        addOrDrop(view, evaluateArriving(scene, path, v, r, view), (hidden & (1u << i)) != 0u, weights[i],
                   brings[i], sums);
     }
     vec3 mean = sums.around;

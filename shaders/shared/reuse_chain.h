@@ -25,6 +25,8 @@ struct ReuseChain {
     vec3 restOrigin;
     vec3 restDirection;
     vec3 restBeta;
+    uint medium;  // through which the first hit is reached
+    uint restMedium;
 };
 SHARED_CONST uint kReuseChainWords = 5u;
 
@@ -40,6 +42,8 @@ SHARED_FN ReuseChain noChain(vec3 direction)
     chain.restOrigin = vec3(0.0f);
     chain.restDirection = vec3(0.0f);
     chain.restBeta = vec3(0.0f);
+    chain.medium = kNone;
+    chain.restMedium = kNone;
     return chain;
 }
 
@@ -49,14 +53,16 @@ SHARED_FN uvec4 packChain(ReuseChain c, uint i)
     if (i == 0u)
         return uvec4(packOct(c.direction), packOct(c.towardsBefore), c.bounces, c.restBounces);
     vec3 v = c.beta;
-    uint word = 0u;
+    uint word = c.medium;
     if (i == 2u) {
         v = c.seen;
+        word = c.restMedium;
     } else if (i == 3u) {
         v = c.restOrigin;
         word = packOct(c.restDirection);
     } else if (i == 4u) {
         v = c.restBeta;
+        word = 0u;
     }
     return uvec4(floatAsUint(v.x), floatAsUint(v.y), floatAsUint(v.z), word);
 }
@@ -74,7 +80,9 @@ SHARED_FN ReuseChain unpackChain(uvec4 word0, uvec4 word1, uvec4 word2, uvec4 wo
     c.bounces = word0.z;
     c.restBounces = word0.w;
     c.beta = vectorOfWord(word1);
+    c.medium = word1.w;
     c.seen = vectorOfWord(word2);
+    c.restMedium = word2.w;
     c.restOrigin = vectorOfWord(word3);
     c.restDirection = unpackOct(word3.w);
     c.restBeta = vectorOfWord(word4);
@@ -137,11 +145,13 @@ SHARED_FN ReuseChain followChain(IN(SceneView) scene, PathSettings path, PathSta
             chain.restOrigin = originOnSide(vertex.surface, other.side);
             chain.restDirection = other.direction;
             chain.restBeta = other.beta / weight;
+            chain.restMedium = mediumBeyond(ray.medium, vertex, other.side);
         }
         ray.origin = originOnSide(vertex.surface, taken.side);
         ray.direction = taken.direction;
         ray.beta = taken.beta;
         ray.depth = chain.bounces;
+        ray.medium = mediumBeyond(ray.medium, vertex, taken.side);
         ++tally.closestRays;
         pixel.slot = kNone;
         if (traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, 128u + chain.bounces, 0u),
@@ -152,9 +162,13 @@ SHARED_FN ReuseChain followChain(IN(SceneView) scene, PathSettings path, PathSta
         }
     }
     if (chain.bounces == 0u) return chain;
+    // The last way of one that is too long has not been looked at.
+    if (chain.bounces == kReuseMostChain && pixel.slot != kNone)
+        ray.beta *= transmittance(scene, ray.medium, t);
     // as it is packed, for all who look at it
     chain.direction = unpackOct(packOct(ray.direction));
     chain.beta = ray.beta;
+    chain.medium = ray.medium;
     chain.restBeta *= sum;
     if (pixel.slot != kNone) {
         const vec3 position = pointOfTriangle(scene, pixel.slot, pixel.barycentrics);
@@ -171,6 +185,7 @@ SHARED_FN PathState rayOfChain(IN(SceneView) scene, ReuseChain chain, ReusePixel
     if (pixel.slot != kNone) ray.origin = pointOfTriangle(scene, pixel.slot, pixel.barycentrics);
     ray.beta = chain.beta;
     ray.depth = chain.bounces;
+    ray.medium = chain.medium;
     return ray;
 }
 
@@ -189,6 +204,7 @@ SHARED_FN PathState restOfChain(ReuseChain chain)
     PathState ray = pathAlong(chain.restOrigin, chain.restDirection);
     ray.beta = chain.restBeta;
     ray.depth = chain.restBounces + 1u;
+    ray.medium = chain.restMedium;
     return ray;
 }
 

@@ -26,6 +26,7 @@ SHARED_CONST float kReuseRough = 0.25f;
 /// A first hit, and how the samples of the frame before look at it.
 struct ReuseVertex {
     Vertex vertex;
+    uint medium;             // through which the camera sees it
     mat3 frameBefore;        // of the surface where the frame before met it
     vec3 woBefore;           // from there towards its camera, in that frame
     vec3 normalBefore;       // geometric, on the side of that camera
@@ -51,6 +52,7 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
     v.lobesBefore.diffuse = 0.0f;
     v.lobesBefore.through = 1.0f;
     v.positionBefore = vec3(0.0f);
+    v.medium = kNone;
     v.beta = ray.beta;
     v.history = noHistory();
     v.rays = 1.0f;
@@ -65,6 +67,7 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
     hit.t = dot(pointOfTriangle(scene, hit.slot, hit.barycentrics) - ray.origin, ray.direction);
     const bool scatters = prepareVertex(scene, path, hit, ray, v.vertex, L);
     if (scatters) v.bsdfBefore = v.vertex.bsdf;
+    v.medium = ray.medium;
     v.beta = ray.beta;
     return scatters;
 }
@@ -250,14 +253,28 @@ SHARED_FN bool survivesRejection(float xi, INOUT(ReuseView) view)
     return true;
 }
 
+/// A path that begins at a first hit; it has no direction yet.
+SHARED_FN PathState pathFromHere(IN(ReuseVertex) v)
+{
+    PathState path = pathAlong(v.vertex.surface.position, vec3(0.0f, 0.0f, 1.0f));
+    path.medium = v.medium;
+    return path;
+}
+
 /// Radiance that comes from the place of a sample whose radiance is evaluated, along
 /// `view.direction`, whose density is `view.p`.
-SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, vec3 position,
+SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
                                 ReuseSample r, IN(ReuseView) view)
 {
-    PathState ray = pathAlong(position, view.direction);
+    PathState ray = pathFromHere(v);
+    ray.direction = view.direction;
     ray.pdf = view.p;
     ray.depth = 1u;
+    if (FEATURE(kFeatureVolume)) {
+        float side;
+        sideOf(v.vertex.surface, view.direction, 1.0f, side);
+        ray.medium = mediumBeyond(v.medium, v.vertex, side);
+    }
     if (r.slot == kNone) return shadeMiss(scene, path, ray);
     Hit hit;
     hit.slot = r.slot;
@@ -285,19 +302,13 @@ SHARED_FN float lightShare(ReuseSettings settings, IN(ReuseVertex) v, vec3 wi)
     return maxComponent(f) > 0.0f ? v.c : 0.0f;
 }
 
-/// A path that begins at a first hit; it has no direction yet.
-SHARED_FN PathState pathFromHere(vec3 position)
-{
-    return pathAlong(position, vec3(0.0f, 0.0f, 1.0f));
-}
-
 /// A connection of a first hit to an emitter, drawn again from its numbers; its contribution has no
 /// weight yet.
 SHARED_FN ShadowRay viewLight(IN(SceneView) scene, PathSettings settings, IN(ReuseVertex) v,
                               ReuseLight r)
 {
     return connectTo(scene, settings, r.emitter, pmfEmitter(scene, r.emitter),
-                     unpackNumbers(r.numbers), pathFromHere(v.vertex.surface.position), v.vertex);
+                     unpackNumbers(r.numbers), pathFromHere(v), v.vertex);
 }
 
 /// Adds an old sample by which radiance L comes; returns what it brings (u F).

@@ -229,8 +229,7 @@ SHARED_FN void applyNormalMap(IN(SceneView) scene, uint reference, float scale, 
 /// What a material says at a point.
 struct Shading {
     BsdfInputs inputs;
-    vec3 emission;    // radiance that leaves towards wo
-    vec3 absorption;  // sigma_a of the solid behind the surface
+    vec3 emission;  // radiance that leaves towards wo
 };
 
 /// Reads the material at `s` with its textures; perturbs the frame where there is a normal map.
@@ -241,7 +240,6 @@ SHARED_FN Shading evaluateMaterial(IN(SceneView) scene, INOUT(SurfacePoint) s, v
     const uint flags = floatAsUint(word5.z);
     Shading shading;
     shading.emission = vec3(0.0f, 0.0f, 0.0f);
-    shading.absorption = vec3(0.0f, 0.0f, 0.0f);
     shading.inputs.baseColor = xyz(word0) * xyz(s.color);
     shading.inputs.metallic = 0.0f;
     shading.inputs.roughness = 1.0f;
@@ -264,11 +262,6 @@ SHARED_FN Shading evaluateMaterial(IN(SceneView) scene, INOUT(SurfacePoint) s, v
         shading.inputs.transmission = word2.w;
         shading.inputs.specularColor = xyz(word3);
         shading.inputs.specular = word3.w;
-    }
-    vec4 word4 = vec4(0.0f, 0.0f, 0.0f, 1.0f);
-    if (FEATURE(kFeatureVolume | kFeatureNormalMaps)) {
-        word4 = fetchMaterial(scene, s.material, 4u);
-        shading.absorption = xyz(word4);
     }
     if (FEATURE(kFeatureClearcoat)) {
         shading.inputs.clearcoat = word5.x;
@@ -316,7 +309,8 @@ SHARED_FN Shading evaluateMaterial(IN(SceneView) scene, INOUT(SurfacePoint) s, v
         }
         if (FEATURE(kFeatureNormalMaps)) {
             t = textureOfSlot(word5, word6, kTextureNormal);
-            if (t != 0u) applyNormalMap(scene, t - 1u, word4.w, direction, s);
+            if (t != 0u)
+                applyNormalMap(scene, t - 1u, fetchMaterial(scene, s.material, 4u).w, direction, s);
         }
     }
     if ((flags & kMaterialUnlit) != 0u) shading.emission = shading.inputs.baseColor;

@@ -1,11 +1,10 @@
 // Surfaces without lighting (KHR_materials_unlit) in every method that renders light, on every
 // device: they show their colour, light nothing, and are cut out by their alpha.
 #include <array>
-#include <functional>
 
 #include <gtest/gtest.h>
 
-#include "app/methods/methods.h"
+#include "tests/support/every_picture.h"
 #include "tests/support/test_scenes.h"
 
 namespace {
@@ -19,33 +18,16 @@ core::Material unlit(glm::vec3 colour)
     return material;
 }
 
-/// The picture of 8 x 8 pixels by each method on each device that has it.
-void forEachPicture(const std::shared_ptr<const core::World>& world,
-                    const std::function<void(const core::Image&, const std::string&)>& check)
-{
-    for (const core::MethodInfo& method : core::methods()) {
-        if (method.id() == "ao") continue;
-        for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan}) {
-            if (!app::whyNot(method.id(), device).empty()) continue;
-            const auto renderer = app::makeRenderer(method.id(), {.device = device});
-            renderer->setWorld(world, {});
-            renderer->setView({world->cameras.front(), {8, 8}, method.defaults}, core::Start::anew);
-            renderer->advance({.samples = 4}, {});
-            check(renderer->read(core::Reading::mean).mean,
-                  std::string(method.id()) + " on " + std::string(core::enumName(device)));
-        }
-    }
-}
-
 TEST(Unlit, SurfacesShowTheirColour)
 {
     SceneBuilder b;
     b.quad({-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, b.material(unlit({0.6f, 0.3f, 0.9f})));
     b.camera({0, 0, 4}, {0, 0, 0}, 0.6);
     constexpr std::array kColour{0.6f, 0.3f, 0.9f};
-    forEachPicture(b.world(), [&](const core::Image& image, const std::string& where) {
-        for (size_t i = 0; i < image.pixels.size(); ++i)
-            ASSERT_NEAR(image.pixels[i], kColour[i % 3], 1e-6) << where;
+    forEachPicture(b.world(), {8, 8}, 4, [&](const PictureTaken& picture) {
+        const std::vector<float>& pixels = picture.estimate.mean.pixels;
+        for (size_t i = 0; i < pixels.size(); ++i)
+            ASSERT_NEAR(pixels[i], kColour[i % 3], 1e-6) << picture.where;
     });
 }
 
@@ -58,8 +40,8 @@ TEST(Unlit, SurfacesLightNothing)
     b.quad({-9, -9, 5}, {18, 0, 0}, {0, 18, 0}, b.material(shining));
     b.camera({0, 0, 4}, {0, 0, 0}, 0.6);
     EXPECT_TRUE(b.world()->emitters.empty());
-    forEachPicture(b.world(), [](const core::Image& image, const std::string& where) {
-        for (const float value : image.pixels) ASSERT_EQ(value, 0) << where;
+    forEachPicture(b.world(), {8, 8}, 4, [](const PictureTaken& picture) {
+        for (const float value : picture.estimate.mean.pixels) ASSERT_EQ(value, 0) << picture.where;
     });
 }
 
@@ -73,8 +55,9 @@ TEST(Unlit, SurfacesAreCutOutByTheirAlpha)
     b.quad({-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, b.material(hole));
     b.constantEnvironment(glm::vec3(0.25f));
     b.camera({0, 0, 4}, {0, 0, 0}, 0.6);
-    forEachPicture(b.world(), [](const core::Image& image, const std::string& where) {
-        for (const float value : image.pixels) ASSERT_NEAR(value, 0.25, 1e-6) << where;
+    forEachPicture(b.world(), {8, 8}, 4, [](const PictureTaken& picture) {
+        for (const float value : picture.estimate.mean.pixels)
+            ASSERT_NEAR(value, 0.25, 1e-6) << picture.where;
     });
 }
 
