@@ -12,8 +12,8 @@ namespace {
 
 /// What the textures of a material ask of vertices.
 struct Needs {
-    bool set0 = false, set1 = false, tangents = false;
-    bool tangentsFromSet1 = false;
+    bool set0 = false, set1 = false;
+    const shared::TextureReference* normalMap = nullptr;  // needs tangents
 };
 
 Needs needsOf(const Scene& scene, const Material& material)
@@ -24,12 +24,19 @@ Needs needsOf(const Scene& scene, const Material& material)
         const TextureUse& use = scene.textureUses[static_cast<size_t>(material.textures[slot])];
         const bool set1 = (use.record.flags & shared::kTextureTexCoord1) != 0;
         (set1 ? needs.set1 : needs.set0) = true;
-        if (slot == shared::kTextureNormal) {
-            needs.tangents = true;
-            needs.tangentsFromSet1 = set1;
-        }
+        if (slot == shared::kTextureNormal) needs.normalMap = &use.record;
     }
     return needs;
+}
+
+/// The coordinates by which a texture is looked up.
+std::vector<glm::vec2> coordinatesIn(const shared::TextureReference& use, const Primitive& p)
+{
+    std::vector<glm::vec2> uv = (use.flags & shared::kTextureTexCoord1) != 0 ? p.uv1 : p.uv0;
+    if ((use.flags & shared::kTextureTransformed) != 0)
+        for (glm::vec2& c : uv)
+            c = {glm::dot(use.row0, glm::vec3(c, 1)), glm::dot(use.row1, glm::vec3(c, 1))};
+    return uv;
 }
 
 /// Triangles as the file orders them, with vertex numbers starting at `first`.
@@ -215,7 +222,7 @@ private:
         if (needs.set0) p.uv0 = coordinates(attributes, "TEXCOORD_0", position);
         if (needs.set1) p.uv1 = coordinates(attributes, "TEXCOORD_1", position);
         // Tangents without normals mean nothing (glTF 3.7.2.1).
-        if (needs.tangents && !p.normals.empty())
+        if (needs.normalMap && !p.normals.empty())
             if (const Accessor* tangent =
                     attribute(attributes, "TANGENT", position, {4}, "computed instead"))
                 p.tangents = values<glm::vec4>(*tangent);
@@ -309,9 +316,11 @@ private:
         if (rescaled > 0 && !morphed_)
             load_.warn("ACCESSOR_VECTOR3_NON_UNIT", primitive.at("attributes") + "/NORMAL",
                        std::to_string(rescaled) + " normals are not of unit length — normalised");
-        if (!needs.tangents) return;
+        if (!needs.normalMap) return;
         const bool given = !p.tangents.empty();
-        if (!given) makeTangents(p, needs.tangentsFromSet1 ? p.uv1 : p.uv0);
+        // From the coordinates as the map is laid over the surface: turned with them, its bumps
+        // would be lit from elsewhere.
+        if (!given) makeTangents(p, coordinatesIn(*needs.normalMap, p));
         const size_t bad = repairTangents(p);
         // Computed ones may be undefined, where the coordinates are: that is no fault of the file.
         if (given && bad > 0)

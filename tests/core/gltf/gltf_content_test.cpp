@@ -190,6 +190,35 @@ TEST(GltfGeometry, TangentsFollowTheCoordinates)
     }
 }
 
+/// A map that is laid over the surface turned or mirrored (KHR_texture_transform) has its tangents
+/// turned or mirrored with it.
+TEST(GltfGeometry, TangentsFollowTheTransformOfTheMap)
+{
+    struct Case {
+        test::Json transform;
+        glm::vec3 tangent;
+        float handedness;
+    };
+    for (const Case& c : {Case{{{"rotation", 1.5707963267948966}}, {0, -1, 0}, 1},
+                          Case{{{"scale", {-2, 3}}, {"offset", {0.5, 0.25}}}, {-1, 0, 0}, -1}}) {
+        test::Document document =
+            test::texturedTriangle(test::encodeImage("png", 1, 1, 3, onePixel()));
+        document.material()["normalTexture"] = {
+            {"index", 0}, {"extensions", {{"KHR_texture_transform", c.transform}}}};
+        document.attributes() = {
+            {"POSITION",
+             document.values<float>({0, 0, 0, 2, 0, 0, 0, 2, 0}, test::kFloat, "VEC3", 3)},
+            {"NORMAL",
+             document.values<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, test::kFloat, "VEC3", 3)},
+            {"TEXCOORD_0", document.values<float>({0, 1, 1, 1, 0, 0}, test::kFloat, "VEC2", 2)}};
+        for (const shared::VertexAttributes& a : onlyMesh(document).attributes) {
+            const glm::vec4 t = shared::unpackTangent(a.tangent);
+            EXPECT_NEAR(glm::distance(glm::vec3(t), c.tangent), 0, 1e-4) << c.transform;
+            EXPECT_EQ(t.w, c.handedness);
+        }
+    }
+}
+
 TEST(GltfGeometry, MirroredHalvesShareNoTangent)
 {
     // Two squares side by side; u grows towards the edge in the middle from both sides.
