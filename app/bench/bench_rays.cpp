@@ -28,12 +28,19 @@ uint32_t everyOtherBit(uint32_t x)
     return (x & 1u) | ((x >> 1u) & 2u) | ((x >> 2u) & 4u);
 }
 
+// Below what devices must take in one dispatch, and plenty for a rate.
+constexpr uint64_t kMostRays = uint64_t(1) << 21;
+
 std::vector<DeviceRay> primaryRays(const core::Camera& camera, uint32_t width, uint32_t height)
 {
     const shared::CameraData data = core::cameraData(camera, width, height);
+    const uint64_t tiles = uint64_t((width + 7) / 8) * ((height + 7) / 8);
+    const uint64_t stride = (64 * tiles + kMostRays - 1) / kMostRays;
     std::vector<DeviceRay> rays;
+    uint64_t tile = 0;
     for (uint32_t y = 0; y < height; y += 8) {
         for (uint32_t x = 0; x < width; x += 8) {
+            if (tile++ % stride != 0) continue;
             for (uint32_t m = 0; m < 64; ++m) {
                 const glm::uvec2 pixel(x + everyOtherBit(m), y + everyOtherBit(m >> 1u));
                 if (pixel.x >= width || pixel.y >= height) continue;

@@ -10,7 +10,8 @@
 
 namespace app {
 
-/// Sets of rays through one view: primary in Morton order within 8x8 tiles; from where they hit, a
+/// Sets of rays through one view: primary in Morton order within 8x8 tiles, of which views of more
+/// than two million pixels give some, evenly spread; from where they hit, a
 /// cosine-distributed bounce each; and a shadow ray each to a point of the emitting triangles, of
 /// equal chance by triangle, or, in scenes without any, along the cosine distribution to infinity
 /// (as to an environment).
