@@ -203,9 +203,10 @@ core::Metadata imageMetadata(const PictureFacts& f)
     std::snprintf(seconds, sizeof seconds, "%.3f", f.seconds);
     core::Metadata m{{"software", std::string("rekindle ") + kVersion},
                      {"commit", kCommit},
-                     {"scene", f.scene.string()},
-                     {"scene_hash", f.world->scene->hash},
-                     {"camera", jsonText(cameraJson(f.camera, f.world->placement))},
+                     {"scene", f.scene.file.string()},
+                     {"scene_hash", f.scene.world->scene->hash},
+                     {"environment", f.scene.environment},
+                     {"camera", jsonText(cameraJson(f.camera, f.scene.world->placement))},
                      {"width", std::to_string(f.size.x)},
                      {"height", std::to_string(f.size.y)},
                      {"spp", std::to_string(f.samples)},
@@ -216,7 +217,7 @@ core::Metadata imageMetadata(const PictureFacts& f)
                      {"driver", f.driver},
                      {"seconds", seconds},
                      {"ended", f.ended}};
-    if (f.time != 0) m["at"] = Json(f.time).dump();
+    if (f.scene.time != 0) m["at"] = Json(f.scene.time).dump();
     const std::vector<std::string> biased = biasedParams(f.params);
     if (!biased.empty()) m["biased"] = Json(biased).dump();
     return m;
@@ -225,9 +226,10 @@ core::Metadata imageMetadata(const PictureFacts& f)
 core::Metadata imageMetadata(const RenderReport& r)
 {
     const FrameReport frame = r.frames.empty() ? FrameReport{} : r.frames.back();
-    return imageMetadata({.scene = r.options->scene.file,
-                          .world = r.world.get(),
-                          .time = r.time,
+    return imageMetadata({.scene = {.file = r.options->scene.file,
+                                    .world = r.world,
+                                    .time = r.time,
+                                    .environment = r.options->scene.load.environment},
                           .camera = r.camera,
                           .size = r.size,
                           .params = r.options->params,

@@ -59,11 +59,17 @@ std::vector<std::pair<std::string, double>> mapMeans(core::Renderer& renderer,
 /// Schema 1: keys may be added, none renamed. Ends in a newline.
 std::string statsJson(const RenderReport& report);
 
+/// A scene as a picture shows it.
+struct ShownScene {
+    std::filesystem::path file;  // as it was named
+    std::shared_ptr<const core::World> world;
+    double time = 0;          // of `world`: seconds of the scene's animation
+    std::string environment;  // as it was asked for: see core::LoadOptions
+};
+
 /// What the metadata of a picture says, for commands and viewer alike.
 struct PictureFacts {
-    std::filesystem::path scene;  // as it was named
-    const core::World* world = nullptr;
-    double time = 0;  // seconds of the scene's animation
+    ShownScene scene;
     core::Camera camera;
     glm::uvec2 size{};
     core::AnyParams params;
@@ -73,7 +79,7 @@ struct PictureFacts {
     std::string ended;  // as RenderReport says it
 };
 
-/// Strings that say how to render the image again. `world` is set.
+/// Strings that say how to render the image again. The scene's `world` is set.
 core::Metadata imageMetadata(const PictureFacts& facts);
 
 /// Those of the report's newest frame.

@@ -68,8 +68,8 @@ std::vector<SaveItem> PendingSaves::leaveView(const RenderRequest& next, double 
         takeOut(waiting_, [](const PendingSave& save) { return save.item.picture != nullptr; });
     for (PendingSave& save : waiting_) {
         save.view = next;
-        save.item.world = next.world;
-        save.item.at = at;
+        save.item.scene.world = next.world;
+        save.item.scene.time = at;
     }
     return due;
 }

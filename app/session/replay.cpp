@@ -6,6 +6,7 @@
 #include "app/base/json_file.h"
 #include "app/files/params_json.h"
 #include "core/base/check.h"
+#include "core/gltf/gltf.h"
 #include "core/image/image_metadata.h"
 #include "core/methods/method.h"
 
@@ -49,9 +50,9 @@ private:
     std::string picture_;
 };
 
-/// The scene where it was named, seen from here, or beside the picture; a scene that moved along
-/// with its picture is found there by its folder's name or its own.
-fs::path findScene(const fs::path& named, const fs::path& picture)
+/// A file where it was named, seen from here, or beside the picture; one that moved along with the
+/// picture is found there by its folder's name or its own. `what` it is, for the message.
+fs::path findFile(const char* what, const fs::path& named, const fs::path& picture)
 {
     std::vector<fs::path> places{named};
     const fs::path beside = picture.parent_path();
@@ -61,9 +62,18 @@ fs::path findScene(const fs::path& named, const fs::path& picture)
     std::error_code error;
     for (const fs::path& place : places)
         if (fs::is_regular_file(place, error)) return place;
-    throw core::Error(picture.string() + ": its scene " + named.string() +
+    throw core::Error(picture.string() + ": its " + what + " " + named.string() +
                       " is neither there nor beside the picture — put " +
                       named.filename().string() + " into the picture's folder");
+}
+
+/// A panorama where it is now, or the word for something else.
+std::string findEnvironment(const std::string& asked, const fs::path& picture)
+{
+    for (const char* word :
+         {core::kOwnEnvironment, core::kAnyEnvironment, core::kNoEnvironment, core::kPlainSky})
+        if (asked == word) return asked;
+    return findFile("environment", asked, picture).string();
 }
 
 core::AnyParams readMethodParams(const Members& members)
@@ -99,7 +109,9 @@ Replay replayOf(const core::Metadata& metadata, const fs::path& picture)
     replay.params = readMethodParams(members);
     replay.samples = members.value<uint64_t>("spp");
     if (members.has("at")) replay.at = members.value<double>("at", {0, 1e9});
-    replay.scene = findScene(scene, picture);
+    if (members.has("environment"))
+        replay.environment = findEnvironment(members.text("environment"), picture);
+    replay.scene = findFile("scene", scene, picture);
     return replay;
 }
 

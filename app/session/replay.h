@@ -13,6 +13,7 @@ namespace app {
 struct Replay {
     std::filesystem::path scene;  // where it was found: as it was named, or beside the picture
     std::string sceneHash;        // to be compared after loading
+    std::string environment;      // as core::LoadOptions has it; empty: not said
     std::string cameraJson;       // file space; checked to be JSON
     glm::uvec2 size{0};
     DeviceKind device = DeviceKind::vulkan;  // the same kind; which one is not said

@@ -21,12 +21,9 @@ const char* ended(const Picture& p)
     return "target";
 }
 
-PictureFacts factsOf(const Picture& p, const core::World& world,
-                     const std::filesystem::path& sceneFile, double at)
+PictureFacts factsOf(const Picture& p, const ShownScene& scene)
 {
-    return {.scene = sceneFile,
-            .world = &world,
-            .time = at,
+    return {.scene = scene,
             .camera = p.camera,
             .size = {p.mean.width, p.mean.height},
             .params = p.params.method,
@@ -47,10 +44,9 @@ void addLayer(core::ImageFile& exr, const std::string& name, const core::Image& 
 
 }  // namespace
 
-core::Metadata viewMetadata(const Picture& picture, const core::World& world,
-                            const std::filesystem::path& sceneFile, double at)
+core::Metadata viewMetadata(const Picture& picture, const ShownScene& scene)
 {
-    PictureFacts facts = factsOf(picture, world, sceneFile, at);
+    PictureFacts facts = factsOf(picture, scene);
     facts.size = picture.fullSize;
     if (picture.preview) {
         facts.samples = 0;
@@ -59,8 +55,7 @@ core::Metadata viewMetadata(const Picture& picture, const core::World& world,
     return imageMetadata(facts);
 }
 
-void savePicture(const std::filesystem::path& file, const Picture& picture,
-                 const core::World& world, const std::filesystem::path& sceneFile, double at,
+void savePicture(const std::filesystem::path& file, const Picture& picture, const ShownScene& scene,
                  const ViewParams& view)
 {
     core::requireWritable(file);
@@ -70,7 +65,7 @@ void savePicture(const std::filesystem::path& file, const Picture& picture,
                           "again when it stands still");
     if (picture.samples == 0 || picture.mean.pixels.empty())
         throw core::Error(file.string() + ": not saved: there is no picture yet");
-    const core::Metadata metadata = imageMetadata(factsOf(picture, world, sceneFile, at));
+    const core::Metadata metadata = imageMetadata(factsOf(picture, scene));
     if (!hasExtension(file, ".exr")) {
         core::writePng(file, picture.mean, view.exposure, static_cast<uint32_t>(view.tone),
                        metadata);
@@ -80,7 +75,7 @@ void savePicture(const std::filesystem::path& file, const Picture& picture,
     // One sample says nothing about its spread.
     if (picture.variance && picture.samples >= 2) addLayer(exr, "variance", *picture.variance);
     if (picture.aovs) {
-        addLayer(exr, "depth", inMetres(picture.aovs->depth, world));
+        addLayer(exr, "depth", inMetres(picture.aovs->depth, *scene.world));
         addLayer(exr, "normal", picture.aovs->normal);
         addLayer(exr, "albedo", picture.aovs->albedo);
         addLayer(exr, "ids", picture.aovs->ids);

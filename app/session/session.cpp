@@ -219,10 +219,7 @@ void Session::save(const fs::path& file)
         return;
     }
     saveFailed_ = false;
-    pendingSaves_->add(
-        {{file, nullptr, document_->world, document_->file, document_->time, settings.view},
-         ordered_,
-         now_ + kSaveSeconds});
+    pendingSaves_->add({{file, nullptr, *document_, settings.view}, ordered_, now_ + kSaveSeconds});
     pendingSaves_->offer(whole_);
 }
 
@@ -239,7 +236,7 @@ bool Session::saveFailed() const
 core::Metadata Session::pictureMetadata() const
 {
     if (!document_ || !picture_ || picture_->world.lock() != document_->world) return {};
-    return viewMetadata(*picture_, *document_->world, document_->file, document_->time);
+    return viewMetadata(*picture_, *document_);
 }
 
 double Session::unsavedSeconds() const

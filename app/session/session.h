@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/files/stats.h"
 #include "app/session/camera_track.h"
 #include "app/session/comparison.h"
 #include "app/session/convergence.h"
@@ -30,13 +31,9 @@
 namespace app {
 
 /// A scene that is on show.
-struct Document {
-    std::filesystem::path file;
-    std::shared_ptr<const core::World> world;  // at `time`
-    double time = 0;
+struct Document : ShownScene {
     double loadSeconds = 0;
     std::vector<std::string> warnings;
-    std::string environment;  // as it was asked for: see core::LoadOptions
 };
 
 /// What the loader hands back: a whole scene, or the present one at another time.

@@ -86,8 +86,7 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
             picture.stats = renderer->stats();
             picture.seconds = picture.stats.renderSeconds;
             picture.counters = estimate.counters;
-            savePicture(numbered(pattern, static_cast<uint32_t>(frame)), picture, *document.world,
-                        document.file, document.time, view);
+            savePicture(numbered(pattern, static_cast<uint32_t>(frame)), picture, document, view);
         }
     };
 }
@@ -114,7 +113,7 @@ core::Worker::Job SaveQueue::job()
                           " samples per pixel",
                       item.file};
             try {
-                savePicture(item.file, *item.picture, *item.world, item.scene, item.at, item.view);
+                savePicture(item.file, *item.picture, item.scene, item.view);
             } catch (const std::exception& error) {
                 told = {true, error.what(), {}};
             }

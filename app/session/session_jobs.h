@@ -29,9 +29,7 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
 struct SaveItem {
     std::filesystem::path file;
     std::shared_ptr<const Picture> picture;
-    std::shared_ptr<const core::World> world;
-    std::filesystem::path scene;
-    double at = 0;
+    ShownScene scene;
     ViewParams view;
 };
 

@@ -97,6 +97,11 @@ TEST(Replay, PicturesOfTheProgramSayEverything)
 struct Shown {
     std::shared_ptr<const core::World> world;
     app::Picture picture;
+
+    app::ShownScene scene(double at = 0) const
+    {
+        return {kScene, world, at, core::kOwnEnvironment};
+    }
 };
 
 Shown show(uint64_t samples)
@@ -128,7 +133,7 @@ TEST(Replay, PicturesOfTheWindowSayTheSameAndComeOutAgain)
     Shown shown = show(3);
     shown.picture.finished = true;
     shown.picture.params.sppLimit = 3;
-    app::savePicture(folder / "w.exr", shown.picture, *shown.world, kScene, 0, {});
+    app::savePicture(folder / "w.exr", shown.picture, shown.scene(), {});
     const app::Replay replay = app::readReplay(folder / "w.exr");
     expectSome(replay);
     core::writeFile(folder / "camera.json", replay.cameraJson);
@@ -156,8 +161,7 @@ TEST(Replay, WhatAWindowSaves)
     Shown shown = show(1);
     app::Picture& p = shown.picture;
     const auto save = [&](const fs::path& file, double at = 0) {
-        app::savePicture(file, p, *shown.world, kScene, at,
-                         {.exposure = 2, .tone = app::Tone::linear});
+        app::savePicture(file, p, shown.scene(at), {.exposure = 2, .tone = app::Tone::linear});
     };
     save(folder / "one.exr", 1.5);
     const core::ImageFile one = core::readExr(folder / "one.exr");
@@ -303,6 +307,29 @@ TEST(Replay, FilesThatAreNoPicturesOfOurs)
               std::string::npos);
 }
 
+/// What was around the scene is kept with the picture, by name.
+TEST(Replay, TheEnvironmentComesAlong)
+{
+    const TemporaryFolder folder;
+    const Shown shown = show(1);
+    const fs::path picture = folder / "picture.exr";
+    const auto replayed = [&](const std::string& environment) {
+        app::ShownScene scene = shown.scene();
+        scene.environment = environment;
+        app::savePicture(picture, shown.picture, scene, {});
+        return app::readReplay(picture).environment;
+    };
+    for (const char* word : {"own", "auto", "none", "plain"}) EXPECT_EQ(replayed(word), word);
+    EXPECT_NE(refusal([&] { replayed("/not/here/sky.exr"); }).find("its environment"),
+              std::string::npos);
+    core::writeFile(folder / "sky.exr", "any");
+    EXPECT_EQ(replayed("/not/here/sky.exr"), folder / "sky.exr");
+    // Pictures of older versions do not say.
+    core::Metadata metadata = core::readMetadata(picture);
+    metadata.erase("environment");
+    EXPECT_EQ(app::replayOf(metadata, picture).environment, "");
+}
+
 TEST(Replay, AScreenshotIsReplayedAsAnyPictureIs)
 {
     const TemporaryFolder folder;
@@ -312,7 +339,7 @@ TEST(Replay, AScreenshotIsReplayedAsAnyPictureIs)
     const auto screenshot = [&](const fs::path& file) {
         const std::vector<uint8_t> window(16 * 8 * 4, 99);
         core::writePngBytes(file, 16, 8, 4, window,
-                            app::viewMetadata(shown.picture, *shown.world, kScene, 0));
+                            app::viewMetadata(shown.picture, shown.scene()));
         return app::readReplay(file);
     };
     expectSome(screenshot(folder / "shot.png"));

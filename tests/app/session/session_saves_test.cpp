@@ -216,6 +216,26 @@ TEST_F(SessionSaves, AnotherEnvironmentLeavesTheViewAndAFailureEverything)
     EXPECT_NE(session.navigation.camera(), camera);
 }
 
+TEST_F(SessionSaves, AReplayHasTheEnvironmentOfThePicture)
+{
+    const fs::path file = folder / "plain.exr";
+    {
+        app::SessionOptions plain = options("cornell-diffuse.gltf");
+        plain.scene.load.environment = core::kPlainSky;
+        Session session(plain);
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        session.save(file);
+        ASSERT_TRUE(until(session, [&] { return !session.saving(); }));
+    }
+    Session session(options("hall.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    session.replay(file);
+    ASSERT_TRUE(until(
+        session, [&] { return session.document()->file.filename() == "cornell-diffuse.gltf"; }));
+    EXPECT_EQ(session.document()->environment, core::kPlainSky);
+    EXPECT_FALSE(told(session, "its hash differs"));
+}
+
 TEST_F(SessionSaves, TheWindowIsAwakeWhileARendererIsBuilt)
 {
     book.set(&Book::endlessWorld, true);
