@@ -118,6 +118,10 @@ TEST_F(Floors, AForeignHeaderInTheWrongRoomIsRefused)
     expectRefused(
         "app/bench/bench_throughput.cpp", "#include <imgui.h>",
         "app/bench/bench_throughput.cpp: includes <imgui.h>, which app/bench may not name");
+    expectRefused("core/scene/camera.cpp", "#include <png.h>",
+                  "core/scene/camera.cpp: includes <png.h>, which core/scene may not name");
+    expectRefused("core/scene/camera.cpp", "#include <emmintrin.h>",
+                  "core/scene/camera.cpp: includes <emmintrin.h>, which core/scene may not name");
 }
 
 TEST_F(Floors, AFileInNoRoomIsRefused)

@@ -9,10 +9,10 @@ build=$root/build-mutants/build
 
 # name @ file @ what to replace, to the letter @ by what @ tests that must notice
 faults='
-missing-cosine@shaders/shared/path.h@e.radiance * (abs(wi.z) * weight)@e.radiance * weight@Furnace*:Direct*
+missing-cosine@shaders/shared/connection.h@e.radiance * (abs(wi.z) * weight)@e.radiance * weight@Furnace*:Direct*
 missing-pi@shaders/shared/bsdf.h@f = b.diffuse * kInvPi;@f = b.diffuse;@Bsdf*:Furnace*
 half-vector-jacobian@shaders/shared/microfacet.h@r.pdf = 0.5f * d / (depth * wo.z + rootO);@r.pdf = d / (depth * wo.z + rootO);@Bsdf*
-mis-swapped@shaders/shared/path.h@powerHeuristic(pmf * e.pdf, pdf)@powerHeuristic(pdf, pmf * e.pdf)@Furnace*:Direct*:Path*
+mis-swapped@shaders/shared/connection.h@powerHeuristic(pmf * e.pdf, pdf)@powerHeuristic(pdf, pmf * e.pdf)@Furnace*:Direct*:Path*
 light-pdf-in-area@shaders/shared/emitter.h@float pdf = 2.0f * distance * distance / projected;@float pdf = 2.0f / projected;@Emitter*:Direct*
 roulette-unpaid@shaders/shared/path.h@path.beta *= 1.0f / survival;@@Furnace*:Path*
 environment-sine@shaders/shared/lights.h@texelPmf * texels / (2.0f * kPi * kPi * sinTheta)@texelPmf * texels / (2.0f * kPi * kPi)@*Environment*:Furnace*:Light*
@@ -24,6 +24,8 @@ purpose-ignored@shaders/shared/sampler.h@s.seed = seed ^ (purpose * 0x9e3779b9u)
 half-pixel-shift@shaders/shared/camera.h@2.0f * film.x / size.x - 1.0f@2.0f * (film.x + 0.5f) / size.x - 1.0f@Camera*:*Aov*:Path*
 back-face-normal@shaders/shared/surface.h@n = ensureVisible(side * n, -direction);@n = ensureVisible(n, -direction);@Furnace*:Path*:Direct*
 normal-map-behind@shaders/shared/surface.h@s.frame * vec3(side * m.x, side * m.y,@s.frame * vec3(m.x, m.y,@DirectLight.NormalMaps*
+medium-forgotten@shaders/shared/path.h@    path.medium = mediumBeyond(path.medium, vertex, side);@@Media.*
+medium-connections@shaders/shared/connection.h@e.radiance *= transmittance(scene, mediumBeyond(path.medium, vertex, side), e.distance);@;@Media.*
 reuse-old-lobes@shaders/shared/reuse_view.h@v.bsdfBefore = makeBsdf(evaluateMaterial(scene, s, -towardsBefore).inputs);@v.bsdfBefore = v.vertex.bsdf;@*ReuseBias.NormalMaps*
 eta-squared@shaders/shared/bsdf.h@? 1.0f / (b.eta * b.eta) : 1.0f;@? 1.0f : 1.0f;@Bsdf*
 reuse-alpha-unscaled@shaders/shared/reuse.h@Real cq = c * q;@Real cq = q;@Reuse*
@@ -62,10 +64,27 @@ git -C "$root" ls-files -z --cached --others --exclude-standard |
 cmake -S "$copy" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
 export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR="$copy"
 
+# The lines of those that are to be planted.
+chosen() {
+    while IFS= read -r line; do
+        if [ -n "$line" ] && { [ $# -eq 0 ] || [[ " $* " == *" ${line%%@*} "* ]]; }; then echo "$line"; fi
+    done <<<"$faults"
+}
+# Runs the tests of a filter; what they say goes to a file.
+passes() {
+    local filter=$1 negative=${1##*-}
+    [ "$negative" != "$filter" ] || filter="$filter:-*Slow*"
+    timeout 600 "$build/tests" --gtest_brief=1 --gtest_filter="$filter" >"$2" 2>&1
+}
+
+# What fails without any fault would seem to notice each.
+ninja -C "$build" tests >"$build/log" 2>&1
+while IFS='@' read -r name file from to filter; do
+    passes "$filter" "$build/$name.txt" || { echo "$filter fails without a fault, see $build/$name.txt" >&2; exit 1; }
+done < <(chosen "$@")
+
 caught=0 missed=0
 while IFS='@' read -r name file from to filter; do
-    [ -n "$name" ] || continue
-    if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then continue; fi
     FROM=$from TO=$to perl -0pi -e 's/\Q$ENV{FROM}\E/$ENV{TO}/' "$copy/$file"
     if cmp -s "$copy/$file" "$root/$file"; then
         echo "mutant $name: '$from' is no longer in $file" >&2
@@ -78,9 +97,7 @@ while IFS='@' read -r name file from to filter; do
         cp "$root/$file" "$copy/$file"
         continue
     fi
-    negative=${filter##*-}
-    [ "$negative" != "$filter" ] || filter="$filter:-*Slow*"
-    if timeout 600 "$build/tests" --gtest_brief=1 --gtest_filter="$filter" >"$build/$name.txt" 2>&1; then
+    if passes "$filter" "$build/$name.txt"; then
         echo "mutant $name: SURVIVED $filter"
         missed=$((missed + 1))
     else
@@ -88,6 +105,6 @@ while IFS='@' read -r name file from to filter; do
         caught=$((caught + 1))
     fi
     cp "$root/$file" "$copy/$file"  # a new time stamp: whatever was built from the fault is built again
-done <<<"$faults"
+done < <(chosen "$@")
 echo "$caught passed, $missed failed"
 [ "$missed" -eq 0 ]

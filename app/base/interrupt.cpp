@@ -35,7 +35,7 @@ void Interrupt::wait()
         if (sigwait(&signals_, &signal) != 0) continue;
         if (ending_) return;
         if (source_.stop_requested() || !keep_) {
-            std::fputs(keep_ ? "interrupted again: nothing saved\n"
+            std::fputs(keep_ ? "interrupted again: this picture is not saved\n"
                              : "interrupted before anything was rendered: nothing saved\n",
                        stderr);
             std::_Exit(static_cast<int>(core::ExitCode::interrupted));

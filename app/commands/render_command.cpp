@@ -11,6 +11,7 @@
 #include "app/base/user_folders.h"
 #include "app/commands/frame_budget.h"
 #include "app/commands/render_loop.h"
+#include "app/commands/render_words.h"
 #include "app/files/load.h"
 #include "app/files/picture_file.h"
 #include "app/files/stats.h"
@@ -27,7 +28,7 @@ namespace {
 
 using core::Clock, core::secondsSince;
 
-constexpr uint64_t kDefaultSpp = 64, kMaxSpp = 2147483647;
+constexpr uint64_t kDefaultSpp = 64;
 constexpr double kMaxKeepSeconds = 10;  // between copies of the film; at first a second
 
 std::string format(const char* pattern, double value)
@@ -70,6 +71,7 @@ public:
 
 private:
     void prepare();
+    void takeWorld();
     void poseFor(uint32_t index);
     Ended renderFrame(uint32_t index);
     Outcome takeSamples(uint32_t index);
@@ -77,13 +79,11 @@ private:
     void setGoal();
     void fitBudget();
     void countOverBudget();
-    void tellOverBudget();
     void report(uint32_t index, const Outcome& outcome);
     void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs,
               std::vector<core::Layer> maps);
     std::vector<core::Layer> mapLayers();
     [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
-    void reportProgress(uint64_t samples, double seconds, std::optional<double> rmse);
     std::filesystem::path fileOf(uint32_t index) const
     {
         return o_.frames ? numbered(o_.output, index) : o_.output;
@@ -140,9 +140,15 @@ void Job::prepare()
               " triangles, loaded in " + format("%.2f s", loaded.seconds));
 
     const Clock::time_point start = Clock::now();
-    renderer_->setWorld(loaded.world, log_.callback());
+    takeWorld();
     prepareSeconds_ = secondsSince(start);
     setGoal();
+}
+
+void Job::takeWorld()
+{
+    renderer_->setWorld(report_.world, log_.callback());
+    report_.buildSeconds += renderer_->stats().buildSeconds;
 }
 
 void Job::setGoal()
@@ -181,14 +187,6 @@ void Job::countOverBudget()
     if (slow || many) ++report_.overBudget;
 }
 
-void Job::tellOverBudget()
-{
-    if (report_.overBudget == 0) return;
-    log_.line(std::to_string(report_.overBudget) + " of " + std::to_string(report_.frames.size()) +
-              " frames took more than " + (o_.budgetMs ? "--budget-ms" : "--budget-rays") +
-              " allows: one sample is the least");
-}
-
 void Job::checkReference() const
 {
     if (o_.reference.empty()) return;
@@ -202,26 +200,6 @@ void Job::checkReference() const
     throw core::Error(o_.reference.string() + ": is " + text(other) + ", the picture is " +
                       text(report_.size) + " — give --size " + text(other) +
                       " or another reference");
-}
-
-void Job::reportProgress(uint64_t samples, double seconds, std::optional<double> rmse)
-{
-    const double done = static_cast<double>(samples);
-    const double rate = done * report_.size.x * report_.size.y / std::max(seconds, 1e-9);
-    std::string text = "render: ";
-    if (o_.frames)
-        text += "frame " + std::to_string(o_.frames->first + report_.frames.size()) + " of " +
-                std::to_string(o_.frames->first) + '-' + std::to_string(o_.frames->last) + ", ";
-    text += std::to_string(samples) +
-            (goal_.spp < kMaxSpp ? " of " + std::to_string(goal_.spp) : "") + " spp, " +
-            format("%.1f s, ", seconds) + format("%.2f M samples/s", rate * 1e-6);
-    if (rmse) text += format(", RMSE %.3g", *rmse);
-    double left = goal_.spp < kMaxSpp
-                      ? seconds * (static_cast<double>(goal_.spp) - done) / std::max(done, 1.0)
-                      : 1e30;
-    if (goal_.seconds > 0) left = std::min(left, goal_.seconds - seconds);
-    if (left < 1e30) text += format(", %.0f s left", std::max(left, 0.0));
-    log_.progressText(text);
 }
 
 void Job::report(uint32_t index, const Outcome& outcome)
@@ -246,7 +224,8 @@ Outcome Job::takeSamples(uint32_t index)
     try {
         return renderUntil(*renderer_, goal_, interrupt_.token(),
                            [this](uint64_t samples, double seconds, std::optional<double> rmse) {
-                               reportProgress(samples, seconds, rmse);
+                               log_.progressText(
+                                   progressText(report_, goal_, samples, seconds, rmse));
                                if (seconds - keptAt_ < std::clamp(keptAt_, 1.0, kMaxKeepSeconds))
                                    return;
                                kept_ = renderer_->read(core::Reading::everything);
@@ -283,7 +262,7 @@ void Job::poseFor(uint32_t index)
     report_.time = time;
     report_.world = core::poseWorld(report_.world, time);
     report_.camera = chooseCamera(*report_.world, o_.camera);
-    renderer_->setWorld(report_.world, log_.callback());
+    takeWorld();
 }
 
 Ended Job::renderFrame(uint32_t index)
@@ -294,6 +273,7 @@ Ended Job::renderFrame(uint32_t index)
     const bool follows = o_.frames && index > o_.frames->first;
     renderer_->setView({report_.camera, report_.size, o_.params},
                        follows ? core::Start::moved : core::Start::anew);
+    const double readBefore = renderer_->stats().readbackSeconds;
     raysBefore_ = renderer_->stats().rays;
     pathsBefore_ = renderer_->stats().paths;
     prepareSeconds_ += secondsSince(start);
@@ -319,6 +299,7 @@ Ended Job::renderFrame(uint32_t index)
         aovs.depth = inMetres(std::move(aovs.depth), *report_.world);
         save(index, estimate, o_.aovs.any() ? &aovs : nullptr, mapLayers());
     }
+    report_.readbackSeconds += renderer_->stats().readbackSeconds - readBefore;
     return outcome.ended;
 }
 
@@ -340,12 +321,7 @@ void Job::save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs,
     if (!o_.reference.empty()) report_.rmse = core::imageErrors(estimate.mean, reference_).rmse;
     const std::filesystem::path file = fileOf(index);
     writePicture(file, estimate, aovs, std::move(maps), o_, imageMetadata(report_));
-    const FrameReport& frame = report_.frames.back();
-    const std::string text = file.string() + ": " + std::to_string(report_.size.x) + 'x' +
-                             std::to_string(report_.size.y) + ", " + std::to_string(frame.spp) +
-                             " spp in " + format("%.2f s", frame.seconds) + " on " +
-                             report_.renderer.device +
-                             (report_.rmse ? format(", RMSE %.4g", *report_.rmse) : "");
+    const std::string text = savedText(report_, file);
     // One line per frame would be too many.
     if (o_.frames)
         log_.progressText(text);
@@ -367,7 +343,7 @@ int Job::run()
     report_.totalSeconds = secondsSince(start_);
     report_.validationMessages = o_.validation ? gpu::validationMessages() : 0;
     if (!o_.stats.empty()) core::writeFile(o_.stats, statsJson(report_));
-    tellOverBudget();
+    if (const std::string text = overBudgetText(report_); !text.empty()) log_.line(text);
 
     const core::FilmCounters& c = report_.counters;
     if (!c.clean())
@@ -378,9 +354,7 @@ int Job::run()
         log_.warning(std::to_string(report_.validationMessages) +
                      " messages of the Vulkan validation layer");
     if (ended == Ended::stopped) {
-        log_.warning(report_.frames.back().spp > 0
-                         ? "interrupted: what was rendered so far is saved"
-                         : "interrupted before the first sample: nothing saved");
+        log_.warning(interruptedText(report_));
         return static_cast<int>(core::ExitCode::interrupted);
     }
     if (o_.untilRmse && !reached) {

@@ -13,6 +13,8 @@
 
 namespace app {
 
+inline constexpr uint64_t kMaxSpp = 2147483647;  // so many are no limit
+
 /// Where to stop; whatever comes first. `spp` is at least one.
 struct Goal {
     uint64_t spp = 64;

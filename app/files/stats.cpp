@@ -99,15 +99,15 @@ static double perSecond(double count, double seconds)
 
 static Json secondsJson(const RenderReport& r)
 {
-    return {{"load", r.loadSeconds},
-            {"build", r.renderer.buildSeconds},
-            {"compile", r.renderer.compileSeconds},
-            {"prepare",
-             std::max(0.0, r.prepareSeconds - r.renderer.buildSeconds - r.renderer.compileSeconds)},
-            {"render", r.renderSeconds()},
-            {"readback", r.renderer.readbackSeconds},
-            {"device", r.deviceSeconds},
-            {"total", r.totalSeconds}};
+    return {
+        {"load", r.loadSeconds},
+        {"build", r.buildSeconds},
+        {"compile", r.renderer.compileSeconds},
+        {"prepare", std::max(0.0, r.prepareSeconds - r.buildSeconds - r.renderer.compileSeconds)},
+        {"render", r.renderSeconds()},
+        {"readback", r.readbackSeconds},
+        {"device", r.deviceSeconds},
+        {"total", r.totalSeconds}};
 }
 
 static Json detailsJson(const std::vector<core::StatsDetail>& details)

@@ -39,8 +39,9 @@ struct RenderReport {
     std::vector<FrameReport> frames;
     double deviceSeconds = 0;  // opening the device
     double loadSeconds = 0, totalSeconds = 0;
-    // From the world to the first sample, building and compiling included
-    double prepareSeconds = 0;
+    // Of all frames: from the world to the first sample, building and compiling included; the
+    // hierarchies; the way back from the device
+    double prepareSeconds = 0, buildSeconds = 0, readbackSeconds = 0;
     // or "time", "target", "interrupted", "budget", "device lost"
     const char* ended = "spp";
     std::optional<double> rmse;

@@ -162,16 +162,20 @@ Bounded mapped(const Bounded& from, double (*to)(double))
 }
 
 /// The quotient of the means, A over B, by Fieller's theorem: all r for which A - r B may be zero.
+/// Where one error drowns in the reference's noise the other still bounds it from one side.
 Bounded quotient(const Pair& p)
 {
     const double a = p.mean[0], b = p.mean[1], t2 = p.t * p.t;
     Bounded r{b > 0 ? a / b : 0, 0, std::numeric_limits<double>::infinity()};
     const double bb = b * b - t2 * p.varianceB, ab = a * b - t2 * p.covariance,
                  aa = a * a - t2 * p.varianceA;
-    if (!(a > 0) || !(b > 0) || !(bb > 0)) return r;  // the errors drown in the reference's noise
     const double root = std::sqrt(std::max(ab * ab - aa * bb, 0.0));
-    r.low = std::max((ab - root) / bb, 0.0);
-    r.high = (ab + root) / bb;
+    if (b > 0 && bb > 0) {
+        r.low = std::max((ab - root) / bb, 0.0);
+        r.high = std::max((ab + root) / bb, 0.0);
+    } else if (a > 0 && aa > 0 && ab + root > 0) {
+        r.low = aa / (ab + root);
+    }
     return r;
 }
 
@@ -275,13 +279,19 @@ std::string boundedText(const Bounded& bounded)
 std::string verdict(const Bounded& ratio, const char* of)
 {
     const std::string tail = std::string(" for an equal ") + of;
+    const auto needsLess = [&](const char* side, const std::string& times) {
+        return std::string(side) + " needs " + times + " times less time" + tail;
+    };
+    if (ratio.high < 1 && !(ratio.low > 0))
+        return needsLess("A", "at least " + report::shortNumber(1 / ratio.high));
+    if (ratio.low > 1 && !std::isfinite(ratio.high))
+        return needsLess("B", "at least " + report::shortNumber(ratio.low));
     if (!std::isfinite(ratio.high) || !(ratio.value > 0))
         return "it cannot be told which takes less time" + tail;
     if (ratio.low <= 1 && ratio.high >= 1)
         return "no difference is seen in the time" + tail + ": A over B " + boundedText(ratio);
-    if (ratio.value > 1) return "B needs " + boundedText(ratio) + " times less time" + tail;
-    return "A needs " + boundedText({1 / ratio.value, 1 / ratio.high, 1 / ratio.low}) +
-           " times less time" + tail;
+    if (ratio.value > 1) return needsLess("B", boundedText(ratio));
+    return needsLess("A", boundedText({1 / ratio.value, 1 / ratio.high, 1 / ratio.low}));
 }
 
 std::vector<std::string> comparisonNotes(const PictureComparison& comparison)

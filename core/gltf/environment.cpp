@@ -60,7 +60,8 @@ void readMap(Load& load, const Object& object)
 bool nothingShines(const Scene& scene)
 {
     const auto shines = [](const glm::vec3& c) { return c.x > 0 || c.y > 0 || c.z > 0; };
-    if (scene.environment || (scene.sun && shines(scene.sun->radiance))) return false;
+    if (scene.environment && scene.environment->intensity > 0) return false;
+    if (scene.sun && shines(scene.sun->radiance)) return false;
     for (const Material& material : scene.materials)
         if (shines(material.data.emissive) || (material.data.flags & shared::kMaterialUnlit) != 0)
             return false;
@@ -86,20 +87,21 @@ Environment plainSky()
     return sky;
 }
 
-/// What was asked for instead of the scene's own.
-void replaceEnvironment(Load& load)
+/// What was asked for instead of the scene's own. The hash is that of what is shown, however it was
+/// asked for.
+void readAsked(Load& load)
 {
     const std::string& asked = load.options.environment;
-    const bool automatic = asked == kAnyEnvironment;
-    if (asked == kOwnEnvironment || (automatic && !nothingShines(load.scene))) return;
-    load.hash.add(std::as_bytes(std::span(asked)));
-    load.scene.sun.reset();
-    load.scene.environment.reset();
-    if (asked == kNoEnvironment) return;
-    if (automatic || asked == kPlainSky) {
+    const auto addToHash = [&load](std::string_view kind) {
+        load.hash.add(std::as_bytes(std::span(kind)));
+    };
+    if (asked == kNoEnvironment) return addToHash(kNoEnvironment);
+    if (asked == kAnyEnvironment || asked == kPlainSky) {
+        addToHash(kPlainSky);
         load.scene.environment = plainSky();
         return;
     }
+    addToHash("panorama");
     const Content content = readFile(asked, load.options.maxFileMb << 20);
     if (!content.problem.empty())
         load.refuse("IO_ERROR", "",
@@ -132,12 +134,18 @@ void readSun(Load& load, const Object& object)
 void readEnvironment(Load& load)
 {
     load.stage("environment", kUnknownShare);
-    const std::optional<Object> scene = shownScene(load);
-    if (const auto extras = scene ? scene->softObject("extras") : std::nullopt) {
-        if (const auto map = extras->softObject("environment")) readMap(load, *map);
-        if (const auto sun = extras->softObject("sun")) readSun(load, *sun);
+    const std::string& asked = load.options.environment;
+    if (asked == kOwnEnvironment || asked == kAnyEnvironment) {
+        const std::optional<Object> scene = shownScene(load);
+        if (const auto extras = scene ? scene->softObject("extras") : std::nullopt) {
+            if (const auto map = extras->softObject("environment")) readMap(load, *map);
+            if (const auto sun = extras->softObject("sun")) readSun(load, *sun);
+        }
+        if (asked == kOwnEnvironment || !nothingShines(load.scene)) return;
+        load.scene.sun.reset();
+        load.scene.environment.reset();
     }
-    replaceEnvironment(load);
+    readAsked(load);
 }
 
 }  // namespace core::gltf

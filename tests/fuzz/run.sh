@@ -30,7 +30,7 @@ seed() {
             >"$build/corpus/$1/settings"
         printf '1%s' '{"steps": [{"repeat": 2, "steps": [{"key": "F1"}]}, {"wait": "samples", "value": 4}]}' \
             >"$build/corpus/$1/script"
-        printf '2%s' '{"position": [0, 1, 5], "look_at": [0, 1, 0], "yfov": 40}' >"$build/corpus/$1/camera"
+        printf '2%s' '{"position": [0, 1, 5], "target": [0, 1, 0], "yfov": 40}' >"$build/corpus/$1/camera"
         printf '3%s' '{"keys": [{"frame": 0, "position": [0, 0, 5]}, {"frame": 9, "yfov": 30}]}' >"$build/corpus/$1/path"
         printf '4%s' '{"scene": "a.glb", "scene_hash": "0", "camera": "{}", "width": "8", "height": "8", "method": "path",
             "params": "{}", "spp": "1"}' >"$build/corpus/$1/metadata"

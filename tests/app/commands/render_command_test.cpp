@@ -1,6 +1,7 @@
 // What the render command does when the renderer behind it fails: partial results are saved and
 // reported.
 #include "app/commands/render_command.h"
+#include "app/commands/render_words.h"
 
 #include <chrono>
 #include <filesystem>
@@ -104,6 +105,66 @@ TEST_F(RenderCommand, DroppedSamplesAreCounted)
     const nlohmann::json stats = nlohmann::json::parse(stream);
     EXPECT_EQ(stats.at("counters").at("nan"), 3);
     EXPECT_EQ(stats.at("spp"), 2);
+}
+
+/// Builds a hierarchy in a second for each world, and takes another to read each view.
+class SteadyRenderer : public MortalRenderer {
+public:
+    SteadyRenderer() : MortalRenderer(1000) {}
+    void setWorld(std::shared_ptr<const core::World>, const core::Progress&) override
+    {
+        build_ = 1;
+    }
+    void setView(const core::View& view, core::Start start) override
+    {
+        MortalRenderer::setView(view, start);
+        readback_ = 0;
+    }
+    void advance(const core::Budget& budget, std::stop_token stop) override
+    {
+        MortalRenderer::advance(budget, stop);
+        readback_ = 1;
+    }
+    core::RenderStats stats() const override
+    {
+        core::RenderStats stats;
+        stats.buildSeconds = build_;
+        stats.readbackSeconds = readback_;
+        return stats;
+    }
+
+private:
+    double build_ = 0, readback_ = 0;
+};
+
+TEST_F(RenderCommand, SecondsAreThoseOfAllFrames)
+{
+    options_.scene.file = std::filesystem::path(REKINDLE_SOURCE_DIR) / "assets" / "animated.gltf";
+    options_.output = folder_ / "x-%02d.exr";
+    options_.frames = {{2, 4}};
+    options_.spp = 1;
+    EXPECT_EQ(app::renderWith(options_, {}, [] { return std::make_unique<SteadyRenderer>(); }), 0);
+    std::ifstream stream(options_.stats);
+    const nlohmann::json seconds = nlohmann::json::parse(stream).at("seconds");
+    EXPECT_EQ(seconds.at("build"), 4) << "of the scene as it is loaded, and of three poses";
+    EXPECT_EQ(seconds.at("readback"), 3);
+}
+
+TEST_F(RenderCommand, AnInterruptionTellsWhatIsSaved)
+{
+    app::RenderReport report;
+    report.options = &options_;
+    report.frames = {{.index = 7}};
+    EXPECT_EQ(app::interruptedText(report), "interrupted before the first sample: nothing saved");
+    report.frames.back().spp = 2;
+    EXPECT_EQ(app::interruptedText(report), "interrupted: what was rendered so far is saved");
+    options_.frames = {{7, 20}};
+    report.frames.push_back({.index = 8});
+    EXPECT_EQ(app::interruptedText(report), "interrupted: 1 whole frame is saved");
+    report.frames.back().spp = 3;
+    report.frames.push_back({.index = 9, .spp = 1});
+    EXPECT_EQ(app::interruptedText(report),
+              "interrupted: 2 whole frames are saved, and what was rendered of frame 9");
 }
 
 TEST_F(RenderCommand, TheReferenceIsMeasuredWithoutATarget)

@@ -202,12 +202,39 @@ TEST(PictureComparison, AReferenceAsNoisyAsThePicturesDecidesNothing)
     EXPECT_NE(app::verdict(found.byRmse, "RMSE").find("cannot be told"), std::string::npos);
 }
 
+/// An error that drowns in the reference's noise is still known to be small.
+TEST(PictureComparison, AnErrorAtTheNoiseOfTheReferenceIsBoundedByTheOther)
+{
+    for (const bool swapped : {false, true}) {
+        std::mt19937_64 random(12);
+        Made made = make(random, 1, 0.05f);
+        std::normal_distribution<float> little(0, 0.002f), much(0, 0.3f);
+        for (uint32_t y = 0; y < kSide; ++y)
+            for (uint32_t x = 0; x < kSide; ++x)
+                for (int c = 0; c < 3; ++c) {
+                    const float truth = 0.2f + 0.01f * float(x);
+                    made.a.at(x, y)[c] = truth + (swapped ? much : little)(random);
+                    made.b.at(x, y)[c] = truth + (swapped ? little : much)(random);
+                }
+        const auto found =
+            app::comparePictures({made.a, nullptr, 1, 1}, {made.b, nullptr, 1, 1}, &made.reference);
+        const std::string said = app::verdict(found.byRmse, "RMSE");
+        EXPECT_EQ(said.find(swapped ? "B needs" : "A needs"), 0u) << said;
+        EXPECT_EQ(said.find("unknown"), std::string::npos) << said;
+    }
+}
+
 TEST(PictureComparison, VerdictsNameTheBetterOne)
 {
     EXPECT_EQ(app::verdict({2, 1.9, 2.1}, "RMSE"),
               "B needs 2.00 (1.90 to 2.10) times less time for an equal RMSE");
     EXPECT_EQ(app::verdict({0.5, 0.4, 0.625}, "relMSE"),
               "A needs 2.00 (1.60 to 2.50) times less time for an equal relMSE");
+    EXPECT_EQ(app::verdict({0.1, 0, 0.2}, "RMSE"),
+              "A needs at least 5.00 times less time for an equal RMSE");
+    const double endless = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(app::verdict({10, 4, endless}, "RMSE"),
+              "B needs at least 4.00 times less time for an equal RMSE");
     EXPECT_EQ(app::verdict({1.1, 0.9, 1.3}, "RMSE"),
               "no difference is seen in the time for an equal RMSE: A over B 1.10 (0.900 to 1.30)");
 }

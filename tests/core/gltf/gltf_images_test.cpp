@@ -471,6 +471,21 @@ TEST(GltfImages, AnotherEnvironmentThanTheScenesOwn)
     EXPECT_EQ(load(outside, core::kAnyEnvironment)->hash,
               load(outside, core::kOwnEnvironment)->hash);
 
+    // What is shown counts, not how it was asked for.
+    EXPECT_EQ(load(dark, core::kAnyEnvironment)->hash, load(dark, core::kPlainSky)->hash);
+    EXPECT_EQ(load(dark, panorama.string())->hash,
+              load(dark, (folder.path() / "." / "room.hdr").string())->hash);
+    EXPECT_NE(load(dark, panorama.string())->hash,
+              load(dark, (folder.path() / "sky.hdr").string())->hash);
+
+    // The scene's own is not looked for where another takes its place, and may be black.
+    test::Document lost = outside, black = dark;
+    lost.json["scenes"][0]["extras"]["environment"]["uri"] = "lost.hdr";
+    EXPECT_EQ(nameOf(lost, core::kPlainSky), core::kPlainSky);
+    EXPECT_EQ(nameOf(lost, core::kNoEnvironment), "");
+    black.json["scenes"][0]["extras"]["environment"] = {{"uri", "sky.hdr"}, {"intensity", 0}};
+    EXPECT_EQ(nameOf(black, core::kAnyEnvironment), core::kPlainSky);
+
     core::LoadOptions missing;
     missing.environment = (folder.path() / "none.exr").string();
     EXPECT_NE(test::fileRefusal(folder.write("scene.gltf", dark.text()), missing)

@@ -1,0 +1,74 @@
+// See render_words.h.
+#include "app/commands/render_words.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace app {
+
+namespace {
+
+constexpr double kEndless = 1e30;  // seconds
+
+std::string format(const char* pattern, double value)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
+}  // namespace
+
+std::string progressText(const RenderReport& report, const Goal& goal, uint64_t samples,
+                         double seconds, std::optional<double> rmse)
+{
+    const RenderOptions& o = *report.options;
+    const double done = static_cast<double>(samples), wanted = static_cast<double>(goal.spp);
+    const double rate = done * report.size.x * report.size.y / std::max(seconds, 1e-9);
+    std::string text = "render: ";
+    if (o.frames)
+        text += "frame " + std::to_string(o.frames->first + report.frames.size()) + " of " +
+                std::to_string(o.frames->first) + '-' + std::to_string(o.frames->last) + ", ";
+    text += std::to_string(samples) +
+            (goal.spp < kMaxSpp ? " of " + std::to_string(goal.spp) : "") + " spp, " +
+            format("%.1f s, ", seconds) + format("%.2f M samples/s", rate * 1e-6);
+    if (rmse) text += format(", RMSE %.3g", *rmse);
+    double left = goal.spp < kMaxSpp ? seconds * (wanted - done) / std::max(done, 1.0) : kEndless;
+    if (goal.seconds > 0) left = std::min(left, goal.seconds - seconds);
+    if (left < kEndless) text += format(", %.0f s left", std::max(left, 0.0));
+    return text;
+}
+
+std::string savedText(const RenderReport& report, const std::filesystem::path& file)
+{
+    const FrameReport& frame = report.frames.back();
+    return file.string() + ": " + std::to_string(report.size.x) + 'x' +
+           std::to_string(report.size.y) + ", " + std::to_string(frame.spp) + " spp in " +
+           format("%.2f s", frame.seconds) + " on " + report.renderer.device +
+           (report.rmse ? format(", RMSE %.4g", *report.rmse) : "");
+}
+
+std::string overBudgetText(const RenderReport& report)
+{
+    if (report.overBudget == 0) return {};
+    return std::to_string(report.overBudget) + " of " + std::to_string(report.frames.size()) +
+           " frames took more than " +
+           (report.options->budgetMs ? "--budget-ms" : "--budget-rays") +
+           " allows: one sample is the least";
+}
+
+std::string interruptedText(const RenderReport& report)
+{
+    const FrameReport& last = report.frames.back();
+    const size_t before = report.frames.size() - 1;  // whole ones
+    if (!report.options->frames)
+        return last.spp > 0 ? "interrupted: what was rendered so far is saved"
+                            : "interrupted before the first sample: nothing saved";
+    if (last.spp == 0 && before == 0) return "interrupted before the first sample: nothing saved";
+    std::string text = "interrupted: " + std::to_string(before) +
+                       (before == 1 ? " whole frame is saved" : " whole frames are saved");
+    if (last.spp > 0) text += ", and what was rendered of frame " + std::to_string(last.index);
+    return text;
+}
+
+}  // namespace app
