@@ -23,7 +23,11 @@ class MortalRenderer : public core::Renderer {
 public:
     explicit MortalRenderer(uint64_t life) : life_(life) {}
     void setWorld(std::shared_ptr<const core::World>, const core::Progress&) override {}
-    void setView(const core::View& view, core::Start) override { size_ = view.size; }
+    void setView(const core::View& view, core::Start) override
+    {
+        size_ = view.size;
+        samples_ = 0;
+    }
     void setPace(const core::Pace&) override {}
     void advance(const core::Budget& budget, std::stop_token) override
     {
@@ -154,15 +158,20 @@ TEST_F(RenderCommand, AnInterruptionTellsWhatIsSaved)
 {
     app::RenderReport report;
     report.options = &options_;
-    report.frames = {{.index = 7}};
+    const auto addFrame = [&](uint32_t index, uint64_t spp) {
+        report.frames.emplace_back();
+        report.frames.back().index = index;
+        report.frames.back().spp = spp;
+    };
+    addFrame(7, 0);
     EXPECT_EQ(app::interruptedText(report), "interrupted before the first sample: nothing saved");
     report.frames.back().spp = 2;
     EXPECT_EQ(app::interruptedText(report), "interrupted: what was rendered so far is saved");
     options_.frames = {{7, 20}};
-    report.frames.push_back({.index = 8});
+    addFrame(8, 0);
     EXPECT_EQ(app::interruptedText(report), "interrupted: 1 whole frame is saved");
     report.frames.back().spp = 3;
-    report.frames.push_back({.index = 9, .spp = 1});
+    addFrame(9, 1);
     EXPECT_EQ(app::interruptedText(report),
               "interrupted: 2 whole frames are saved, and what was rendered of frame 9");
 }

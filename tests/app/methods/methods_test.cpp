@@ -227,15 +227,17 @@ TEST_P(EveryMethod, MetadataLeadBackToTheParameters)
 {
     const auto world = asset("cornell-glossy");
     core::AnyParams params = independent(GetParam().method, 41);
-    app::PictureFacts facts{
-        .scene = {.file = REKINDLE_SOURCE_DIR "/assets/cornell-glossy.gltf", .world = world},
-        .camera = world->cameras.at(0),
-        .size = {16, 12},
-        .params = params,
-        .samples = 3,
-        .device = "cpu",
-        .driver = "",
-        .ended = "spp"};
+    app::PictureFacts facts{.scene = {.file = REKINDLE_SOURCE_DIR "/assets/cornell-glossy.gltf",
+                                      .world = world,
+                                      .time = 0,
+                                      .environment = core::kOwnEnvironment},
+                            .camera = world->cameras.at(0),
+                            .size = {16, 12},
+                            .params = params,
+                            .samples = 3,
+                            .device = "cpu",
+                            .driver = "",
+                            .ended = "spp"};
     EXPECT_EQ(app::replayOf(app::imageMetadata(facts), "x.exr").params, params);
 }
 

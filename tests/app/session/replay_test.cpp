@@ -100,7 +100,7 @@ struct Shown {
 
     app::ShownScene scene(double at = 0) const
     {
-        return {kScene, world, at, core::kOwnEnvironment};
+        return {kScene, world, at, core::kAnyEnvironment};
     }
 };
 
