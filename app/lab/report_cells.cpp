@@ -81,7 +81,7 @@ std::vector<Column> columnsOf(const CellTable& table, bool corrected)
 std::string bigTable(const CellTable& table, bool corrected)
 {
     const std::vector<Column> columns = columnsOf(table, corrected);
-    std::string html = "<div class=\"scroll\"><table class=\"big\"><thead><tr><th>f</th>";
+    std::string html = "<div class=\"scroll tall\"><table class=\"big\"><thead><tr><th>f</th>";
     for (const Column& column : columns)
         html += "<th title=\"" + escapeMarkup(column.name()) + "\"><span>" +
                 escapeMarkup(column.label()) + "</span></th>";

@@ -46,6 +46,9 @@ figure{margin:14px 0;break-inside:avoid}
 .three{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,300px),1fr));gap:8px 20px}
 svg{max-width:100%;height:auto;display:block;font-family:inherit}
 .scroll{overflow-x:auto;margin:12px 0}
+.tall{max-height:88vh;overflow:auto}
+.tall thead th{position:sticky;top:0;background:var(--bg);z-index:2}
+.tall tbody th{z-index:1}
 table{border-collapse:collapse;font-size:14px}
 th,td{padding:4px 9px;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
@@ -98,11 +101,11 @@ margin-right:6px;vertical-align:-1px}
 .open{color:var(--soft);font-weight:650}
 footer{margin-top:50px;padding-bottom:40px}
 @media (max-width:560px){body{font-size:15px}h1{font-size:25px}main,header,footer{padding-left:14px;
-padding-right:14px}}
+padding-right:14px}figure.map{overflow-x:auto}figure.map svg{max-width:none}}
 @media print{body{font-size:11pt}main,header,footer{max-width:none}nav{display:none}
 .pairoffigures{grid-template-columns:1fr 1fr}.three{grid-template-columns:1fr 1fr 1fr}
 .cards{grid-template-columns:1fr 1fr 1fr}
-.scroll{overflow:visible}table.big{font-size:7pt}table.big td,table.big th{padding:1px 2px}
+.scroll,.tall{overflow:visible;max-height:none}.tall thead th{position:static}table.big{font-size:7pt}table.big td,table.big th{padding:1px 2px}
 h2{break-after:avoid}.win,.swatch,.heat,.band,.block,.dot{print-color-adjust:exact;
 -webkit-print-color-adjust:exact}}
 )css";
