@@ -131,6 +131,10 @@ Subcommand renderCommandLine(CLI::App& root)
              "stop when the RMSE against --reference is this small; exit code 6 when another limit "
              "comes first",
              {1e-30, 1e30});
+    addValue(app, stop, "--until-noise", o->untilNoise,
+             "stop when the noise is this small: the RMSE that the spread of the samples leads to "
+             "expect, after eight at least; exit code 6 when another limit comes first",
+             {1e-30, 1e30});
     addValue(app, view, "--camera", o->camera,
              "name or index of a camera of the scene, or a JSON file (default: the first)");
     addValue(app, view, "--path", o->path, "camera path, a JSON file");

@@ -62,7 +62,7 @@ struct RenderOptions {
     double framesPerSecond = 24;
     core::AnyParams params;  // and with them the method
     std::filesystem::path stats, reference;
-    std::optional<double> untilRmse;
+    std::optional<double> untilRmse, untilNoise;
     AovChoice aovs;
     double exposure = 0;  // stops
     Tone tone = Tone::agx;

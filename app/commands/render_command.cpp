@@ -153,9 +153,11 @@ void Job::takeWorld()
 
 void Job::setGoal()
 {
-    const bool limited = o_.timeSeconds || o_.untilRmse || o_.budgetMs || o_.budgetRays;
+    const bool limited =
+        o_.timeSeconds || o_.untilRmse || o_.untilNoise || o_.budgetMs || o_.budgetRays;
     goal_.spp = o_.spp.value_or(limited ? kMaxSpp : kDefaultSpp);
     goal_.rmse = o_.untilRmse.value_or(0);
+    goal_.noise = o_.untilNoise.value_or(0);
     goal_.reference = o_.untilRmse ? &reference_ : nullptr;
     goal_.budgetRays = o_.budgetRays.value_or(0) * report_.size.x * report_.size.y;
     if (o_.budgetRays) fitBudget();
@@ -208,6 +210,7 @@ void Job::report(uint32_t index, const Outcome& outcome)
     report_.renderer = renderer_->stats();
     report_.ended = kNames[static_cast<size_t>(outcome.ended)];
     report_.rmse = outcome.rmse;
+    report_.noise = outcome.noise;
     report_.frames.push_back({index,
                               outcome.seconds,
                               report_.renderer.rays - raysBefore_,
@@ -222,15 +225,13 @@ Outcome Job::takeSamples(uint32_t index)
     kept_.samples = 0;
     keptAt_ = 0;
     try {
-        return renderUntil(*renderer_, goal_, interrupt_.token(),
-                           [this](uint64_t samples, double seconds, std::optional<double> rmse) {
-                               log_.progressText(
-                                   progressText(report_, goal_, samples, seconds, rmse));
-                               if (seconds - keptAt_ < std::clamp(keptAt_, 1.0, kMaxKeepSeconds))
-                                   return;
-                               kept_ = renderer_->read(core::Reading::everything);
-                               keptAt_ = seconds;
-                           });
+        return renderUntil(*renderer_, goal_, interrupt_.token(), [this](const Outcome& soFar) {
+            log_.progressText(progressText(report_, goal_, soFar));
+            const double seconds = soFar.seconds;
+            if (seconds - keptAt_ < std::clamp(keptAt_, 1.0, kMaxKeepSeconds)) return;
+            kept_ = renderer_->read(core::Reading::everything);
+            keptAt_ = seconds;
+        });
     } catch (const core::Error& error) {
         // The one failure that leaves something to save: a device that was lost after a copy of its
         // film was taken.
@@ -241,7 +242,7 @@ Outcome Job::takeSamples(uint32_t index)
 
 void Job::saveLost(uint32_t index, const core::Error& error)
 {
-    report(index, {Ended::stopped, kept_.samples, keptAt_, {}});
+    report(index, {Ended::stopped, kept_.samples, keptAt_, {}, {}});
     report_.ended = "device lost";
     save(index, kept_, nullptr, {});  // the device can tell nothing more
     report_.totalSeconds = secondsSince(start_);
@@ -357,9 +358,8 @@ int Job::run()
         log_.warning(interruptedText(report_));
         return static_cast<int>(core::ExitCode::interrupted);
     }
-    if (o_.untilRmse && !reached) {
-        log_.warning("RMSE " + format("%.4g", report_.rmse.value_or(0)) +
-                     " is above --until-rmse " + format("%.4g", *o_.untilRmse));
+    if ((o_.untilRmse || o_.untilNoise) && !reached) {
+        log_.warning(missedText(report_));
         return static_cast<int>(core::ExitCode::targetNotReached);
     }
     return static_cast<int>(core::ExitCode::done);

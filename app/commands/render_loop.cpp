@@ -76,6 +76,16 @@ private:
     double raysBefore_, raysSpent_ = 0, secondsSpent_ = 0, raysEach_ = 0, secondsEach_ = 0;
 };
 
+/// Measures what the goal asks for. Too few samples have no noise yet.
+void measure(core::Renderer& renderer, const Goal& goal, Outcome& outcome)
+{
+    const core::Estimate estimate =
+        renderer.read(goal.noise > 0 ? core::Reading::everything : core::Reading::mean);
+    if (goal.rmse > 0) outcome.rmse = core::imageErrors(estimate.mean, *goal.reference).rmse;
+    if (goal.noise > 0 && estimate.samples >= core::kFewestForNoise)
+        outcome.noise = core::noiseOf(estimate.variance);
+}
+
 }  // namespace
 
 Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_token& stop,
@@ -86,6 +96,7 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
     BudgetWatch budget(renderer, goal);
     uint64_t step = 1, first = renderer.progress().samples;
     double nextMeasurement = 1;
+    const bool measures = goal.rmse > 0 || goal.noise > 0;
     outcome.samples = first;
     while (true) {
         if (stop.stop_requested()) {
@@ -99,7 +110,7 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
         if (left > 0) {
             step = nextStep(step, outcome.samples - first, outcome.seconds);
             // A step longer than the samples between two measurements would overshoot a target.
-            if (goal.rmse > 0) step = std::min(step, std::max<uint64_t>(1, outcome.samples / 5));
+            if (measures) step = std::min(step, std::max<uint64_t>(1, outcome.samples / 5));
             const uint64_t taken = std::min(
                 {left, withinTime(step, outcome.samples - first, outcome.seconds, goal.seconds),
                  std::max<uint64_t>(budget.samplesLeft(), 1)});
@@ -113,15 +124,15 @@ Outcome renderUntil(core::Renderer& renderer, const Goal& goal, const std::stop_
         }
         const bool enough = outcome.samples >= goal.spp;
         const bool late = goal.seconds > 0 && outcome.seconds >= goal.seconds;
-        if (goal.rmse > 0 && outcome.samples > 0 &&
+        if (measures && outcome.samples > 0 &&
             (enough || late || static_cast<double>(outcome.samples) >= nextMeasurement)) {
-            outcome.rmse =
-                core::imageErrors(renderer.read(core::Reading::mean).mean, *goal.reference).rmse;
+            measure(renderer, goal, outcome);
             nextMeasurement =
                 std::ceil(static_cast<double>(outcome.samples) * kGrowthBetweenMeasurements);
         }
-        if (progress) progress(outcome.samples, outcome.seconds, outcome.rmse);
-        if (outcome.rmse && *outcome.rmse <= goal.rmse)
+        if (progress) progress(outcome);
+        if ((outcome.rmse && *outcome.rmse <= goal.rmse) ||
+            (outcome.noise && *outcome.noise <= goal.noise))
             outcome.ended = Ended::target;
         else if (enough)
             outcome.ended = Ended::spp;

@@ -19,20 +19,21 @@ std::string format(const char* pattern, double value)
 
 }  // namespace
 
-std::string progressText(const RenderReport& report, const Goal& goal, uint64_t samples,
-                         double seconds, std::optional<double> rmse)
+std::string progressText(const RenderReport& report, const Goal& goal, const Outcome& soFar)
 {
     const RenderOptions& o = *report.options;
-    const double done = static_cast<double>(samples), wanted = static_cast<double>(goal.spp);
+    const double done = static_cast<double>(soFar.samples), wanted = static_cast<double>(goal.spp);
+    const double seconds = soFar.seconds;
     const double rate = done * report.size.x * report.size.y / std::max(seconds, 1e-9);
     std::string text = "render: ";
     if (o.frames)
         text += "frame " + std::to_string(o.frames->first + report.frames.size()) + " of " +
                 std::to_string(o.frames->first) + '-' + std::to_string(o.frames->last) + ", ";
-    text += std::to_string(samples) +
+    text += std::to_string(soFar.samples) +
             (goal.spp < kMaxSpp ? " of " + std::to_string(goal.spp) : "") + " spp, " +
             format("%.1f s, ", seconds) + format("%.2f M samples/s", rate * 1e-6);
-    if (rmse) text += format(", RMSE %.3g", *rmse);
+    if (soFar.rmse) text += format(", RMSE %.3g", *soFar.rmse);
+    if (soFar.noise) text += format(", noise %.3g", *soFar.noise);
     double left = goal.spp < kMaxSpp ? seconds * (wanted - done) / std::max(done, 1.0) : kEndless;
     if (goal.seconds > 0) left = std::min(left, goal.seconds - seconds);
     if (left < kEndless) text += format(", %.0f s left", std::max(left, 0.0));
@@ -45,7 +46,22 @@ std::string savedText(const RenderReport& report, const std::filesystem::path& f
     return file.string() + ": " + std::to_string(report.size.x) + 'x' +
            std::to_string(report.size.y) + ", " + std::to_string(frame.spp) + " spp in " +
            format("%.2f s", frame.seconds) + " on " + report.renderer.device +
-           (report.rmse ? format(", RMSE %.4g", *report.rmse) : "");
+           (report.rmse ? format(", RMSE %.4g", *report.rmse) : "") +
+           (report.noise ? format(", noise %.4g", *report.noise) : "");
+}
+
+std::string missedText(const RenderReport& report)
+{
+    const RenderOptions& o = *report.options;
+    std::string text;
+    if (o.untilRmse)
+        text = "RMSE " + format("%.4g", report.rmse.value_or(0)) + " is above --until-rmse " +
+               format("%.4g", *o.untilRmse);
+    if (!o.untilNoise) return text;
+    if (!text.empty()) text += ", ";
+    if (!report.noise) return text + "there are too few samples to tell their noise";
+    return text + "noise " + format("%.4g", *report.noise) + " is above --until-noise " +
+           format("%.4g", *o.untilNoise);
 }
 
 std::string overBudgetText(const RenderReport& report)

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "app/commands/render_loop.h"
@@ -12,14 +11,16 @@ namespace app {
 
 /// How far a frame is and how long it will take. Of `goal` what is unlimited is left out; of
 /// `report` the size and the frames that are done are read.
-std::string progressText(const RenderReport& report, const Goal& goal, uint64_t samples,
-                         double seconds, std::optional<double> rmse);
+std::string progressText(const RenderReport& report, const Goal& goal, const Outcome& soFar);
 
 /// The report's newest frame, as it was saved.
 std::string savedText(const RenderReport& report, const std::filesystem::path& file);
 
 /// Empty where no frame took more than it was allowed.
 std::string overBudgetText(const RenderReport& report);
+
+/// Which target was missed, and by how much; the report's newest frame tells.
+std::string missedText(const RenderReport& report);
 
 /// What is left when rendering was interrupted.
 std::string interruptedText(const RenderReport& report);

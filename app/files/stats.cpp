@@ -189,7 +189,9 @@ std::string statsJson(const RenderReport& r)
               {"frames", framesJson(r)},
               {"method_stats", detailsJson(r.renderer.details)}};
     if (r.rmse) json["rmse"] = *r.rmse;
+    if (r.noise) json["noise"] = *r.noise;
     if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
+    if (o.untilNoise) json["until_noise"] = *o.untilNoise;
     if (o.budgetMs) json["budget_ms"] = *o.budgetMs;
     if (o.budgetRays) json["budget_rays"] = *o.budgetRays;
     if (o.budgetMs || o.budgetRays) json["over_budget"] = r.overBudget;

@@ -44,7 +44,7 @@ struct RenderReport {
     double prepareSeconds = 0, buildSeconds = 0, readbackSeconds = 0;
     // or "time", "target", "interrupted", "budget", "device lost"
     const char* ended = "spp";
-    std::optional<double> rmse;
+    std::optional<double> rmse, noise;
     uint64_t overBudget = 0;  // frames that took a tenth more than their budget, or worse
     uint64_t validationMessages = 0;
 

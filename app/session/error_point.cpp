@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/image/metrics.h"
 
 namespace app {
 
@@ -70,25 +71,13 @@ ErrorEstimate errorAgainst(const core::Image& image, const core::Image& referenc
     return e;
 }
 
-double estimatedError(const core::Image& variance)
-{
-    double sum = 0;
-    uint64_t count = 0;
-    for (const float v : variance.pixels) {
-        if (!std::isfinite(v)) continue;
-        sum += double(v);
-        ++count;
-    }
-    return count > 0 ? std::sqrt(sum / double(count)) : 0;
-}
-
 ErrorPoint errorPoint(const core::Estimate& estimate, double seconds, const Reference* reference)
 {
     const core::Image& mean = estimate.mean;
     ErrorPoint point;
     point.seconds = seconds;
     point.samples = estimate.samples;
-    point.estimated = estimatedError(estimate.variance);
+    point.estimated = core::noiseOf(estimate.variance);
     if (reference != nullptr && reference->mean.width == mean.width &&
         reference->mean.height == mean.height && reference->mean.channels >= 3) {
         const ErrorEstimate e = errorAgainst(mean, reference->mean);

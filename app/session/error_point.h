@@ -20,9 +20,6 @@ struct ErrorEstimate {
 /// are left out. Sizes are equal (CHECK).
 ErrorEstimate errorAgainst(const core::Image& image, const core::Image& reference);
 
-/// Root of the mean of a variance image: the error that the samples' own spread tells.
-double estimatedError(const core::Image& variance);
-
 /// The point that an estimate with its variance stands at. `reference` may be null, or of another
 /// size: then without rmse.
 ErrorPoint errorPoint(const core::Estimate& estimate, double seconds, const Reference* reference);

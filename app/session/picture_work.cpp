@@ -10,6 +10,7 @@
 #include "app/session/error_point.h"
 #include "app/session/preview_shading.h"
 #include "core/base/time.h"
+#include "core/image/metrics.h"
 #include "core/methods/method.h"
 
 namespace app {
@@ -21,7 +22,6 @@ constexpr double kStepSeconds = 0.1;                        // of one call of th
 constexpr double kFirstLookSeconds = 0.05;                  // of the small sample that comes first
 constexpr double kOverhead = 0.15;
 constexpr double kGrowth = 1.2;
-constexpr uint64_t kFewestForEstimate = 8;  // samples below which their own spread says too little
 
 RenderParams withoutLimits(RenderParams params)
 {
@@ -184,7 +184,7 @@ bool PictureWork::limitReached(const RenderRequest& request) const
     if (limits.errorLimit <= 0 || curve_.empty()) return false;
     const ErrorPoint& point = curve_.back();
     if (point.rmse > 0) return point.rmse <= limits.errorLimit;
-    return point.samples >= kFewestForEstimate && point.estimated <= limits.errorLimit;
+    return point.samples >= core::kFewestForNoise && point.estimated <= limits.errorLimit;
 }
 
 void PictureWork::measureError(core::Renderer& renderer, const RenderRequest& request, bool force)

@@ -235,6 +235,18 @@ WelchResult welchTest(const MeanAndVariance& a, const MeanAndVariance& b, uint32
     return result;
 }
 
+double noiseOf(const Image& variance)
+{
+    double sum = 0;
+    uint64_t count = 0;
+    for (const float v : variance.pixels) {
+        if (!std::isfinite(v)) continue;
+        sum += double(v);
+        ++count;
+    }
+    return count > 0 ? std::sqrt(sum / double(count)) : 0;
+}
+
 double twoSidedP(double z)
 {
     return std::erfc(std::abs(z) * glm::one_over_root_two<double>());

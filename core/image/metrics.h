@@ -69,6 +69,13 @@ struct WelchResult {
 /// that are not finite are left out.
 WelchResult welchTest(const MeanAndVariance& a, const MeanAndVariance& b, uint32_t tile = 8);
 
+/// Samples per pixel below which their own spread says too little about the error.
+inline constexpr uint64_t kFewestForNoise = 8;
+
+/// The RMSE to expect of a picture whose mean has this variance: the root of its mean over pixels
+/// and channels, those left out that are not finite. 0 for an empty image.
+double noiseOf(const Image& variance);
+
 /// Probability that a standard normal variable is at least |z| away from zero.
 double twoSidedP(double z);
 

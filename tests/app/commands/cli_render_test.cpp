@@ -223,6 +223,27 @@ TEST_F(Cli, UntilTheErrorIsSmallEnough)
                   3, "24x24");
 }
 
+TEST_F(Cli, UntilTheNoiseIsSmallEnough)
+{
+    const Strings small{"render", kScene,  "-o",        "x.exr",       "--device", "cpu",
+                        "--size", "24x24", "--sampler", "independent", "--stats",  "stats.json"};
+    Result result = run(small + Strings{"--until-noise", "0.05"});
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(stats().at("ended"), "target");
+    EXPECT_LE(stats().at("noise").get<double>(), 0.05);
+    EXPECT_EQ(stats().at("until_noise"), 0.05);
+    // What was said is what the file's own variance says.
+    const core::ImageFile file = exr("x.exr");
+    EXPECT_NEAR(core::noiseOf(file.layer("variance")), stats().at("noise").get<double>(), 1e-6);
+
+    result = run(small + Strings{"--until-noise", "1e-9", "--spp", "3"});
+    EXPECT_EQ(result.code, 6) << result.err;
+    EXPECT_NE(result.err.find("too few samples"), std::string::npos) << result.err;
+    result = run(small + Strings{"--until-noise", "1e-9", "--spp", "9"});
+    EXPECT_EQ(result.code, 6) << result.err;
+    EXPECT_NE(result.err.find("is above --until-noise"), std::string::npos) << result.err;
+}
+
 TEST_F(Cli, PngIsBrighterWithExposure)
 {
     const std::string signature = "\x89PNG\r\n\x1a\n";

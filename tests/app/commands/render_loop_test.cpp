@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/image/metrics.h"
 #include "tests/support/fake_estimate.h"
 
 namespace {
@@ -138,6 +139,26 @@ TEST(RenderLoop, StopsAtTheTarget)
         app::renderUntil(other, {.spp = 99, .reference = &three, .rmse = 0.01}, {}, {});
     EXPECT_EQ(missed.ended, app::Ended::spp);
     EXPECT_NEAR(missed.rmse.value_or(0), 3 - 1.0 / 99, 1e-6);
+}
+
+TEST(RenderLoop, StopsWhenTheNoiseIsSmall)
+{
+    FakeRenderer renderer;  // whose noise is 1 / sqrt(n - 1)
+    const app::Outcome outcome = app::renderUntil(renderer, {.spp = 1000000, .noise = 0.1}, {}, {});
+    EXPECT_EQ(outcome.ended, app::Ended::target);
+    EXPECT_LE(outcome.noise.value_or(1), 0.1);
+    EXPECT_GE(outcome.samples, 101u);
+    EXPECT_LE(outcome.samples, 130u);
+    EXPECT_FALSE(outcome.rmse);
+
+    // So few samples that agree by chance say nothing.
+    FakeRenderer few;
+    EXPECT_EQ(app::renderUntil(few, {.spp = 1000, .noise = 10}, {}, {}).samples,
+              core::kFewestForNoise);
+    FakeRenderer fewer;
+    const app::Outcome missed = app::renderUntil(fewer, {.spp = 7, .noise = 10}, {}, {});
+    EXPECT_EQ(missed.ended, app::Ended::spp);
+    EXPECT_FALSE(missed.noise);
 }
 
 TEST(RenderLoop, StopsWhenAsked)

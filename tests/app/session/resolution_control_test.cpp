@@ -176,14 +176,6 @@ TEST(ErrorPoint, TheStandardErrorIsThatOfIndependentTiles)
     EXPECT_NEAR(variance / told, 1, 4.21 * std::sqrt(2.0 / 399));
 }
 
-TEST(ErrorPoint, TheEstimateIsTheRootOfTheMeanVariance)
-{
-    core::Image variance = constant(8, 8, 0.01f);
-    for (size_t i = 0; i < variance.pixels.size() / 2; ++i) variance.pixels[i] = 0.03f;
-    EXPECT_NEAR(app::estimatedError(variance), std::sqrt(0.02), 1e-7);
-    EXPECT_EQ(app::estimatedError({}), 0);
-}
-
 TEST(ErrorPoint, CurvesStayShortAndKeepTheirShape)
 {
     std::vector<app::ErrorPoint> curve;

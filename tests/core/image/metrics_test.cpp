@@ -36,6 +36,16 @@ TEST(Metrics, handComputed)
     EXPECT_EQ(errors.nonFinitePixels, 0u);
 }
 
+TEST(Metrics, NoiseIsTheRootOfTheMeanVariance)
+{
+    core::Image variance(8, 8, 3);
+    for (size_t i = 0; i < variance.pixels.size(); ++i) variance.pixels[i] = i % 2 ? 0.01f : 0.03f;
+    EXPECT_NEAR(core::noiseOf(variance), std::sqrt(0.02), 1e-7);
+    variance.pixels[5] = std::numeric_limits<float>::infinity();
+    EXPECT_NEAR(core::noiseOf(variance), std::sqrt(0.02), 1e-3);
+    EXPECT_EQ(core::noiseOf({}), 0);
+}
+
 TEST(Metrics, constantOffsets)
 {
     const Image reference = constant(50, 40, {0.5f, 1, 2});
