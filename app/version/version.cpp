@@ -5,10 +5,12 @@
 #include <vector>
 
 #include <CLI/Version.hpp>
+#include <draco/core/draco_version.h>
 #include <GLFW/glfw3.h>
 #include <glm/glm.hpp>
 #include <imgui.h>
 #include <jconfig.h>
+#include <meshoptimizer.h>
 #include <nlohmann/json.hpp>
 #include <OpenImageIO/imageio.h>
 #include <png.h>
@@ -81,6 +83,11 @@ std::vector<Library> libraries()
          imageLibraryRunning()},
         {"libpng", PNG_LIBPNG_VER_STRING, png_get_libpng_ver(nullptr)},
         {"libjpeg-turbo", jpegLibraryBuilt(), ""},
+        {"Draco", draco::kDracoVersion, ""},
+        {"meshoptimizer",
+         std::to_string(MESHOPTIMIZER_VERSION / 1000) + '.' +
+             std::to_string(MESHOPTIMIZER_VERSION / 10 % 100),
+         ""},
         {"GLFW", dotted(GLFW_VERSION_MAJOR, GLFW_VERSION_MINOR, GLFW_VERSION_REVISION),
          glfwGetVersionString()},
         {"Dear ImGui", IMGUI_VERSION, ImGui::GetVersion()},

@@ -6,8 +6,8 @@
 #include <map>
 #include <string_view>
 
+#include "core/gltf/compression.h"
 #include "core/gltf/guard.h"
-#include "core/gltf/json.h"
 
 namespace core::gltf {
 
@@ -49,22 +49,10 @@ struct BufferView {
 BufferView resolveView(Load& load, size_t index)
 {
     const Object view = topLevel(load, "bufferViews", index);
-    const auto buffer =
-        static_cast<size_t>(view.requiredIndex("buffer", load.buffers.size(), "buffer"));
-    if (load.buffers[buffer].empty())
-        load.refuse("UNDEFINED_PROPERTY", child("/buffers", buffer),
-                    "has neither a 'uri' nor the binary chunk of a GLB");
-    const uint64_t offset = view.integer("byteOffset", 0),
-                   length = view.requiredInteger("byteLength");
-    const uint64_t available = load.buffers[buffer].size();
-    if (length == 0)
-        load.refuse("VALUE_NOT_IN_RANGE", view.at("byteLength"), "is 0, must be at least 1");
-    if (offset > available || length > available - offset)
-        load.refuse("BUFFER_VIEW_TOO_LONG", view.pointer(),
-                    "needs " + std::to_string(length) + " bytes at offset " +
-                        std::to_string(offset) + ", buffer " + std::to_string(buffer) + " has " +
-                        std::to_string(available));
-    BufferView result{load.buffers[buffer].subspan(offset, length), view.integer("byteStride", 0)};
+    const auto decoded = load.decodedViews.find(index);
+    const std::span<const std::byte> bytes =
+        decoded == load.decodedViews.end() ? bufferBytes(load, view) : decoded->second;
+    BufferView result{bytes, view.integer("byteStride", 0)};
     if (view.has("byteStride") && (result.stride < 4 || result.stride > 252))
         load.refuse("VALUE_NOT_IN_RANGE", view.at("byteStride"),
                     "is " + std::to_string(result.stride) + ", must be in [4, 252]");
@@ -277,6 +265,7 @@ static std::span<const std::byte> bufferFile(Load& load, const Object& buffer, R
 void readBuffers(Load& load)
 {
     Read read;
+    const std::vector<bool> isFallback = fallbackBuffers(load);
     const size_t count = countOf(load, "buffers");
     for (size_t i = 0; i < count; ++i) {
         load.stage("reading", static_cast<double>(i) / static_cast<double>(count));
@@ -285,6 +274,10 @@ void readBuffers(Load& load)
         if (length == 0)
             load.refuse("VALUE_NOT_IN_RANGE", buffer.at("byteLength"), "is 0, must be at least 1");
         std::span<const std::byte> bytes;
+        if (isFallback[i]) {
+            load.buffers.emplace_back();
+            continue;
+        }
         if (buffer.has("uri")) {
             bytes = bufferFile(load, buffer, read);
         } else if (i == 0 && !load.binaryChunk.empty()) {
@@ -299,6 +292,26 @@ void readBuffers(Load& load)
                             std::to_string(bytes.size()) + " bytes");
         load.buffers.push_back(bytes.first(length));
     }
+}
+
+std::span<const std::byte> bufferBytes(Load& load, const Object& place)
+{
+    const auto buffer =
+        static_cast<size_t>(place.requiredIndex("buffer", load.buffers.size(), "buffer"));
+    if (load.buffers[buffer].empty())
+        load.refuse("UNDEFINED_PROPERTY", child("/buffers", buffer),
+                    "has neither a 'uri' nor the binary chunk of a GLB");
+    const uint64_t offset = place.integer("byteOffset", 0),
+                   length = place.requiredInteger("byteLength");
+    const uint64_t available = load.buffers[buffer].size();
+    if (length == 0)
+        load.refuse("VALUE_NOT_IN_RANGE", place.at("byteLength"), "is 0, must be at least 1");
+    if (offset > available || length > available - offset)
+        load.refuse("BUFFER_VIEW_TOO_LONG", place.pointer(),
+                    "needs " + std::to_string(length) + " bytes at offset " +
+                        std::to_string(offset) + ", buffer " + std::to_string(buffer) + " has " +
+                        std::to_string(available));
+    return load.buffers[buffer].subspan(offset, length);
 }
 
 std::span<const std::byte> bufferViewBytes(Load& load, size_t index)

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/gltf/json.h"
 #include "core/gltf/load.h"
 
 namespace core::gltf {
@@ -43,11 +44,16 @@ struct Accessor {
     bool hasData() const { return data != nullptr || sparseCount > 0; }
 };
 
-/// Reads every buffer of the document into load.buffers. Refuses what is missing, outside or too
-/// short.
+/// Reads every buffer of the document into load.buffers, except those whose content is compressed
+/// in another. Refuses what is missing, outside or too short.
 void readBuffers(Load& load);
 
-/// The bytes of buffer view `index` (of any use). Refuses bad references and extents.
+/// What `buffer`, `byteOffset` and `byteLength` stand for, of a buffer view or of an extension on
+/// one. Refuses bad references and extents.
+std::span<const std::byte> bufferBytes(Load& load, const Object& place);
+
+/// The bytes of buffer view `index` (of any use), decoded if they are compressed. Refuses bad
+/// references and extents.
 std::span<const std::byte> bufferViewBytes(Load& load, size_t index);
 
 /// Reads and checks all accessors of the document.

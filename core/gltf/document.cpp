@@ -13,8 +13,10 @@ namespace {
 
 constexpr uint64_t kMaxTextBytes = 256u << 20;
 
-constexpr std::array<std::string_view, 15> kKnownExtensions{
+constexpr std::array<std::string_view, 18> kKnownExtensions{
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
@@ -25,6 +27,7 @@ constexpr std::array<std::string_view, 15> kKnownExtensions{
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
     // These describe nothing that a picture shows.
     "KHR_materials_variants",
@@ -35,10 +38,6 @@ constexpr std::array<std::string_view, 15> kKnownExtensions{
 /// How a person can get rid of an extension that is required.
 std::string remedyFor(const std::string& extension)
 {
-    if (extension == "KHR_draco_mesh_compression")
-        return "decode it first, e.g. gltf-transform copy in.glb out.glb";
-    if (extension == "EXT_meshopt_compression" || extension == "KHR_meshopt_compression")
-        return "decode it first, e.g. gltf-transform copy in.glb out.glb";
     if (extension == "EXT_texture_webp" || extension == "EXT_texture_avif" ||
         extension == "KHR_texture_basisu")
         return "convert the images to PNG or JPEG first";

@@ -54,7 +54,8 @@ private:
 using LoadProgress = std::function<void(const char* stage, double fraction)>;
 
 /// Reads a scene with all its files. Throws LoadError (bad file) or Error with
-/// ExitCode::interrupted when `stop` is requested (noticed within 100 ms). Lengths stay in the
+/// ExitCode::interrupted when `stop` is requested (noticed within 100 ms;
+/// by a mesh that Draco decodes, at its next step). Lengths stay in the
 /// file's units; world.h rescales.
 std::shared_ptr<const Scene> loadGltf(const std::filesystem::path& file,
                                       const LoadOptions& options = {},

@@ -6,6 +6,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/text.h"
+#include "core/gltf/compression.h"
 #include "core/gltf/guard.h"
 #include "core/gltf/parts.h"
 
@@ -87,6 +88,7 @@ std::shared_ptr<const Scene> build(Load& load, std::span<const std::byte> bytes)
     if (load.binaryChunk.empty()) load.content = {};  // the tree has copies of what it needs
     checkVersionAndExtensions(load);
     readBuffers(load);
+    decodeViews(load);
     load.stage("checking", kUnknownShare);
     const std::vector<Accessor> accessors = readAccessors(load);
     const NodePlan nodes = readNodes(load);

@@ -6,6 +6,7 @@
 // its JSON pointer.
 #pragma once
 
+#include <map>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -40,6 +41,7 @@ struct Load {
     std::vector<Bytes> storage;              // owns what `buffers` and `binaryChunk` point into
     std::span<const std::byte> binaryChunk;  // of a GLB
     std::vector<std::span<const std::byte>> buffers;  // cut to their byteLength
+    std::map<size_t, Bytes> decodedViews;             // buffer views that are stored compressed
     std::vector<TextureRequest> textureRequests;
     Scene scene;
     ContentHash hash;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "core/gltf/compression.h"
 #include "core/gltf/geometry.h"
 #include "core/gltf/parts.h"
 
@@ -58,6 +59,7 @@ public:
             load_.refuse("VALUE_NOT_IN_LIST", primitive.at("mode"),
                          "is " + std::to_string(mode) + ", must be 0..6");
         const std::optional<Object> attributes = primitive.object("attributes");
+        decoded_ = decodePrimitive(load_, accessors_, primitive);
         const Accessor* position = attributes ? accessor(*attributes, "POSITION") : nullptr;
         const int indices = primitive.index("indices", accessors_.size(), "accessor");
         if (!position) {
@@ -69,7 +71,6 @@ public:
             load_.refuse(
                 "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT", attributes->at("POSITION"),
                 "has " + std::to_string(position->components) + " components, must have 3");
-        requireDecoded(primitive, *position);
         if (mode < kTriangles) {
             load_.warn("PRIMITIVE_MODE_IGNORED", primitive.pointer(),
                        "is of points or lines — skipped");
@@ -99,28 +100,27 @@ private:
         uint64_t first = 0, count = 0;
     };
 
+    /// An attribute of the primitive that is read, decoded where it was compressed.
     const Accessor* accessor(const Object& attributes, const char* name) const
+    {
+        if (decoded_)
+            if (const auto found = decoded_->attributes.find(std::string_view(name));
+                found != decoded_->attributes.end())
+                return &found->second;
+        return stored(attributes, name);
+    }
+
+    const Accessor* stored(const Object& attributes, const char* name) const
     {
         const int index = attributes.index(name, accessors_.size(), "accessor");
         return index < 0 ? nullptr : &usable(load_, accessors_, index);
-    }
-
-    /// Geometry that only an extension can decode looks like zeros otherwise.
-    void requireDecoded(const Object& primitive, const Accessor& position) const
-    {
-        if (position.hasData() || !primitive.extension("KHR_draco_mesh_compression")) return;
-        load_.refuse("UNSUPPORTED_EXTENSION",
-                     primitive.at("extensions") + "/KHR_draco_mesh_compression",
-                     "the only geometry is compressed with KHR_draco_mesh_compression, which is "
-                     "not supported",
-                     "decode it first, e.g. gltf-transform copy in.glb out.glb");
     }
 
     std::optional<Topology> readTopology(const Object& primitive, uint64_t mode, int indices,
                                          const Accessor& position)
     {
         Topology result;
-        if (indices < 0) {
+        if (indices < 0 && !decoded_) {
             if (position.count > std::numeric_limits<uint32_t>::max())
                 load_.refuse("ACCESSOR_TOO_LONG", primitive.pointer(),
                              "has more than 2^32 vertices");
@@ -129,7 +129,9 @@ private:
             result.triangles = assembleTriangles(mode, nullptr, position.count);
             result.count = position.count;
         } else {
-            const Accessor& source = usable(load_, accessors_, indices);
+            const Accessor& source =
+                decoded_ ? decoded_->indices : usable(load_, accessors_, indices);
+            if (decoded_) mode = kTriangles;
             const bool unsignedType = source.componentType == kUnsignedByte ||
                                       source.componentType == kUnsignedShort ||
                                       source.componentType == kUnsignedInt;
@@ -288,7 +290,7 @@ private:
 
     void addTarget(const Object& target, const char* name, float weight, std::vector<glm::vec3>& to)
     {
-        const Accessor* source = accessor(target, name);
+        const Accessor* source = stored(target, name);
         if (!source) return;
         if (source->components != 3 || source->matrix ||
             source->count < range_.first + range_.count) {
@@ -332,13 +334,14 @@ private:
     Load& load_;
     const std::vector<Accessor>& accessors_;
     const MaterialPlan& materials_;
+    std::optional<DecodedPrimitive> decoded_;  // of the primitive that is read
     Range range_;
     double tolerance_ = 0.01;
     bool morphed_ = false;
 };
 
 /// Every primitive must at least refer to things that exist, also in meshes that are not shown.
-void checkReferences(const Object& mesh, size_t accessorCount)
+void checkReferences(const Object& mesh, size_t accessorCount, size_t viewCount)
 {
     for (size_t i = 0; i < mesh.array("primitives").size(); ++i) {
         const Object primitive = mesh.element("primitives", i);
@@ -351,6 +354,8 @@ void checkReferences(const Object& mesh, size_t accessorCount)
             check(*attributes);
         for (size_t k = 0; k < primitive.array("targets").size(); ++k)
             check(primitive.element("targets", k));
+        if (const std::optional<Object> draco = primitive.extension("KHR_draco_mesh_compression"))
+            draco->requiredIndex("bufferView", viewCount, "bufferView");
     }
 }
 
@@ -386,8 +391,9 @@ void reserveUses(Load& load, const MeshUse& use, const std::vector<int>& meshes,
 void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan,
                 const MaterialPlan& materials)
 {
+    const size_t views = countOf(load, "bufferViews");
     for (size_t i = 0; i < countOf(load, "meshes"); ++i)
-        checkReferences(topLevel(load, "meshes", i), accessors.size());
+        checkReferences(topLevel(load, "meshes", i), accessors.size(), views);
     Reader reader(load, accessors, materials);
     std::map<std::pair<int, std::vector<double>>, std::vector<int>> made;
     const size_t uses = plan.meshUses.size();
