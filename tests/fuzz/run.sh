@@ -23,7 +23,7 @@ ninja -C "$build" "${targets[@]/%/_fuzz}" >&2
 seed() {
     mkdir -p "$build/corpus/$1"
     case $1 in
-    gltf) cp "$root"/assets/{lights,glass,sky}.gltf "$build/corpus/$1/" ;;
+    gltf) cp "$root"/assets/{lights,glass,sky}.gltf "$root"/tests/fuzz/seeds/*.gltf "$build/corpus/$1/" ;;
     picture) cp "$root"/assets/textures/* "$build/corpus/$1/" ;;
     json)
         printf '0%s' '{"version": 1, "view": {"exposure": 2}, "presets": [], "cameras": {}, "recent": ["/a.glb"]}' \
