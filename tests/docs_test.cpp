@@ -119,7 +119,7 @@ Names idsIn(const std::string& text)
 {
     static const Pattern denominator(R"(/\([^()]*\))");
     const std::string line = denominator.replace(text, "");
-    static const Pattern pattern(R"(\b(T-|[TNVBM])([0-9]{1,2})(?:-\1([0-9]{1,2}))?\b)");
+    static const Pattern pattern(R"(\b(T-|[TNVBM])([0-9]{1,3})(?:-\1([0-9]{1,3}))?\b)");
     Names ids;
     for (const Pattern::Groups& id : pattern.findAll(line)) {
         const int first = std::stoi(id[2]), last = id[3].empty() ? first : std::stoi(id[3]);
