@@ -113,8 +113,8 @@ public:
     // --- scene
     void load(const SceneOptions& scene);
     void load(const std::filesystem::path& file);  // with the options of the first scene
-    /// The scene on show once more with another environment (see core::LoadOptions), from where one
-    /// stands; scenes to come have it, too. Nothing without a scene.
+    /// The scene on show once more with another environment (see core::LoadOptions): view, camera
+    /// path, saved views and animation stay; scenes to come have it, too. Nothing without a scene.
     void setEnvironment(const std::string& what);
     void replay(const std::filesystem::path& picture);
     void cancel();  // whatever long work runs: loading, the reference, an equal-time run
@@ -197,6 +197,8 @@ private:
     void startLoading(const SceneOptions& scene);
     void takeLoaded();
     void show(const Document& document);
+    void enter();
+    void beginAt(const core::Camera& camera);
     void applyReplay();
     void loadFirstPath();
     void showBuiltIn();
@@ -267,8 +269,7 @@ private:
     double savedSeconds_ = 0;  // of rendering, of the present picture
     float keptScale_ = 0;      // of the letters, when this run has another
     std::unique_ptr<Replay> pendingReplay_;
-    std::optional<core::Camera>
-        keptView_;  // the scene that is being loaded is to be seen from there
+    bool sameScene_ = false;  // what is being loaded is the scene on show with another environment
 
     uint64_t loadGeneration_ = 0, takenLoad_ = 0, referenceGeneration_ = 0;
     uint64_t toldLoader_ = 0, toldCore_ = 0, toldSaver_ = 0, toldRendering_ = 0;

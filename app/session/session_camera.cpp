@@ -247,7 +247,7 @@ void Session::lookAround()
 void Session::keepCameras()
 {
     if (!document_) return;
-    const std::string& hash = document_->world->scene->hash;
+    const std::string& hash = document_->world->scene->fileHash;
     if (savedCameras_.empty()) {
         settings.cameras.erase(hash);
         return;
@@ -262,7 +262,7 @@ void Session::keepCameras()
 void Session::recallCameras()
 {
     savedCameras_.clear();
-    const auto kept = settings.cameras.find(document_->world->scene->hash);
+    const auto kept = settings.cameras.find(document_->world->scene->fileHash);
     if (kept == settings.cameras.end()) return;
     try {
         const Json list = Json::parse(kept->second);

@@ -1,4 +1,5 @@
 // The scene of a Session: loading and replaying, what a scene that has come changes, its instants.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -37,7 +38,7 @@ void Session::load(const fs::path& file)
 void Session::load(const SceneOptions& scene)
 {
     pendingReplay_.reset();
-    keptView_.reset();
+    sameScene_ = false;
     startLoading(scene);
 }
 
@@ -49,7 +50,7 @@ void Session::setEnvironment(const std::string& what)
     scene.at = document_->time;
     scene.load.environment = what;
     load(scene);
-    keptView_ = navigation.camera();
+    sameScene_ = true;
 }
 
 void Session::startLoading(const SceneOptions& scene)
@@ -100,44 +101,59 @@ void Session::show(const Document& document)
     keepPicture();
     endSaves("the scene changed");
     keepCameras();
+    const bool stays = std::exchange(sameScene_, false) && document_ &&
+                       document_->world->scene->fileHash == document.world->scene->fileHash;
     document_ = std::make_unique<Document>(document);
     options_.scene.load.environment = document.environment;  // which could be had
-    const core::World& world = *document_->world;
     dropReference();
     equalTime_.cancel();
     slots = {};
     comparing = false;
     pendingReference_.reset();
+    if (!stays) enter();
+    if (!options_.settings.empty()) settings.addRecent(document_->file);
+    notices.tell(Severity::news,
+                 document_->file.filename().string() + ": " +
+                     report::counted(core::shownTriangles(*document_->world), "triangle") +
+                     ", loaded in " + secondsText(document_->loadSeconds));
+    for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
+    if (pendingReplay_) applyReplay();
+}
+
+/// What belongs to a scene and not to its light: where one stands in it, its paths, its animation.
+void Session::enter()
+{
+    const core::World& world = *document_->world;
     track.clear();
     player = {};
     player.time = document_->time;
     player.duration =
         world.scene->animations.empty() ? 0 : world.scene->animations.front().duration;
-    sceneCamera_ = 0;
     homeCamera_ = 0;
-    home_.reset();
     history_.clear();
-    fixedSize_ = {};
     try {
-        const core::Camera camera = chooseCamera(world, options_.camera);
-        navigation.set(camera, static_cast<double>(world.radius));
-        if (!options_.camera.empty()) home_ = camera;
+        beginAt(chooseCamera(world, options_.camera));
     } catch (const core::Error& error) {
         notices.tell(Severity::error, error.what());
-        navigation.set(world.cameras.front(), static_cast<double>(world.radius));
+        beginAt(world.cameras.front());
     }
-    if (const auto view = std::exchange(keptView_, std::nullopt))
-        navigation.set(*view, static_cast<double>(world.radius));
     history_.settle(navigation.viewpoint());  // also when it is left at once
     loadFirstPath();
     options_.camera.clear();  // was meant for the first scene
     recallCameras();
-    if (!options_.settings.empty()) settings.addRecent(document_->file);
-    notices.tell(Severity::news, document_->file.filename().string() + ": " +
-                                     report::counted(core::shownTriangles(world), "triangle") +
-                                     ", loaded in " + secondsText(document_->loadSeconds));
-    for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
-    if (pendingReplay_) applyReplay();
+}
+
+/// One of the scene's own cameras is followed when it is animated; any other stays where it is.
+void Session::beginAt(const core::Camera& camera)
+{
+    const std::vector<core::Camera>& cameras = document_->world->cameras;
+    const auto own = std::find(cameras.begin(), cameras.end(), camera);
+    if (own != cameras.end()) {
+        followCamera(static_cast<size_t>(own - cameras.begin()));
+    } else {
+        takeCamera(camera);
+        home_ = camera;
+    }
 }
 
 /// How the scene looks that is about to go, for the list of those that were open before.

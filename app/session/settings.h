@@ -39,7 +39,7 @@ struct Settings {
     glm::uvec2 windowSize{1280, 720};  // each side from 64 to 16384
     std::vector<std::string> recentFiles;  // newest first, absolute, at most 12
     std::vector<Preset> presets;           // the user's own
-    // Scene hash -> JSON array of cameras in the file's space
+    // Scene::fileHash -> JSON array of cameras in the file's space
     std::map<std::string, std::string> cameras;
 
     /// Parameters of a method as they were last.

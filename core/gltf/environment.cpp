@@ -134,6 +134,7 @@ void readSun(Load& load, const Object& object)
 void readEnvironment(Load& load)
 {
     load.stage("environment", kUnknownShare);
+    load.fileHash = load.hash;  // what is around the scene is no part of it
     const std::string& asked = load.options.environment;
     if (asked == kOwnEnvironment || asked == kAnyEnvironment) {
         const std::optional<Object> scene = shownScene(load);

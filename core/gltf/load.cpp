@@ -103,6 +103,7 @@ std::shared_ptr<const Scene> build(Load& load, std::span<const std::byte> bytes)
     if (load.scene.meshes.empty())
         load.warn("EMPTY_SCENE", "", "empty scene: there are no triangles to show");
     load.scene.hash = hexadecimal(load.hash.value());
+    load.scene.fileHash = hexadecimal(load.fileHash.value());
     refuseWhenStrict(load);
     load.stage("loaded", 1);
     return std::make_shared<const Scene>(std::move(load.scene));

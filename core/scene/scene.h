@@ -158,6 +158,7 @@ struct Warnings {
 struct Scene {
     std::filesystem::path file;
     std::string name, hash;  // hash: 16 hex digits over the content of every file read
+    std::string fileHash;    // the same, whatever environment is asked for instead of its own
     std::vector<Mesh> meshes;
     std::vector<Node> nodes;
     std::vector<std::vector<MeshPlacement>> placements;

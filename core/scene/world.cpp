@@ -26,6 +26,7 @@ std::shared_ptr<const Scene> withoutMeshesAndTexels(const Scene& scene)
     slim->file = scene.file;
     slim->name = scene.name;
     slim->hash = scene.hash;
+    slim->fileHash = scene.fileHash;
     slim->nodes = scene.nodes;
     slim->placements = scene.placements;
     slim->roots = scene.roots;

@@ -201,8 +201,11 @@ TEST_F(SessionSaves, AnotherEnvironmentLeavesTheViewAndAFailureEverything)
     ASSERT_TRUE(until(session, [&] { return settled(session); }));
     EXPECT_EQ(session.document()->environment, "auto");
     EXPECT_FALSE(session.document()->world->scene->environment);
+    const core::Camera home = session.navigation.camera();
     act(session, "orbit", {{"dx", 0.2}});
     const core::Camera camera = session.navigation.camera();
+    act(session, "add-key");
+    act(session, "save-camera", {{"name", "aside"}});
     act(session, "environment", {{"what", (folder / "none.exr").string()}});
     ASSERT_TRUE(until(session, [&] { return told(session, "none.exr"); }));
     EXPECT_EQ(session.document()->environment, "auto");
@@ -210,10 +213,43 @@ TEST_F(SessionSaves, AnotherEnvironmentLeavesTheViewAndAFailureEverything)
     ASSERT_TRUE(until(session, [&] { return session.document()->environment == "plain"; }));
     EXPECT_TRUE(session.document()->world->scene->environment);
     EXPECT_EQ(session.navigation.camera(), camera);
+    EXPECT_EQ(session.homeCamera(), home);
+    EXPECT_EQ(session.track.keys().size(), 1u);
+    ASSERT_EQ(session.savedCameras().size(), 1u);
+    act(session, "previous-view");
+    EXPECT_EQ(session.navigation.camera(), home) << "where one came from";
+    act(session, "next-view");
     session.load(kAssets / "hall.gltf");
     ASSERT_TRUE(until(session, [&] { return session.document()->file.filename() == "hall.gltf"; }));
     EXPECT_EQ(session.document()->environment, "plain");
     EXPECT_NE(session.navigation.camera(), camera);
+    EXPECT_TRUE(session.track.empty() && session.savedCameras().empty());
+    act(session, "environment", {{"what", "none"}});
+    ASSERT_TRUE(until(session, [&] { return session.document()->environment == "none"; }));
+    session.load(kAssets / "cornell-diffuse.gltf");
+    ASSERT_TRUE(until(
+        session, [&] { return session.document()->file.filename() == "cornell-diffuse.gltf"; }));
+    ASSERT_EQ(session.savedCameras().size(), 1u) << "views are kept with the scene in any light";
+    EXPECT_EQ(session.savedCameras()[0].name, "aside");
+}
+
+TEST_F(SessionSaves, AnotherSceneUnderTheSameNameIsEnteredAnew)
+{
+    const fs::path file = folder / "scene.gltf";
+    const auto put = [&](const std::string& asset) {
+        fs::copy_file(kAssets / (asset + ".gltf"), file, fs::copy_options::overwrite_existing);
+        fs::copy_file(kAssets / (asset + ".bin"), folder / (asset + ".bin"));
+    };
+    put("cornell-diffuse");
+    Session session(options(""));
+    session.load(file);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "add-key");
+    put("lights");
+    act(session, "environment", {{"what", "plain"}});
+    ASSERT_TRUE(until(session, [&] { return session.document()->environment == "plain"; }));
+    EXPECT_TRUE(session.track.empty());
+    EXPECT_EQ(session.navigation.camera(), session.document()->world->cameras.front());
 }
 
 TEST_F(SessionSaves, AReplayHasTheEnvironmentOfThePicture)

@@ -1,5 +1,7 @@
 // The viewer without its window: ways back to a view, what is kept between runs, what leaving would
 // lose.
+#include <fstream>
+
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -168,6 +170,55 @@ TEST(Session, TurnsAboutWhatIsClicked)
     for (const float extent :
          {session.document()->world->boundsLow.z - static_cast<float>(pivot.z)})
         EXPECT_LE(extent, 1e-3f);
+}
+
+/// The instant of the scene's animation that has been asked for is on show.
+bool posed(const Session& session)
+{
+    return session.document()->time == session.player.time && session.settled();
+}
+
+TEST(Session, AnAnimationLeavesTheCameraThatOneBeganWith)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "camera.json";
+    std::ofstream(file) << R"({"position": [2, 1, 4], "target": [0, 1, 0]})";
+    app::SessionOptions o = options("animated.gltf");
+    o.camera = file.string();
+    Session session(o);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const core::Camera camera = session.navigation.camera();
+    ASSERT_NE(camera, session.document()->world->cameras.front());
+    act(session, "animation", {{"time", 0.5}});
+    ASSERT_TRUE(until(session, [&] { return posed(session); }));
+    EXPECT_EQ(session.navigation.camera(), camera);
+    EXPECT_EQ(session.homeCamera(), camera);
+
+    act(session, "orbit", {{"dx", 0.2}});
+    const core::Camera turned = session.navigation.camera();
+    act(session, "environment", {{"what", "plain"}});
+    ASSERT_TRUE(until(session, [&] { return session.document()->environment == "plain"; }));
+    act(session, "animation", {{"time", 1.0}});
+    ASSERT_TRUE(until(session, [&] { return posed(session); }));
+    EXPECT_EQ(session.navigation.camera(), turned);
+    EXPECT_EQ(session.homeCamera(), camera);
+}
+
+TEST(Session, AnAnimatedCameraIsFollowedAlsoWhereItWasAskedFor)
+{
+    for (const char* name : {"", "0", "camera"}) {
+        app::SessionOptions o = options("animated.gltf");
+        o.camera = name;
+        Session session(o);
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        const core::Camera before = session.navigation.camera();
+        act(session, "environment", {{"what", "plain"}});
+        ASSERT_TRUE(until(session, [&] { return session.document()->environment == "plain"; }));
+        act(session, "animation", {{"time", 0.5}});
+        ASSERT_TRUE(until(session, [&] { return posed(session); }));
+        EXPECT_EQ(session.navigation.camera(), session.document()->world->cameras.front()) << name;
+        EXPECT_NE(session.navigation.camera(), before) << name;
+    }
 }
 
 }  // namespace
