@@ -242,6 +242,17 @@ Settings readSettings(const fs::path& file, std::string& problem)
     return settingsOf(json);
 }
 
+glm::uvec2 keptWindowSize(const fs::path& file)
+{
+    const glm::uvec2 fresh = Settings().windowSize;
+    try {
+        const Json json = parseJson(readText(file), file.string());
+        return versionOf(json) ? readWindow(member(json, "window"), fresh) : fresh;
+    } catch (const core::Error&) {
+        return fresh;  // readSettings says why
+    }
+}
+
 void writeSettings(const fs::path& file, const Settings& settings)
 {
     if (file.empty()) throw core::Error("settings: there is no folder to keep them in");

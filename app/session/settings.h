@@ -62,6 +62,10 @@ std::filesystem::path settingsFile();
 /// read as far as it is understood and kept as settings.json.newer.
 Settings readSettings(const std::filesystem::path& file, std::string& problem);
 
+/// The size of the window alone, before readSettings: nothing is renamed or told, and what cannot
+/// be read has the default.
+glm::uvec2 keptWindowSize(const std::filesystem::path& file);
+
 /// Makes the folders that lack. Throws core::Error when the file cannot be written.
 void writeSettings(const std::filesystem::path& file, const Settings& settings);
 

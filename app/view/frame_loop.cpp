@@ -56,8 +56,7 @@ SessionOptions sessionOptions(const ViewOptions& o)
 glm::uvec2 windowSize(const ViewOptions& o)
 {
     if (o.size) return *o.size;
-    std::string problem;
-    return o.noSettings ? Settings().windowSize : readSettings(settingsFile(), problem).windowSize;
+    return o.noSettings ? Settings().windowSize : keptWindowSize(settingsFile());
 }
 
 }  // namespace

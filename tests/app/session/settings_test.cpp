@@ -181,6 +181,26 @@ TEST(Settings, DamagedFilesAreKeptAside)
     EXPECT_EQ(read(folder / "settings.json", true), Settings());
 }
 
+TEST(Settings, TheSizeOfTheWindowIsReadWithoutTouchingTheFile)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "settings.json";
+    const glm::uvec2 fresh = Settings().windowSize;
+    EXPECT_EQ(app::keptWindowSize(""), fresh);
+    EXPECT_EQ(app::keptWindowSize(file), fresh);
+    for (const auto& [text, size] : std::vector<std::pair<std::string, glm::uvec2>>{
+             {R"({"version": 1, "window": [800, 600]})", {800, 600}},
+             {R"({"version": 9, "window": [800, 600]})", {800, 600}},
+             {R"({"version": 1, "window": [8, 600]})", fresh},
+             {R"({"window": [800, 600]})", fresh},
+             {R"({"version": 1, "window": [800)", fresh}}) {
+        core::writeFile(file, text);
+        EXPECT_EQ(app::keptWindowSize(file), size) << text;
+        EXPECT_EQ(app::readText(file), text);
+        EXPECT_EQ(folder.count(), 1u) << text;
+    }
+}
+
 TEST(Settings, WhatIsAbsentOrWrongFallsBackAlone)
 {
     const TemporaryFolder folder;

@@ -144,4 +144,17 @@ TEST_F(View, WithoutItsDisplayItEndsAndSaysSo)
     EXPECT_TRUE(contains(result.err, "display")) << result.err;
 }
 
+TEST_F(View, DamagedSettingsAreSetAsideWithAWord)
+{
+    fs::create_directories(work("config/rekindle"));
+    writeFile("config/rekindle/settings.json", "{\"version\": 1, \"window\": [64");
+    writeFile("script.json", R"({"steps": [{"wait": "loaded"}]})");
+    const Result result = finish(start({"view", kScene, "--script", "script.json"},
+                                       {"XDG_CONFIG_HOME=" + work("config").string()}),
+                                 240);
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_TRUE(contains(result.err, "settings.json.bad")) << result.err;
+    EXPECT_TRUE(fs::exists(work("config/rekindle/settings.json.bad")));
+}
+
 }  // namespace
