@@ -195,8 +195,8 @@ void Convergence::take(const Picture& picture, const std::string& scene)
     seconds_ = picture.seconds;
     present_.label = paramsLabel(picture.params);
     present_.points = picture.curve;
-    present_.against = std::any_of(picture.curve.begin(), picture.curve.end(),
-                                   [](const ErrorPoint& p) { return p.rmse > 0; });
+    // The last point's: the reference may have been dropped since the earlier ones.
+    present_.against = !picture.curve.empty() && picture.curve.back().rmse > 0;
 }
 
 void Convergence::clearPast()

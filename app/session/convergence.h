@@ -24,7 +24,7 @@ struct Curve {
     CurveView view;
     std::string label;
     std::vector<ErrorPoint> points;
-    bool against = false;  // whether the points carry an RMSE against a reference
+    bool against = false;  // whether the last point has an RMSE against a reference
 };
 
 /// A fit log e = a + slope * log t over the last points (those of the last factor of 16 in time,

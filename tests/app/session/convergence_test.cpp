@@ -273,4 +273,19 @@ TEST(Convergence, EachSceneAndCameraHasItsCurves)
     EXPECT_TRUE(convergence.past().empty()) << "what was seen a hundred views ago is forgotten";
 }
 
+TEST(Convergence, AReferenceThatWasDroppedCountsNoMore)
+{
+    app::Convergence convergence;
+    auto points = curve(-0.5, 8);
+    ASSERT_GT(points.back().rmse, 0);
+    convergence.take(picture(points), "room");
+    EXPECT_TRUE(convergence.present().against);
+    points = curve(-0.5, 9);
+    points.back().rmse = 0;
+    points.back().estimated = 0.1;
+    convergence.take(picture(points), "room");
+    EXPECT_EQ(convergence.present().points.size(), 9u);
+    EXPECT_FALSE(convergence.present().against);
+}
+
 }  // namespace
