@@ -319,8 +319,7 @@ std::span<const Action> actions()
                [](C c) { flip(c.session.comparing); }},
         Action{"store-a", "[", "", "keep the picture as A", [](C c) { slot(c, 0); }},
         Action{"store-b", "]", "", "keep the picture as B", [](C c) { slot(c, 1); }},
-        Action{"swap", "\\", "", "swap A and B",
-               [](C c) { std::swap(c.session.slots[0], c.session.slots[1]); }},
+        Action{"swap", "\\", "", "swap A and B", [](C c) { c.session.swapSlots(); }},
         Action{"clear-slots", "", "", "both sides live again",
                [](C c) {
                    c.session.slots = {};

@@ -177,6 +177,8 @@ public:
     std::shared_ptr<const Reference> reference() const { return reference_; }
     bool referenceFits() const;  // whether it shows what is rendered: same scene, camera and size
     void storeSlot(int side);
+    /// A becomes B with all that belongs to it. Not during an equal-time run, which fills both.
+    void swapSlots();
     void compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds);
     /// What a side is rendered with at equal time: as chosen, else as its picture was, else as the
     /// panel says.

@@ -1,4 +1,6 @@
 // The session's reference, its two sides of the slider, and frames of a path. See session.h.
+#include <utility>
+
 #include "app/session/pending_saves.h"
 #include "app/session/session.h"
 #include "app/session/session_jobs.h"
@@ -189,11 +191,24 @@ void Session::storeSlot(int side)
 {
     if (!picture_) return;
     slots[static_cast<size_t>(side)] = {picture_, pictureLabel(*picture_)};
-    slotWants_[static_cast<size_t>(side)] = !picture_->variance;
+    slotWants_[static_cast<size_t>(side)] = !picture_->variance || picture_->preview;
+}
+
+void Session::swapSlots()
+{
+    if (equalTime_.running()) {
+        notices.tell(Severity::news,
+                     "equal time: A and B can be swapped when both have had theirs");
+        return;
+    }
+    std::swap(slots[0], slots[1]);
+    std::swap(chosenParams[0], chosenParams[1]);
+    std::swap(slotWants_[0], slotWants_[1]);
 }
 
 /// What was kept before its variance was asked for is replaced by the next picture of the same that
-/// has it: without, two pictures could not be compared unless there is a reference.
+/// has it: without, two pictures could not be compared unless there is a reference. A coarse one
+/// is replaced by the first whole one in any case.
 void Session::completeSlots()
 {
     for (size_t side = 0; side < slots.size(); ++side) {
@@ -202,10 +217,10 @@ void Session::completeSlots()
         const bool same = slot.picture && oneView(*slot.picture, *picture_) &&
                           slot.picture->params.method == picture_->params.method &&
                           slot.picture->params.device == picture_->params.device;
-        if (same && !(picture_->variance && !picture_->preview && picture_->fraction == 0))
-            continue;
+        const bool whole = !picture_->preview && picture_->fraction == 0;
+        if (same && !(whole && (picture_->variance || slot.picture->preview))) continue;
         if (same) slot = {picture_, pictureLabel(*picture_)};
-        slotWants_[side] = false;
+        slotWants_[side] = same && !picture_->variance;
     }
 }
 

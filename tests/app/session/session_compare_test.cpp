@@ -8,6 +8,7 @@
 #include "app/view/picture_view.h"
 #include "core/base/check.h"
 #include "core/image/flip.h"
+#include "tests/support/pretender.h"
 #include "tests/support/session_steps.h"
 #include "tests/support/temporary_folder.h"
 
@@ -180,6 +181,50 @@ TEST(SessionCompare, WhoLooksAtPixelsHasFirstHitsAndDeviations)
         return settled(session) && session.picture()->aovs && session.picture()->variance;
     }));
     EXPECT_GE(session.picture()->samples, 2u) << "nothing began anew";
+}
+
+TEST(SessionCompare, SwappedSidesTakeTheirParametersAlong)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    const auto depth = [&](size_t side) {
+        return session.sideParams(side).method.as<core::PathParams>().maxDepth;
+    };
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "equal-time", {{"seconds", 0.02}, {"a", depthOf(1)}, {"b", depthOf(6)}});
+    session.update(0.01, kArea);
+    act(session, "swap");
+    EXPECT_EQ(depth(0), 1u) << "not while the sides are being filled";
+    ASSERT_TRUE(until(session, [&] { return !session.equalTime().running(); }));
+    act(session, "swap");
+    for (const size_t side : {size_t(0), size_t(1)}) {
+        EXPECT_EQ(depth(side), side == 0 ? 6u : 1u);
+        ASSERT_TRUE(session.slots[side].picture);
+        EXPECT_EQ(session.slots[side].picture->params.method, session.sideParams(side).method);
+    }
+}
+
+/// With Compare open pictures carry their variance, previews as well.
+TEST(SessionCompare, ACoarsePictureIsKeptOnlyUntilTheWholeOneIsThere)
+{
+    Book book;
+    app::SessionOptions o = options("cornell-diffuse.gltf");
+    o.factory = [&](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); };
+    Session session(o);
+    session.settings.sections.compare = true;
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    book.set(&Book::secondsPerPixel, 0.5 / (kArea.x * kArea.y));
+    bool coarse = false;
+    for (int i = 0; i < 500 && !coarse; ++i) {
+        act(session, "orbit", {{"dx", 0.01}});
+        ASSERT_TRUE(
+            until(session, [&] { return session.picture()->generation >= session.generation(); }));
+        coarse = session.picture()->preview && session.picture()->variance;
+    }
+    ASSERT_TRUE(coarse) << "the test needs a preview with a variance";
+    act(session, "store-a");
+    EXPECT_TRUE(session.slots[0].picture->preview);
+    ASSERT_TRUE(until(session, [&] { return !session.slots[0].picture->preview; }));
+    EXPECT_EQ(session.slots[0].picture->mean.width, kArea.x);
 }
 
 }  // namespace
