@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <ctime>
+#include <set>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -22,18 +24,23 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-/// "rekindle-2026-11-21-173005.png" in the current folder.
+/// "rekindle-2026-11-21-173005.png" in the current folder; never the same one twice. Files may be
+/// written seconds later, so that none is there yet by the name that was given last.
 fs::path stamped(const char* extension)
 {
+    static std::string second;  // of the names below
+    static std::set<fs::path> given;
     const std::time_t now = std::time(nullptr);
     std::tm local{};
     localtime_r(&now, &local);
     char name[64];
     std::strftime(name, sizeof name, "rekindle-%Y-%m-%d-%H%M%S", &local);
-    fs::path file = std::string(name) + extension;
+    if (std::exchange(second, name) != name) given.clear();
+    fs::path file = second + extension;
     std::error_code unknown;
-    for (int again = 2; fs::exists(file, unknown); ++again)
-        file = std::string(name) + '-' + std::to_string(again) + extension;
+    for (int again = 2; given.contains(file) || fs::exists(file, unknown); ++again)
+        file = second + '-' + std::to_string(again) + extension;
+    given.insert(file);
     return file;
 }
 

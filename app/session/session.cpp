@@ -152,7 +152,7 @@ void Session::tellEnds()
     for (const auto& [failed, text, file] : saves_->takeTold()) {
         notices.tell(failed ? Severity::error : Severity::news, text, file);
         if (failed) savedSeconds_ = 0;
-        saveFailed_ = failed;
+        saveFailed_ = saveFailed_ || failed;
     }
     const RenderThreadStatus rendering = renderThread_.status();
     if (rendering.errorCount != toldRendering_) {
@@ -216,6 +216,7 @@ void Session::save(const fs::path& file)
 {
     if (!document_ || !picture_) {
         notices.tell(Severity::error, file.string() + ": there is no picture to save yet");
+        saveFailed_ = true;
         return;
     }
     saveFailed_ = false;

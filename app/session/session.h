@@ -157,7 +157,7 @@ public:
     /// seconds, with its variance and first hits.
     void save(const std::filesystem::path& file);
     bool saving() const;      // a file is still to be written
-    bool saveFailed() const;  // the last one could not be
+    bool saveFailed() const;  // one could not be since save() was called last
     /// What a screenshot carries, so that its view can be had again; empty without a picture.
     core::Metadata pictureMetadata() const;
     /// Seconds of rendering in the picture that no file has.
@@ -264,7 +264,7 @@ private:
     bool unsettled_ = false;
     std::unique_ptr<PendingSaves> pendingSaves_;
     std::shared_ptr<const Picture> whole_;    // the newest picture of whole samples
-    bool saveFailed_ = false;                 // the last one
+    bool saveFailed_ = false;                 // since save() was called last
     std::array<bool, 2> slotWants_{};         // its variance, which was not known when it was kept
     std::optional<double> pendingReference_;  // the picture is to be it, by then in any case
     std::filesystem::path exportPattern_;

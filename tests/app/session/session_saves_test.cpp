@@ -1,6 +1,7 @@
 // What is saved is what was on show when it was asked for: whatever moves, is loaded or ends in the
 // meantime; and what else a person does while work of another kind is under way.
 #include <fstream>
+#include <set>
 
 #include "app/session/replay.h"
 #include "core/image/metrics.h"
@@ -324,6 +325,33 @@ TEST_F(SessionSaves, AReplayWithoutItsSceneShowsTheBuiltInOne)
     session.replay(folder / "no picture.exr");
     ASSERT_TRUE(until(session, [&] { return settled(session); }));
     EXPECT_TRUE(told(session, "no picture.exr"));
+}
+
+TEST_F(SessionSaves, OneFailureOfSeveralIsAFailure)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    save(session, "early.exr");
+    EXPECT_TRUE(session.saveFailed()) << "there is no picture yet, and quitting would lose it";
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    save(session, "none/a.exr");
+    save(session, "b.exr");
+    ASSERT_TRUE(until(session, [&] { return !session.saving(); }));
+    EXPECT_TRUE(told(session, "b.exr: saved"));
+    EXPECT_TRUE(session.saveFailed());
+    save(session, "c.exr");
+    ASSERT_TRUE(until(session, [&] { return !session.saving(); }));
+    EXPECT_FALSE(session.saveFailed());
+}
+
+TEST_F(SessionSaves, NoNameIsGivenTwice)
+{
+    Session session(options(""));
+    std::set<fs::path> names;
+    for (int i = 0; i < 5; ++i) {
+        app::AppRequests requests;
+        app::runAction("screenshot", session, requests);
+        EXPECT_TRUE(names.insert(requests.screenshot.value()).second) << *requests.screenshot;
+    }
 }
 
 }  // namespace
