@@ -176,6 +176,7 @@ public:
     void dropReference();
     std::shared_ptr<const Reference> reference() const { return reference_; }
     bool referenceFits() const;  // whether it shows what is rendered: same scene, camera and size
+    bool referenceFits(const Picture& picture) const;  // ... what the picture shows
     void storeSlot(int side);
     /// A becomes B with all that belongs to it. Not during an equal-time run, which fills both.
     void swapSlots();
@@ -222,7 +223,6 @@ private:
     void keepCameras();
     void recallCameras();
     bool referenceFits(const RenderRequest& request) const;
-    bool referenceFits(const Picture& picture) const;
     bool wantsVariance() const;
     void takeReferencePicture();
     void completeSlots();

@@ -106,7 +106,8 @@ void drawInspector(const UiContext& c)
             row("\xC2\xB1", rgbText(deviation));
         }
     }
-    if (const auto reference = c.session.reference()) {
+    if (const auto reference = c.session.reference();
+        reference && c.session.referenceFits(*picture)) {
         if (const float* value = valueAt(reference->mean, u, v)) row("reference", rgbText(value));
     }
     if (const auto world = picture->world.lock(); world && picture->aovs)

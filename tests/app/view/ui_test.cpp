@@ -218,4 +218,36 @@ TEST(Ui, ErrorsOfBothSidesStandInTheSectionThatCompares)
     EXPECT_NE(desk.requests.toClipboard->find("depth 2"), std::string::npos);
 }
 
+TEST(Ui, ValuesOfAReferenceAreToldInItsOwnViewOnly)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    app::Session& session = desk.session;
+    ImGuiIO& io = ImGui::GetIO();
+    const app::Area& area = desk.loop.layout.picture;
+    io.MousePos = {area.corner.x + area.size.x / 2, area.corner.y + area.size.y / 2};
+    app::sendKey(*app::findKey("Alt"), true);
+    // How high the lines are, once all of them are known.
+    const auto height = [&]() -> float {
+        const bool known = desk.framesUntil([&] {
+            const auto picture = session.picture();
+            return picture->generation >= session.generation() && !picture->preview &&
+                   picture->variance && picture->aovs;
+        });
+        EXPECT_TRUE(known);
+        desk.frames(3);
+        const ImGuiWindow* lines = ImGui::FindWindowByName("##Tooltip_00");
+        return lines != nullptr && lines->Active ? lines->ContentSize.y : 0;
+    };
+    const float without = height();
+    ASSERT_GT(without, 0);
+    session.keepAsReference();
+    ASSERT_TRUE(desk.framesUntil([&] { return session.reference() != nullptr; }));
+    EXPECT_GT(height(), without);
+    app::runAction("orbit", session, desk.requests, {{"dx", 0.3}});
+    desk.frames(3);
+    ASSERT_TRUE(session.reference());
+    EXPECT_EQ(height(), without) << "the place under the mouse is another";
+}
+
 }  // namespace
