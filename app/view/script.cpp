@@ -57,7 +57,11 @@ struct Script::State {
     std::vector<std::string> failures;
     std::vector<double> idle, busy, inputSeconds, inputFrames, stops;
     double lastStop = 0;
-    std::optional<double> loadStarted;
+    struct Load {
+        double started = 0;
+        const Document* before = nullptr;  // on show then; another one has another address
+    };
+    std::optional<Load> load;
     std::vector<double> firstPictures;  // seconds from the end of a load
     std::optional<RandomWalk> walk;
     Json counters = Json::object();
@@ -98,7 +102,7 @@ bool Script::step(Session& session, AppRequests& app, Window& window, double sec
     s.now = seconds;
     if (s.firstStep < 0) {
         s.firstStep = seconds;
-        s.loadStarted = 0;  // the program's own first scene
+        s.load.emplace();  // the program's own first scene
     }
     s.observe(session);
     bool acted = false;
@@ -138,7 +142,7 @@ bool Script::State::run(const Json& step, Session& session, AppRequests& app, Wi
     if (step.contains("do")) {
         Json arguments = step;
         arguments.erase("do");
-        if (step["do"] == "load" || step["do"] == "replay") loadStarted = now;
+        if (step["do"] == "load" || step["do"] == "replay") load = {now, session.document()};
         runAction(step["do"], session, app, arguments);
     } else if (step.contains("wait")) {
         return wait(step, session);
@@ -153,7 +157,7 @@ bool Script::State::run(const Json& step, Session& session, AppRequests& app, Wi
     } else if (step.contains("wheel")) {
         window.injectWheel(step["wheel"].get<double>());
     } else if (step.contains("drop")) {
-        loadStarted = now;
+        load = {now, session.document()};
         window.injectDrop(step["drop"].get<std::string>());
     } else if (step.contains("random")) {
         return walkOn(step, session, app);
@@ -282,10 +286,12 @@ void Script::State::observe(const Session& session)
     if (stop > 0 && stop != lastStop) stops.push_back(stop);
     lastStop = stop;
     const std::shared_ptr<const Picture> picture = session.picture();
-    if (loadStarted && picture && session.settled() &&
-        picture->generation >= session.generation() && session.generation() > 0) {
-        firstPictures.push_back(now - *loadStarted - session.document()->loadSeconds);
-        loadStarted.reset();
+    if (load && session.settled() && session.document() == load->before)
+        load.reset();  // it was no scene, or could not be loaded
+    if (load && picture && session.settled() && picture->generation >= session.generation() &&
+        session.generation() > 0) {
+        firstPictures.push_back(now - load->started - session.document()->loadSeconds);
+        load.reset();
     }
     if (picture) {
         const core::FilmCounters& c = picture->counters;

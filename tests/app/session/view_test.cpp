@@ -157,4 +157,24 @@ TEST_F(View, DamagedSettingsAreSetAsideWithAWord)
     EXPECT_TRUE(fs::exists(work("config/rekindle/settings.json.bad")));
 }
 
+TEST_F(View, OnlyScenesHaveAFirstPicture)
+{
+    writeFile("path.json",
+              R"({"keys": [{"frame": 0, "position": [0, 1, 3], "target": [0, 1, 0]}]})");
+    const Json report = runSteps({{{"wait", "still"}},
+                                  {{"drop", work("path.json").string()}},
+                                  {{"wait", "frames"}, {"value", 5}},
+                                  {{"do", "replay"}, {"file", work("none.png").string()}},
+                                  {{"wait", "frames"}, {"value", 5}},
+                                  {{"do", "load"}, {"file", work("none.gltf").string()}},
+                                  {{"wait", "notice"}, {"text", "none.gltf"}},
+                                  {{"wait", "frames"}, {"value", 5}},
+                                  {{"do", "load"}, {"file", kScene}},
+                                  {{"wait", "loaded"}},
+                                  {{"wait", "still"}},
+                                  {{"wait", "frames"}, {"value", 5}}});
+    EXPECT_TRUE(report["failures"].empty()) << report["failures"].dump(1);
+    EXPECT_EQ(report["first_picture_seconds"]["count"], 2);
+}
+
 }  // namespace
