@@ -10,6 +10,7 @@ namespace {
 
 // In letters.
 const glm::vec2 kLeastWindow{14, 8};  // a smaller one shows the picture alone
+const glm::vec2 kQuestion{40, 20};    // the box before quitting and what stands around it
 constexpr float kNarrow = 32;         // a narrower one has its panel folded, unless it is told
 constexpr float kLeastPanel = 14, kUsualPanel = 25, kLeastPicture = 8;
 constexpr float kStatus = 2;
@@ -44,6 +45,11 @@ glm::dvec2 Area::fraction(glm::vec2 point) const
 bool hasRoomForText(glm::vec2 window, float letter)
 {
     return letter > 0 && window.x >= kLeastWindow.x * letter && window.y >= kLeastWindow.y * letter;
+}
+
+glm::uvec2 roomForQuestion(float letter)
+{
+    return glm::ceil(kQuestion * letter);
 }
 
 WindowLayout layOut(glm::vec2 window, float letter, const PanelParams& panels)

@@ -38,6 +38,9 @@ WindowLayout layOut(glm::vec2 window, float letter, const PanelParams& panels);
 /// Whether anything but the picture has room in the window.
 bool hasRoomForText(glm::vec2 window, float letter);
 
+/// The size of a window in which a question can be read, whole units.
+glm::uvec2 roomForQuestion(float letter);
+
 /// The width of a panel, in letters, whose inner edge is at `x`.
 float panelWidthAt(float x, float window, float letter, PanelSide side);
 

@@ -291,8 +291,10 @@ void FrameLoop::leave()
         requests_.leave = true;
     }
     if (std::exchange(requests_.leave, false)) {
-        const bool room = hasRoomForText(layout_.window, layout_.letter);
-        (lossesOf(*session_).empty() || !room ? requests_.quit : requests_.askQuit) = true;
+        // Where the window could not be made large enough for the question, asking again answers
+        // it.
+        const bool unseen = requests_.askQuit && !hasRoomForText(layout_.window, layout_.letter);
+        (lossesOf(*session_).empty() || unseen ? requests_.quit : requests_.askQuit) = true;
         more_ = 3;
     }
     if (requests_.quitWhenSaved && !session_->saving()) {

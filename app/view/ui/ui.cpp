@@ -175,7 +175,11 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
         state_->recalled = true;
     }
     if (std::exchange(app.escape, false) && !closeSomething(c)) escapeFrom(session, app);
-    if (!hasRoomForText(frame.layout.window, c.em)) return;
+    if (!hasRoomForText(frame.layout.window, c.em)) {
+        if (app.askQuit)
+            app.resize = glm::max(glm::uvec2(frame.layout.window), roomForQuestion(c.em));
+        return;
+    }
     const PanelParams& panels = session.settings.panels;
     if (panels.panel) {
         drawStatusLine(c);

@@ -39,8 +39,9 @@ public:
     ~Ui();
 
     /// Between ImGui::NewFrame and ImGui::Render. Edits the session's parts; what only the loop can
-    /// do goes to `app`. A window with room for hardly a letter shows the picture alone. Takes
-    /// `askQuit` (asks, then sets `quit`), `openPathBox` and `escape` and clears them.
+    /// do goes to `app`. A window with room for hardly a letter shows the picture alone, and is
+    /// to grow before it can ask. Takes `askQuit` (asks, then sets `quit`), `openPathBox` and
+    /// `escape` and clears them.
     void draw(Session& session, AppRequests& app, const UiFrame& frame);
 
     /// Where the hand has put the windows goes to the settings; before the end `now`.

@@ -99,6 +99,7 @@ TEST(WindowLayout, NarrowWindowsBeginFoldedAndSmallOnesShowThePictureAlone)
     EXPECT_EQ(layOut({100, 200}, 13, panels).picture.size, glm::vec2(100, 200));
     EXPECT_TRUE(app::hasRoomForText({320, 200}, 13));
     EXPECT_FALSE(app::hasRoomForText({100, 200}, 13));
+    EXPECT_TRUE(app::hasRoomForText(app::roomForQuestion(13), 13));
 }
 
 TEST(WindowLayout, ADraggedEdgeStaysUnderTheHand)

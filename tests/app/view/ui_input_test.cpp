@@ -28,6 +28,21 @@ TEST(Ui, QuestionBeforeQuitting)
     EXPECT_FALSE(desk.requests.quit || desk.requests.leave);
 }
 
+TEST(Ui, TheQuestionMakesItselfRoom)
+{
+    Desk desk(deskOptions(), {500, 30});
+    desk.requests.askQuit = true;
+    desk.frame();
+    EXPECT_TRUE(desk.requests.askQuit) << "it has not been asked";
+    ASSERT_TRUE(desk.requests.resize);
+    const glm::uvec2 size = *desk.requests.resize;
+    EXPECT_GE(size.x, 500u);
+    ImGui::GetIO().DisplaySize = {float(size.x), float(size.y)};
+    desk.frames(3);
+    EXPECT_FALSE(desk.requests.askQuit);
+    EXPECT_TRUE(desk.windows().contains("Quit?###quit"));
+}
+
 /// Esc as the window's loop takes it: the key runs the action, unless ImGui wants the keyboard.
 void escape(Desk& desk)
 {
