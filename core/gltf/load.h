@@ -45,7 +45,7 @@ struct Load {
     std::vector<TextureRequest> textureRequests;
     Scene scene;
     ContentHash hash;
-    ContentHash fileHash;      // without the environment that was asked for
+    ContentHash fileHash;      // without what is around the scene
     uint64_t memoryBytes = 0;  // estimated so far
 
     /// Throws LoadError: "<label>: <pointer>: <what> — <remedy>". Whatever the file put into these
