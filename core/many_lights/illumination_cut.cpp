@@ -45,6 +45,7 @@ public:
         pixels_.bound(rows_, job.gather);
         weights_.assign(rows_.count(), 0);
         rays_ = entries_ = 0;
+        forget();
         Pcg32 random(frameSeed(job.receivers), slice);
         if (!approximate(random, stop)) return false;
         makeThresholds(error);
@@ -88,6 +89,14 @@ private:
     void accept(const Pair& pair);
     void finishAccepted();
 
+    /// Drops what a slice that was given up has left behind.
+    void forget()
+    {
+        probes_.clear();
+        accepted_.clear();
+        lit_.clear();
+        sampling_.clear();
+    }
     void pushRoots();
     void splitPixels(const Pair& pair)
     {

@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "core/gltf/gltf.h"
+#include "core/many_lights/illumination_cut.h"
 #include "core/many_lights/lightcuts.h"
 #include "core/many_lights/mat_sep.h"
 #include "core/many_lights/slice_shading.h"
@@ -406,6 +409,39 @@ TEST(Techniques, ObeyStops)
         EXPECT_EQ(frame->slicesDone(), 0u);
         EXPECT_TRUE(frame->advance(core::Clock::now(), 1e9, {}, done));
     }
+}
+
+/// Whenever a slice is given up, the next one on that thread knows nothing of it.
+TEST(IlluminationCut, ASliceThatIsGivenUpLeavesNothingToTheNext)
+{
+    const Stage stage(asset("cornell-diffuse"), 40, 2000);
+    const Rows r(stage);
+    const IlluminationCut cut(stage.lights->tree, 0.02f);
+    const std::span<const uint32_t> all(r.chosen), few = all.first(64);
+    std::vector<vec3> radiance;
+    const auto light = [&](std::span<const uint32_t> chosen, const std::stop_token& stop) {
+        SliceStats stats;
+        radiance.assign(chosen.size(), vec3(0));
+        return cut.light(r.job, r.receivers, chosen, 0, stop, radiance, stats);
+    };
+    const core::Clock::time_point start = core::Clock::now();
+    ASSERT_TRUE(light(all, {}));
+    const std::chrono::duration<double> whole(core::secondsSince(start));
+    ASSERT_TRUE(light(few, {}));
+    const std::vector<vec3> clean = radiance;
+    uint32_t given = 0;
+    for (int k = 1; k < 20; ++k) {
+        std::stop_source stop;
+        std::thread later([&] {
+            std::this_thread::sleep_for(whole * k / 20);
+            stop.request_stop();
+        });
+        given += light(all, stop.get_token()) ? 0u : 1u;
+        later.join();
+        ASSERT_TRUE(light(few, {}));
+        EXPECT_EQ(radiance, clean) << k;
+    }
+    EXPECT_GT(given, 0u);
 }
 
 }  // namespace
