@@ -11,8 +11,7 @@ namespace core::many_lights {
 
 namespace {
 
-constexpr uint32_t kFewestRows = 8;  // fewer common rows prove nothing
-constexpr uint64_t kWindow = 32;     // columns after which bailing out is considered
+constexpr uint64_t kWindow = 32;  // columns after which bailing out is considered
 constexpr size_t kMostCandidates = 255;
 constexpr double kNear =
     0.2;  // share of sampled rows in which a column may differ from the nearest
@@ -58,6 +57,7 @@ void MatchingOctant::runBlock(std::span<const uint32_t> columns)
     block_.begin(columns);
     if (basis_.size() == 0 && !params_.twoPhase) {
         traceFully(0);
+        windowTraced_ = 0;  // with nothing to match, that tells nothing of the columns to come
         return;
     }
     drawRows();
@@ -96,11 +96,10 @@ void MatchingOctant::traceRepresentatives()
 {
     std::vector<size_t> which;
     const uint32_t before = basis_.size();
-    const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
     for (size_t c = 0; c < block_.size(); ++c) {
-        if (std::ranges::equal(block_.traced(c), block_.matters(c))) continue;
+        if (isTraced(c)) continue;
         basis_.makeKey(block_.visible(c), block_.traced(c), key_);
-        basis_.match(key_, fewest, candidates_);
+        basis_.match(key_, fewestRows(), candidates_);
         if (!candidates_.empty()) continue;
         which.push_back(c);
         basis_.push(block_.visible(c), block_.traced(c));
@@ -112,28 +111,22 @@ void MatchingOctant::traceRepresentatives()
 
 void MatchingOctant::completeColumn(size_t c)
 {
-    const auto traced = block_.traced(c), matters = block_.matters(c);
-    windowActive_ += countBits(matters);
+    windowActive_ += countBits(block_.matters(c));
     ++windowColumns_;
-    uint32_t left = 0;
-    for (size_t w = 0; w < traced.size(); ++w)
-        left += static_cast<uint32_t>(std::popcount(matters[w] & ~traced[w]));
-    const uint32_t known = countBits(traced);
-    const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
-    if (left == 0) {  // nothing is left to predict; such a column costs no comparison later
+    if (isTraced(c)) {  // nothing is left to predict; such a column costs no comparison later
         noteFull(c);
         return;
     }
-    if (known < fewest) return traceFully(c);
-    basis_.makeKey(block_.visible(c), traced, key_);
-    basis_.match(key_, fewest, candidates_);
+    if (countBits(block_.traced(c)) < fewestRows()) return traceFully(c);
+    basis_.makeKey(block_.visible(c), block_.traced(c), key_);
+    basis_.match(key_, fewestRows(), candidates_);
     if (candidates_.empty()) {
         if (params_.joint && checkCount() > 0 && basis_.matchesSamples(key_)) raiseRate();
         return unmatched(c);
     }
     const Candidate candidate = choose(c);
     if (!verify(c, candidate)) {
-        if (!params_.joint) raiseRate();
+        raiseRate();
         return traceFully(c);
     }
     take(c, candidate);
@@ -264,7 +257,7 @@ void MatchingOctant::take(size_t c, Candidate candidate)
     if (params_.onMismatch == OnMismatch::repair) {
         const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate);
         if (outcome == RepairOutcome::hopeless) return traceFully(c);
-        if (outcome == RepairOutcome::differs) learn(c);
+        if (outcome == RepairOutcome::differs) return completeRepaired(c);
     } else {
         predict(block_, c, basis_, candidate);
     }
@@ -289,16 +282,19 @@ void MatchingOctant::noteResidual(size_t c)
 void MatchingOctant::unmatched(size_t c)
 {
     if (params_.onMismatch == OnMismatch::full) return traceFully(c);
-    const uint32_t fewest = std::min(kFewestRows, params_.rowMinimum);
-    const auto nearest = basis_.nearest(key_, fewest);
+    const auto nearest = basis_.nearest(key_, fewestRows());
     if (!nearest || nearest->differ > kNear * nearest->common) return traceFully(c);
     if (params_.onMismatch == OnMismatch::recursion)
         recurseColumn(block_, c, basis_, nearest->candidate);
     else if (repairColumn(block_, c, basis_, nearest->candidate) == RepairOutcome::hopeless)
         return traceFully(c);
-    ++stats_.repaired;
-    stats_.authorRays += countBits(block_.traced(c));
-    windowTraced_ += countBits(block_.traced(c));
+    completeRepaired(c);
+}
+
+/// Counts and learns a column that was predicted by one that it is not.
+void MatchingOctant::completeRepaired(size_t c)
+{
+    noteRepaired(c);
     noteResidual(c);
     learn(c);
 }

@@ -33,6 +33,7 @@ private:
     void take(size_t c, Candidate candidate);
     void noteResidual(size_t c);
     void unmatched(size_t c);
+    void completeRepaired(size_t c);
     void traceFully(size_t c);
     void append(size_t c);
     void learn(size_t c);

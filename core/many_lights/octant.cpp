@@ -33,6 +33,11 @@ uint32_t Octant::checkCount() const
     return std::max({share(double(params_.verificationRate), rows_), params_.rowMinimum, 1u});
 }
 
+bool Octant::isTraced(size_t c) const
+{
+    return std::ranges::equal(block_.traced(c), block_.matters(c));
+}
+
 void Octant::drawSamples(uint32_t count, std::span<const uint64_t> eligible,
                          std::span<uint64_t> drawn)
 {
@@ -105,6 +110,13 @@ void Octant::noteMatched(size_t c, uint32_t drawn)
 {
     ++stats_.matched;
     stats_.authorRays += drawn;
+    windowTraced_ += countBits(block_.traced(c));
+}
+
+void Octant::noteRepaired(size_t c)
+{
+    ++stats_.repaired;
+    stats_.authorRays += countBits(block_.traced(c));
     windowTraced_ += countBits(block_.traced(c));
 }
 

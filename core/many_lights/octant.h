@@ -2,6 +2,8 @@
 // and what is counted.
 #pragma once
 
+#include <algorithm>
+
 #include "core/many_lights/block.h"
 #include "core/many_lights/row_weights.h"
 
@@ -19,6 +21,11 @@ protected:
     uint32_t sampleCount() const;
     /// Rows that verify a match; 0: none do.
     uint32_t checkCount() const;
+
+    /// Rows on which two columns are to be compared at least; fewer prove nothing.
+    uint32_t fewestRows() const { return std::min(8u, params_.rowMinimum); }
+    /// Whether all rows of column c that matter have been traced.
+    bool isTraced(size_t c) const;
 
     /// Draws rows by weight, with or without replacement.
     void drawSamples(uint32_t count, std::span<const uint64_t> eligible, std::span<uint64_t> drawn);
@@ -42,6 +49,7 @@ protected:
     /// Counts column c, which is complete.
     void noteFull(size_t c);
     void noteMatched(size_t c, uint32_t drawn);
+    void noteRepaired(size_t c);
 
     /// Counts the columns of the basis at the end.
     void finish(uint32_t basis);

@@ -372,6 +372,58 @@ TEST(Matching, ColumnsThatMatterInFewRowsAreConfusedNoMoreOften)
     EXPECT_LT(error, 0.05 * expected);
 }
 
+/// Counts how often column 2 is asked for.
+class CountingOracle : public MatrixOracle {
+public:
+    using MatrixOracle::MatrixOracle;
+    void trace(std::span<const TraceRequest> requests) override
+    {
+        for (const TraceRequest& r : requests) asked2 += r.column == 2;
+        MatrixOracle::trace(requests);
+    }
+    uint32_t asked2 = 0;
+};
+
+// Of such a column the last rows are compared after it has been matched: with its block, then in
+// these rows, then in all, it is asked for three times where they fail.
+TEST(Matching, LateRowsThatFailRaiseTheRateToo)
+{
+    constexpr uint32_t kRows = 1000, kFew = 400, kDark = 10;
+    BitMatrix truth(kRows, 3), matters(kRows, 3);
+    for (uint32_t j = 0; j < 3; ++j)
+        for (uint32_t i = 0; i < kRows; ++i) {
+            matters.set(i, j, j < 2 || i < kFew);
+            truth.set(i, j, j < 2 || (i < kFew && i % (kFew / kDark) != 0));
+        }
+    CompletionParams params;
+    params.adaptiveRows = false;
+    uint32_t late = 0;
+    for (uint64_t seed = 0; seed < 200; ++seed) {
+        CountingOracle oracle(truth, matters);
+        CompletedSlice slice;
+        complete(oracle, kRows, std::vector<ColumnRange>{{0, 3}}, params, seed, slice);
+        if (oracle.asked2 < 3) continue;
+        ++late;
+        EXPECT_EQ(slice.stats.verificationFailures, 1u);
+        EXPECT_NEAR(slice.stats.meanRate(), 0.05, 1e-7);
+    }
+    EXPECT_GT(late, 20u);
+}
+
+// As long as no column is known all rays are traced for want of one, not because none matches.
+TEST(Matching, SmallColumnsDoNotMakeAnOctantBailOut)
+{
+    constexpr uint32_t kRows = 1000, kSmall = 60, kColumns = kSmall + 200;
+    BitMatrix lit(kRows, kColumns);
+    for (uint32_t j = 0; j < kColumns; ++j)
+        for (uint32_t i = 0; i < (j < kSmall ? 60u : 130u); ++i) lit.set(i, j, true);
+    MatrixOracle oracle(lit, lit);
+    CompletedSlice slice;
+    complete(oracle, kRows, std::vector<ColumnRange>{{0, kColumns}}, {}, 1, slice);
+    EXPECT_EQ(slice.stats.bailedOut, 0u);
+    EXPECT_GT(slice.stats.matched, 150u);
+}
+
 // Known rows of other columns stand in for rows of which a column of the basis knows nothing.
 TEST(Matching, RowsThatDoNotMatterTakeNoPart)
 {
