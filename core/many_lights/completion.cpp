@@ -60,6 +60,7 @@ CompletionStats& CompletionStats::operator+=(const CompletionStats& other)
     basis += other.basis;
     verificationFailures += other.verificationFailures;
     ambiguous += other.ambiguous;
+    rated += other.rated;
     rates += other.rates;
     traceSeconds += other.traceSeconds;
     seconds += other.seconds;

@@ -61,7 +61,8 @@ struct CompletionStats {
     uint32_t basis = 0;      // known columns of all octants that others are compared with
     uint32_t ambiguous = 0;  // columns with several matches
     uint32_t verificationFailures = 0;
-    double rates = 0;  // the final row rate of each column's octant, summed over columns
+    uint32_t rated = 0;  // columns of octants that have a row rate: not of slices traced in full
+    double rates = 0;    // the final row rate of each of these columns' octants, summed
     double traceSeconds = 0, seconds = 0;  // in the oracle; altogether
 
     CompletionStats& operator+=(const CompletionStats& other);
@@ -72,7 +73,7 @@ struct CompletionStats {
     {
         return entries > 0 ? double(authorRays) / double(entries) : 0;
     }
-    double meanRate() const { return columns > inactive ? rates / (columns - inactive) : 0; }
+    double meanRate() const { return rated > 0 ? rates / rated : 0; }
 };
 
 /// A sampled error of the prediction: shade(row, column) times `weight`, added to the picture of

@@ -123,6 +123,7 @@ void Octant::noteRepaired(size_t c)
 void Octant::finish(uint32_t basis)
 {
     stats_.basis += basis;
+    stats_.rated += static_cast<uint32_t>(columns_.size());
     stats_.rates += rate_ * double(columns_.size());
 }
 

@@ -102,4 +102,21 @@ TEST(Completion, EmptySlicesTakeNoRays)
     EXPECT_EQ(oracle.calls(), 0u);
 }
 
+TEST(Completion, SlicesTracedInFullHaveNoRate)
+{
+    Pcg32 random(3);
+    const BitMatrix large = tests::dictionaryMatrix(400, 50, 5, random),
+                    small = tests::dictionaryMatrix(60, 50, 5, random);
+    CompletionStats sum;
+    for (const BitMatrix* truth : {&large, &small}) {
+        MatrixOracle oracle(*truth);
+        CompletedSlice slice;
+        complete(oracle, truth->rows(), std::vector<ColumnRange>{{0, 50}}, {}, 1, slice);
+        sum += slice.stats;
+    }
+    EXPECT_EQ(sum.columns, 100u);
+    EXPECT_NEAR(sum.meanRate(), 0.025, 1e-7);
+    EXPECT_EQ(CompletionStats{}.meanRate(), 0);
+}
+
 }  // namespace
