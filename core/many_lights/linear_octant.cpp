@@ -18,7 +18,7 @@ void LinearOctant::run()
         block_.begin(columns_.subspan(at, 1));
         if (basisSize() == 0 || !sampled())
             traceFully();
-        else if (std::ranges::equal(block_.traced(0), block_.matters(0)))
+        else if (isTraced(0))
             finishTraced();
         else if (!predict(block_.visible(0), block_.matters(0), samples_))
             traceFully();
@@ -37,14 +37,14 @@ void LinearOctant::finishTraced()
     writeTraced(0);
 }
 
-/// Samples the column; false where that is not worth while.
+/// Samples the column; false where that is not worth while, or tells too little of it.
 bool LinearOctant::sampled()
 {
     std::ranges::fill(samples_, 0);
     drawn_ = chooseRows(block_.matters(0), samples_);
     if (countBits(samples_) == 0) return false;
     block_.fetch(0, samples_);
-    return true;
+    return isTraced(0) || countBits(block_.traced(0)) >= fewestRows();
 }
 
 bool LinearOctant::verified()

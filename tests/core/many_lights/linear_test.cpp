@@ -360,6 +360,25 @@ TEST(Amc, RowsThatDoNotMatterAreDarkAndFree)
     }
 }
 
+// None of the sampled rows may matter: that such a column is dark has to be seen.
+TEST(Amc, ColumnsThatMatterInFewRowsAreNotGuessedWithoutARay)
+{
+    constexpr uint32_t kRows = 1000, kColumns = 42, kFew = 20;
+    BitMatrix lit(kRows, kColumns);
+    for (uint32_t j = 0; j < kColumns; ++j)
+        for (uint32_t i = 0; i < kRows; ++i) lit.set(i, j, j < 2 || i / kFew == j);
+    CompletionParams params;
+    params.method = CompletionMethod::amc;
+    params.verificationRate = 0;
+    for (uint64_t seed = 0; seed < 50; ++seed) {
+        tests::MatrixOracle oracle(lit, lit);
+        CompletedSlice slice;
+        complete(oracle, kRows, std::vector<ColumnRange>{{0, kColumns}}, params, seed, slice);
+        ASSERT_EQ(tests::bitError(lit, slice.visible, &lit), 0) << seed;
+        EXPECT_EQ(slice.stats.matched, 1u);
+    }
+}
+
 // Sums of what was predicted and of its sampled error have the mean of the truth.
 TEST(LinearResidual, CorrectsTheMean)
 {
