@@ -68,7 +68,8 @@ CompletionStats& CompletionStats::operator+=(const CompletionStats& other)
 }
 
 void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRange> octants,
-              const CompletionParams& params, uint64_t seed, CompletedSlice& out)
+              const CompletionParams& params, uint64_t seed, CompletedSlice& out,
+              const std::stop_token& stop)
 {
     const Clock::time_point start = Clock::now();
     uint32_t columns = 0;
@@ -97,7 +98,7 @@ void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRan
         else if (params.method == CompletionMethod::gaussJordan)
             GaussJordanOctant(tracer, active, params, octant, out).run();
         else if (params.method == CompletionMethod::svt)
-            SvtOctant(tracer, active, params, octant, out).run();
+            SvtOctant(tracer, active, params, octant, out).run(stop);
         else
             AmcOctant(tracer, active, params, octant, out).run();
     }

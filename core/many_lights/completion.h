@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "core/many_lights/bit_matrix.h"
@@ -101,8 +102,9 @@ uint64_t octantSeed(uint64_t seed, size_t octant);
 /// Completes `rows` x (end of the last octant) bits. `octants` are adjacent ranges of columns,
 /// beginning at 0, that share nothing; within each, brighter columns come first. Rows are best in
 /// the order of a space-filling curve. The result is a function of the oracle's answers, `params`
-/// and `seed` (of the slice) alone.
+/// and `seed` (of the slice) alone. Once `stop` is requested it means nothing.
 void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRange> octants,
-              const CompletionParams& params, uint64_t seed, CompletedSlice& out);
+              const CompletionParams& params, uint64_t seed, CompletedSlice& out,
+              const std::stop_token& stop = {});
 
 }  // namespace core::many_lights

@@ -11,6 +11,7 @@ namespace {
 
 constexpr size_t kOversampling = 10;
 constexpr int kPowerIterations = 2;
+constexpr double kSafeStep = 1.9;  // thresholding converges with steps below 2
 
 /// Normally distributed (G. Box, M. Muller, "A Note on the Generation of Random Normal Deviates",
 /// 1958).
@@ -78,7 +79,7 @@ Svd singularValuesAbove(const Matrix& a, double least, size_t guess, Pcg32& rand
 }
 
 LowRank completeLowRank(const Matrix& values, const BitMatrix& known, const SvtSettings& settings,
-                        Pcg32& random)
+                        Pcg32& random, const std::stop_token& stop)
 {
     CHECK(values.rows() == known.rows() && values.columns() == known.columns());
     const size_t rows = values.rows(), columns = values.columns();
@@ -86,35 +87,41 @@ LowRank completeLowRank(const Matrix& values, const BitMatrix& known, const SvtS
     const double norm = normOfKnown(values, known);
     if (!(norm > 0)) return {Matrix(rows, columns), 0, 0, 0};
     const double tau = settings.tau > 0 ? settings.tau : 5 * std::sqrt(entries);
-    const double delta =
-        settings.delta > 0 ? settings.delta : 1.2 * entries / countBits(known.words());
+    double delta = settings.delta > 0 ? settings.delta : 1.2 * entries / countBits(known.words());
 
+    const auto forKnown = [&](auto&& f) {
+        for (uint32_t j = 0; j < columns; ++j)
+            forEachBit(known.column(j), [&](uint32_t i) { f(i, j); });
+    };
     Matrix y(rows, columns);
-    for (uint32_t j = 0; j < columns; ++j)
-        forEachBit(known.column(j), [&](uint32_t i) { y(i, j) = values(i, j); });
+    forKnown([&](uint32_t i, uint32_t j) { y(i, j) = values(i, j); });
     const double kick = std::ceil(tau / (delta * largestSingularValue(y, random)));
     for (double& x : y.values()) x *= kick * delta;
 
-    LowRank low;
+    LowRank low{Matrix(rows, columns), 0, 0, 1};
     Matrix start;
-    uint32_t iteration = 0;
-    for (size_t rank = 4;; rank = low.rank + 4) {
+    while (low.iterations < settings.iterations && !stop.stop_requested()) {
+        const uint32_t before = low.iterations;
+        const double last = low.residual;
         // The vectors of the last iteration are a good start, without which errors would not fall
         // below those of a random subspace.
-        Svd parts = singularValuesAbove(y, tau, rank, random, start);
+        Svd parts = singularValuesAbove(y, tau, low.rank + 4, random, start);
         low = shrunk(parts, tau, rows, columns);
         start = std::move(parts.v);
         double error = 0;
-        for (uint32_t j = 0; j < columns; ++j)
-            forEachBit(known.column(j), [&](uint32_t i) {
-                const double missing = values(i, j) - low.matrix(i, j);
-                error += missing * missing;
-                y(i, j) += delta * missing;
-            });
+        forKnown([&](uint32_t i, uint32_t j) {
+            const double missing = values(i, j) - low.matrix(i, j);
+            error += missing * missing;
+        });
         low.residual = std::sqrt(error) / norm;
-        low.iterations = ++iteration;
-        if (low.residual < settings.tolerance || iteration >= settings.iterations) return low;
+        low.iterations = before + 1;
+        if (low.residual < settings.tolerance) break;
+        // The step that suits few known entries is too long for some matrices, which then diverge.
+        if (low.residual > last) delta = std::min(delta, std::max(kSafeStep, 0.5 * delta));
+        forKnown(
+            [&](uint32_t i, uint32_t j) { y(i, j) += delta * (values(i, j) - low.matrix(i, j)); });
     }
+    return low;
 }
 
 Separation separate(const Matrix& d, const SeparationSettings& settings, Pcg32& random)

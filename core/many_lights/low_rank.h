@@ -4,6 +4,8 @@
 // Lagrange Multiplier Method for Exact Recovery of Corrupted Low-Rank Matrices", 2010).
 #pragma once
 
+#include <stop_token>
+
 #include "core/many_lights/bit_matrix.h"
 #include "core/many_lights/dense.h"
 
@@ -19,8 +21,10 @@ Svd singularValuesAbove(const Matrix& a, double least, size_t guess, Pcg32& rand
                         const Matrix& start = {});
 
 struct SvtSettings {
-    double tau = 0;    // what singular values lose; 0: 5 sqrt(rows columns)
-    double delta = 0;  // step; 0: 1.2 times the inverse of the share of known entries
+    double tau = 0;  // what singular values lose; 0: 5 sqrt(rows columns)
+    /// Step; 0: 1.2 times the inverse of the share of known entries. It is halved, down to 1.9,
+    /// where the residual grows.
+    double delta = 0;
     uint32_t iterations = 500;
     double tolerance = 1e-4;  // relative error in the known entries
 };
@@ -33,9 +37,10 @@ struct LowRank {
 };
 
 /// The matrix of small nuclear norm that agrees with `values` where `known` is set; what
-/// `values` holds elsewhere does not count.
+/// `values` holds elsewhere does not count. Ends early, with what there is, when `stop` is
+/// requested.
 LowRank completeLowRank(const Matrix& values, const BitMatrix& known, const SvtSettings& settings,
-                        Pcg32& random);
+                        Pcg32& random, const std::stop_token& stop = {});
 
 struct SeparationSettings {
     double lambda = 0;  // weight of what is sparse; 0: 1 / sqrt(the larger side)

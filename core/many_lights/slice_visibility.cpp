@@ -46,7 +46,7 @@ bool SliceVisibility::run(const SliceJob& job, std::span<const Receiver> receive
     if (!prepare(job, receivers, chosen, slice, stop, stats)) return false;
     SliceOracle oracle(*job.receivers.accel, rows_, ordered_, orderedMatters_, stop, job.packets);
     complete(oracle, rows_.count(), ranges_, job.completion, frameSeed(job.receivers) ^ slice,
-             completed_);
+             completed_, stop);
     stats.completion += completed_.stats;
     return !stop.stop_requested();
 }

@@ -12,7 +12,7 @@ SvtOctant::SvtOctant(Tracer& tracer, std::span<const uint32_t> columns,
     : Octant(tracer, columns, params, seed, columns.size(), out)
 {}
 
-void SvtOctant::run()
+void SvtOctant::run(const std::stop_token& stop)
 {
     block_.begin(columns_);
     const auto count = static_cast<uint32_t>(columns_.size());
@@ -31,13 +31,16 @@ void SvtOctant::run()
     }
     SvtSettings settings;
     settings.iterations = params_.svtIterations;
-    const LowRank low = completeLowRank(values, known, settings, random_);
+    const LowRank low = completeLowRank(values, known, settings, random_, stop);
     std::vector<float> lit(rows_);
     for (uint32_t c = 0; c < count; ++c) {
         for (uint32_t i = 0; i < rows_; ++i)
             lit[i] = static_cast<float>(0.5 * (low.matrix(i, c) + 1));
         writePrediction(c, lit);
-        noteMatched(c, sampleCount());
+        if (isTraced(c))
+            noteFull(c);
+        else
+            noteMatched(c, sampleCount());
     }
     finish(static_cast<uint32_t>(low.rank));
 }

@@ -14,7 +14,8 @@ public:
     SvtOctant(Tracer& tracer, std::span<const uint32_t> columns, const CompletionParams& params,
               uint64_t seed, CompletedSlice& out);
 
-    void run();
+    /// Predicts nothing of use once `stop` is requested.
+    void run(const std::stop_token& stop);
 };
 
 }  // namespace core::many_lights

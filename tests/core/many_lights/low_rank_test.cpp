@@ -169,4 +169,62 @@ TEST(Svt, RecoversVisibilityOfLowRankFromEnoughRows)
     EXPECT_TRUE(tests::completed(truth, params).coefficients.empty());
 }
 
+/// Nine of ten columns are lit everywhere, the others are shadows of edges: with 24 known rows of
+/// 650 a step of 32 makes numbers without bounds.
+TEST(Svt, DoesNotDivergeAtItsOwnStep)
+{
+    Pcg32 random(3);
+    BitMatrix truth(650, 120);
+    for (uint32_t j = 0; j < 120; ++j) {
+        const double edge = random() < 0.9 ? -1 : random() * 650;
+        for (uint32_t i = 0; i < 650; ++i) truth.set(i, j, i > edge);
+    }
+    CompletionParams params;
+    params.method = CompletionMethod::svt;
+    const CompletedSlice slice = tests::completed(truth, params);
+    EXPECT_LT(tests::bitError(truth, slice.visible), 0.1);
+    for (const float x : slice.coefficients) ASSERT_LT(std::abs(x), 3);
+}
+
+TEST(Svt, AStopEndsTheIterations)
+{
+    Pcg32 random(6);
+    const BitMatrix truth = tests::dictionaryMatrix(200, 50, 4, random);
+    Matrix values(200, 50);
+    BitMatrix known(200, 50);
+    for (uint32_t j = 0; j < 50; ++j)
+        for (uint32_t i = 0; i < 200; ++i) {
+            values(i, j) = truth.get(i, j) ? 1 : -1;
+            known.set(i, j, true);
+        }
+    std::stop_source stop;
+    stop.request_stop();
+    const LowRank low = completeLowRank(values, known, {}, random, stop.get_token());
+    EXPECT_EQ(low.iterations, 0u);
+    EXPECT_EQ(low.matrix.rows(), 200u);
+    EXPECT_EQ(low.matrix.columns(), 50u);
+    CompletionParams params;
+    params.method = CompletionMethod::svt;
+    tests::MatrixOracle oracle(truth);
+    CompletedSlice slice;
+    complete(oracle, 200, std::vector<ColumnRange>{{0, 50}}, params, 1, slice, stop.get_token());
+    EXPECT_EQ(slice.stats.basis, 0u);
+    EXPECT_GT(tests::completed(truth, params).stats.basis, 0u);
+}
+
+TEST(Svt, ColumnsThatAreTracedInFullCountAsSuch)
+{
+    Pcg32 random(7);
+    const BitMatrix truth = tests::dictionaryMatrix(100, 30, 4, random);
+    CompletionParams params;
+    params.method = CompletionMethod::svt;
+    params.rowRate = 1;
+    const CompletedSlice slice = tests::completed(truth, params);
+    EXPECT_EQ(slice.visible, truth);
+    EXPECT_EQ(slice.stats.full, 30u);
+    EXPECT_EQ(slice.stats.matched, 0u);
+    params.rowRate = 0.5f;
+    EXPECT_EQ(tests::completed(truth, params).stats.matched, 30u);
+}
+
 }  // namespace
