@@ -200,6 +200,9 @@ void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candida
 RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate)
 {
     Prediction p(block, c, basis, candidate);
+    Words unknown(p.words());
+    for (size_t w = 0; w < unknown.size(); ++w) unknown[w] = ~p.common[w];
+    block.fetch(c, unknown);
     const RepairOutcome outcome = Repair(p).run();
     if (outcome != RepairOutcome::hopeless) predict(block, c, basis, candidate);
     return outcome;

@@ -25,9 +25,9 @@ enum class RepairOutcome {
     hopeless,  // too much has been traced; the column is not complete
 };
 
-/// Traces the patches at the borders of the candidate's shadows and around traced rows that
-/// disagree with it, then their neighbours as long as any differs from the candidate. Completes the
-/// column unless that becomes most of it.
+/// Traces the rows that the candidate does not know, the patches at the borders of the candidate's
+/// shadows and around traced rows that disagree with it, then their neighbours as long as any
+/// differs from the candidate. Completes the column unless that becomes most of it.
 RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate);
 
 }  // namespace core::many_lights

@@ -41,6 +41,45 @@ TEST(Repair, MendsTheBordersOfShadows)
     EXPECT_GT(recursed.error, 5 * plainRoom.error);
 }
 
+/// Column 0 knows nothing of the last rows, in which the others are lit.
+TEST(Repair, RowsTheCandidateDoesNotKnowAreTraced)
+{
+    constexpr uint32_t kRows = 1000, kColumns = 20;
+    BitMatrix truth(kRows, kColumns), matters(kRows, kColumns);
+    for (uint32_t j = 0; j < kColumns; ++j)
+        for (uint32_t i = 0; i < kRows; ++i) {
+            matters.set(i, j, j == 0 ? i < 700 : i >= 300);
+            truth.set(i, j, matters.get(i, j) && (i < 350 + 8 * j || i >= 700));
+        }
+    CompletionParams params;
+    params.onMismatch = OnMismatch::repair;
+    params.bailOut = 1;
+    uint32_t repaired = 0;
+    for (uint64_t seed = 0; seed < 50; ++seed) {
+        MatrixOracle oracle(truth, matters);
+        CompletedSlice slice;
+        complete(oracle, kRows, std::vector<ColumnRange>{{0, kColumns}}, params, seed, slice);
+        repaired += slice.stats.repaired;
+        for (uint32_t j = 1; j < kColumns; ++j)
+            for (uint32_t i = 700; i < kRows; ++i)
+                ASSERT_TRUE(slice.visible.get(i, j)) << "seed " << seed << ", column " << j;
+    }
+    EXPECT_GT(repaired, 0u);
+}
+
+/// A match that repair finds to differ is a column of its own.
+TEST(Repair, ColumnsThatAgreeWithNoneAreNotMatched)
+{
+    Pcg32 random(9);
+    const BitMatrix truth = tests::edgesMatrix(1000, 300, random);
+    CompletionParams params;
+    params.onMismatch = OnMismatch::repair;
+    params.bailOut = 1;
+    const CompletedSlice slice = tests::completed(truth, params);
+    EXPECT_GT(slice.stats.repaired, 0u);
+    EXPECT_LE(tests::distinctColumns(slice.visible), slice.stats.full + slice.stats.repaired);
+}
+
 // --- the residual
 
 /// Sum over rows and columns of weight x bit, predicted and corrected.
