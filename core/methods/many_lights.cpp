@@ -22,7 +22,7 @@ using many_lights::CompletionMethod, many_lights::CompletionParams, many_lights:
 
 /// Sums over the frames of a picture.
 struct Totals {
-    FrameStats last;  // of the latest frame that has lit a slice
+    FrameStats last;  // of the latest frame that has lit a slice, if any has
     SliceStats slices;
     uint64_t otherRays = 0;
     double lightSeconds = 0, treeSeconds = 0, receiverSeconds = 0, techniqueSeconds = 0,
@@ -33,7 +33,7 @@ struct Totals {
 
 Totals& Totals::operator+=(const FrameStats& frame)
 {
-    last = frame;
+    if (frame.slices.slices > 0 || last.slices.slices == 0) last = frame;
     slices += frame.slices;
     otherRays += frame.lightRays + frame.cameraRays + frame.techniqueRays;
     lightSeconds += frame.lightSeconds;
@@ -100,6 +100,7 @@ private:
     FrameSettings settings() const;
     bool beginFrame(const std::stop_token& stop);
     void endFrame();
+    FrameStats frameStats() const;
     void makeMaps();
     Frame::PixelDone addToFilm();
 
@@ -110,6 +111,7 @@ private:
     glm::uvec2 size_{0};
     std::optional<many_lights::LightPlan> plan_;
     std::shared_ptr<const FrameLights> firstLights_;  // of frame 0, which every view begins with
+    bool lightsFromBefore_ = false;                   // they were made for a view before this one
     std::unique_ptr<Frame> frame_;
     Film film_;
     std::mutex countersMutex_;
@@ -126,6 +128,7 @@ void ManyLights::reset()
     maps_.clear();
     totals_ = {};
     seconds_ = 0;
+    lightsFromBefore_ = firstLights_ != nullptr;
     ++version_;
 }
 
@@ -171,10 +174,21 @@ bool ManyLights::beginFrame(const std::stop_token& stop)
     return frame_ != nullptr;
 }
 
+/// Of the frame at work, without what its lights cost an earlier view.
+FrameStats ManyLights::frameStats() const
+{
+    FrameStats stats = frame_->stats();
+    if (film_.samples == 0 && lightsFromBefore_) {
+        stats.lightRays = 0;
+        stats.lightSeconds = stats.treeSeconds = 0;
+    }
+    return stats;
+}
+
 void ManyLights::endFrame()
 {
     makeMaps();
-    totals_ += frame_->stats();
+    totals_ += frameStats();
     frame_.reset();
     ++film_.samples;
 }
@@ -222,7 +236,7 @@ RenderStats ManyLights::stats() const
     stats.buildSeconds = accel_ ? accel_->stats().buildSeconds : 0;
     stats.renderSeconds = seconds_;
     Totals t = totals_;
-    if (frame_) t += frame_->stats();
+    if (frame_) t += frameStats();
     const SliceStats& s = t.slices;
     stats.rays = t.otherRays + s.otherRays + s.completion.rays;
     stats.paths = s.rows;

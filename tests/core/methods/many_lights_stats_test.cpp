@@ -1,0 +1,107 @@
+// What rendering with many lights tells of itself: what a view has cost and lit, not what views
+// before it have.
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "core/gltf/gltf.h"
+#include "core/methods/many_lights.h"
+#include "core/methods/method.h"
+#include "tests/support/slice_twin.h"
+
+namespace {
+
+using glm::vec3;
+
+std::shared_ptr<const core::World> box()
+{
+    return core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/cornell-diffuse.gltf"));
+}
+
+core::ManyLightsParams few()
+{
+    return {.lights = 1000, .clusters = 50, .sliceSize = 200};
+}
+
+double number(const core::Renderer& renderer, std::string_view name)
+{
+    for (const core::StatsDetail& d : renderer.stats().details)
+        if (d.name == name) return std::get<double>(d.value);
+    ADD_FAILURE() << "no " << name;
+    return -1;
+}
+
+/// The lights of the first sample serve all views; the first of these has paid for them.
+TEST(ManyLightsStats, LightsOfEarlierViewsCostNothing)
+{
+    const auto world = box();
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    core::Camera camera = world->cameras.at(0);
+    core::ManyLightsParams params = few();
+    const auto renderNext = [&] {
+        camera.position.x += 0.01;
+        renderer->setView({camera, {24, 24}, params}, core::Start::anew);
+        renderer->advance({.samples = 1}, {});
+    };
+    renderNext();
+    const double lights = number(*renderer, "lights");
+    const uint64_t rays = renderer->stats().rays;
+    EXPECT_GT(lights, 0);
+    EXPECT_GT(number(*renderer, "seconds_lights"), 0);
+    EXPECT_GT(number(*renderer, "seconds_tree"), 0);
+    renderNext();
+    EXPECT_EQ(number(*renderer, "lights"), lights);
+    EXPECT_EQ(number(*renderer, "seconds_lights"), 0);
+    EXPECT_EQ(number(*renderer, "seconds_tree"), 0);
+    EXPECT_LT(renderer->stats().rays, rays) << "rays of the lights, traced for the view before";
+    renderer->advance({.samples = 1}, {});
+    EXPECT_GT(number(*renderer, "seconds_lights"), 0) << "the second sample has its own";
+    params.lights = 2000;
+    renderNext();
+    EXPECT_GT(number(*renderer, "seconds_lights"), 0);
+}
+
+/// Sums on the CPU until it is told to fail.
+class Failing final : public core::ManyLightsDevice {
+public:
+    explicit Failing(const std::atomic<bool>& fails) : fails_(fails) {}
+    void setWorld(std::shared_ptr<const core::World> world, const core::Progress&) override
+    {
+        world_ = std::move(world);
+    }
+    void prepare(const core::many_lights::SumRules&) override {}
+    void setPace(const core::Pace&) override {}
+    void addTo(core::RenderStats&) const override {}
+    uint64_t batchEntries() const override { return 1 << 20; }
+    double sum(std::span<const core::many_lights::SlicePiece> pieces,
+               const core::many_lights::SumRules& rules, std::span<vec3> radiance) override
+    {
+        if (fails_) throw core::Error("the device is lost", core::ExitCode::deviceLost);
+        return tests::SliceTwin(*world_).sum(pieces, rules, radiance);
+    }
+
+private:
+    const std::atomic<bool>& fails_;
+    std::shared_ptr<const core::World> world_;
+};
+
+/// A sample of which no slice has been lit yet does not hide the one before it.
+TEST(ManyLightsStats, TellOfTheLatestSampleThatHasLitSomething)
+{
+    const auto world = box();
+    std::atomic<bool> fails = false;
+    const auto renderer = core::makeManyLights(std::make_unique<Failing>(fails));
+    renderer->setWorld(world, {});
+    renderer->setView({world->cameras.at(0), {24, 24}, few()}, core::Start::anew);
+    renderer->advance({.samples = 1}, {});
+    const double slices = number(*renderer, "slices"), points = number(*renderer, "receivers");
+    EXPECT_GT(slices, 1);
+    EXPECT_GT(points, 300);
+    fails = true;
+    EXPECT_THROW(renderer->advance({.samples = 1}, {}), core::Error);
+    EXPECT_EQ(number(*renderer, "slices"), slices);
+    EXPECT_EQ(number(*renderer, "receivers"), points);
+}
+
+}  // namespace
