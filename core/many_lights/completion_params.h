@@ -128,13 +128,14 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
     v(Field{"guard", "gauss-jordan and amc: sample so many rows that what is known cannot explain "
                      "any column"},
       p.guard);
-    v(Field{"coefficients", "what becomes of predictions of amc: rounded to bits, clamped to 0..1, "
-                            "or real numbers"},
+    v(Field{"coefficients",
+            "what becomes of predictions of amc and svt: rounded to bits, clamped to "
+            "0..1, or real numbers"},
       p.coefficients);
     v(Field{"svt-iterations", "svt: iterations at most", {1, 10000}}, p.svtIterations);
     v(Field{"residual-rate",
             "share of the rows traced to correct the mean of what is predicted, which makes the "
-            "picture unbiased and noisier; 0: none",
+            "picture unbiased and noisier; 0: none. Not of svt",
             {0, 1}},
       p.residualRate);
 }

@@ -74,7 +74,7 @@ struct ManyLightsParams {
         v(Field{"light-shape",
                 "what a virtual light shines from: a point, or a sphere or a disc, as wide as the "
                 "lights around it are apart (both are biased: they blur); these need no clamp. "
-                "lightcuts and illumination-cut know points only",
+                "lightcuts, illumination-cut and matsep know points only",
                 {},
                 true},
           p.lightShape);
