@@ -13,13 +13,12 @@ namespace {
 using Channel = AnimationChannel;
 
 struct Keys {
-    std::vector<float> times;
-    std::vector<glm::vec4> values;
+    std::vector<float> times, values;
     std::string fault;
 };
 
-/// Times and values of a sampler for a property of `width` components.
-Keys readKeys(const Accessor& input, const Accessor& output, uint32_t width,
+/// Times and values of a sampler for a property of `elements` elements of `width` components.
+Keys readKeys(const Accessor& input, const Accessor& output, uint32_t width, size_t elements,
               Channel::Interpolation interpolation)
 {
     Keys keys;
@@ -34,9 +33,10 @@ Keys readKeys(const Accessor& input, const Accessor& output, uint32_t width,
                          .append(" components");
         return keys;
     }
-    if (output.count != input.count * perKey) {
+    if (output.count % elements != 0 || output.count / elements != input.count * perKey) {
         keys.fault = "it has " + std::to_string(input.count) + " times and " +
-                     std::to_string(output.count) + " values";
+                     std::to_string(output.count) + " values" +
+                     (elements > 1 ? " for " + std::to_string(elements) + " morph targets" : "");
         return keys;
     }
     keys.times.resize(input.count);
@@ -45,15 +45,21 @@ Keys readKeys(const Accessor& input, const Accessor& output, uint32_t width,
         if (!std::isfinite(keys.times[i]) || keys.times[i] < 0 ||
             (i > 0 && keys.times[i] <= keys.times[i - 1]))
             keys.fault = "its times do not increase from 0";
-    std::vector<float> flat(output.count * width);
-    readFloats(output, 0, output.count, width, flat.data());
-    if (!std::all_of(flat.begin(), flat.end(), [](float v) { return std::abs(v) < 1e18f; }))
+    keys.values.resize(output.count * width);
+    readFloats(output, 0, output.count, width, keys.values.data());
+    if (!std::all_of(keys.values.begin(), keys.values.end(),
+                     [](float v) { return std::abs(v) < 1e18f; }))
         keys.fault = "it has values that are not finite or beyond 1e18";
-    keys.values.resize(output.count);
-    for (size_t i = 0; i < keys.values.size(); ++i)
-        for (uint32_t k = 0; k < width; ++k)
-            keys.values[i][static_cast<int>(k)] = flat[i * width + k];
     return keys;
+}
+
+/// Values of `width` components each.
+std::vector<glm::vec4> vectors(const std::vector<float>& flat, uint32_t width)
+{
+    std::vector<glm::vec4> values(flat.size() / width, glm::vec4(0));
+    for (size_t i = 0; i < flat.size(); ++i)
+        values[i / width][static_cast<int>(i % width)] = flat[i];
+    return values;
 }
 
 /// Rotations are unit quaternions; tangents of splines are not.
@@ -113,12 +119,16 @@ private:
         else if (path == "scale")
             channel.path = Channel::Path::scale;
         else if (path == "weights")
-            return skip("MORPH_ANIMATION_IGNORED", target->at("path"),
-                        "animated morph weights are not supported");
+            channel.path = Channel::Path::weights;
         else
             return skip("VALUE_NOT_IN_LIST", target->at("path"),
                         describe(path) + " is not a property of nodes");
-        if (load_.scene.nodes[static_cast<size_t>(channel.node)].local.matrix)
+        const bool weights = channel.path == Channel::Path::weights;
+        const size_t elements = weights ? targetsOf(static_cast<size_t>(node)) : 1;
+        if (elements == 0)
+            return skip("ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS", target->at("path"),
+                        "the node has no mesh with morph targets");
+        if (!weights && load_.scene.nodes[static_cast<size_t>(channel.node)].local.matrix)
             return skip("ANIMATION_CHANNEL_TARGET_NODE_MATRIX", target->at("node"),
                         "the node has a matrix, which cannot be animated");
 
@@ -134,18 +144,30 @@ private:
         const Accessor& times = usable(load_, accessors_, input);
         const Accessor& values = usable(load_, accessors_, output);
         // Channels may share a sampler, but each has keys of its own here.
-        load_.reserveMemory(times.count * sizeof(float) + values.count * sizeof(glm::vec4),
+        load_.reserveMemory(times.count * sizeof(float) +
+                                values.count * (weights ? sizeof(float) : sizeof(glm::vec4)),
                             object.pointer());
-        Keys keys = readKeys(times, values, channel.path == Channel::Path::rotation ? 4 : 3,
-                             channel.interpolation);
+        const uint32_t width = weights ? 1 : channel.path == Channel::Path::rotation ? 4 : 3;
+        Keys keys = readKeys(times, values, width, elements, channel.interpolation);
         if (!keys.fault.empty())
             return skip("ANIMATION_SAMPLER_INVALID", source.pointer(), keys.fault);
         channel.times = std::move(keys.times);
-        channel.values = std::move(keys.values);
+        if (weights)
+            channel.weights = std::move(keys.values);
+        else
+            channel.values = vectors(keys.values, width);
         if (channel.path == Channel::Path::rotation && !normaliseRotations(channel))
             return skip("ANIMATION_SAMPLER_INVALID", source.pointer(),
                         "it has a rotation of length 0");
         return channel;
+    }
+
+    /// Morph targets of the mesh of a node of the document.
+    size_t targetsOf(size_t node)
+    {
+        const int mesh =
+            topLevel(load_, "nodes", node).index("mesh", countOf(load_, "meshes"), "mesh");
+        return mesh < 0 ? 0 : targetCount(topLevel(load_, "meshes", static_cast<size_t>(mesh)));
     }
 
     std::nullopt_t skip(const char* code, const std::string& pointer, const std::string& what)

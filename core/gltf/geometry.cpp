@@ -163,6 +163,7 @@ uint32_t duplicate(Primitive& primitive, size_t vertex)
     copy(primitive.uv1);
     copy(primitive.tangents);
     copy(primitive.positions);
+    primitive.twins.push_back(static_cast<uint32_t>(vertex));
     return static_cast<uint32_t>(primitive.positions.size() - 1);
 }
 

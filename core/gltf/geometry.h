@@ -13,6 +13,8 @@ struct Primitive {
     std::vector<glm::vec4> tangents, colors;  // tangents: w is the handedness
     std::vector<glm::vec2> uv0, uv1;
     std::vector<glm::uvec3> triangles;
+    // Of the vertices that makeTangents appends, those that they are copies of
+    std::vector<uint32_t> twins;
 };
 
 /// Triangles of a list, strip or fan of `count` vertices or indices. `indices` may be null: 0, 1,

@@ -96,6 +96,7 @@ std::shared_ptr<const Scene> build(Load& load, std::span<const std::byte> bytes)
     readLights(load, nodes);
     readAnimations(load, accessors, nodes);
     readPlacements(load, accessors, nodes);
+    readSkins(load, accessors, nodes);
     const MaterialPlan materials = readMaterials(load, nodes);
     readMeshes(load, accessors, nodes, materials);
     readTextures(load);

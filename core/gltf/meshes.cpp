@@ -4,8 +4,8 @@
 #include <map>
 
 #include "core/gltf/compression.h"
+#include "core/gltf/deformation.h"
 #include "core/gltf/geometry.h"
-#include "core/gltf/parts.h"
 
 namespace core::gltf {
 
@@ -52,7 +52,7 @@ public:
         : load_(load), accessors_(accessors), materials_(materials)
     {}
 
-    std::optional<Mesh> read(const Object& primitive, const std::vector<double>& weights)
+    std::optional<Mesh> read(const Object& primitive, const ShapeOfUse& shape)
     {
         const uint64_t mode = primitive.integer("mode", kTriangles);
         if (mode > kFan)
@@ -86,10 +86,12 @@ public:
         Primitive p;
         p.triangles = std::move(topology->triangles);
         readVertices(*attributes, *position, needs, p);
-        morph(primitive, weights, p);
+        morph(primitive, shape.weights, p);
         repair(primitive, p, needs);
+        const VertexRange range{range_.first, range_.count, position->count, std::move(p.twins)};
         Mesh mesh = packMesh(std::move(p));
         mesh.material = material;
+        mesh.deformation = readDeformation(load_, accessors_, primitive, range, shape, mesh);
         return mesh;
     }
 
@@ -368,12 +370,13 @@ void reserveUses(Load& load, const MeshUse& use, const std::vector<int>& meshes,
     constexpr uint64_t kVertexBytes = sizeof(glm::vec3) + sizeof(shared::VertexAttributes);
     constexpr uint64_t kInstanceBytes = 400;
     uint64_t bytes = 0;
+    bool instanced = load.options.instancing != Instancing::flat;
     for (const int index : meshes) {
         const Mesh& mesh = load.scene.meshes[static_cast<size_t>(index)];
         bytes += kTriangleBytes * mesh.triangles.size() + kVertexBytes * mesh.positions.size();
+        instanced = instanced && !mesh.deformation;
     }
     const std::string where = child("/meshes", static_cast<size_t>(use.mesh));
-    const bool instanced = load.options.instancing != Instancing::flat;
     const int placements = load.scene.nodes[static_cast<size_t>(use.node)].placements;
     uint64_t uses =
         placements < 0 ? 1 : load.scene.placements[static_cast<size_t>(placements)].size();
@@ -395,12 +398,13 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
     for (size_t i = 0; i < countOf(load, "meshes"); ++i)
         checkReferences(topLevel(load, "meshes", i), accessors.size(), views);
     Reader reader(load, accessors, materials);
-    std::map<std::pair<int, std::vector<double>>, std::vector<int>> made;
+    const std::map<int, const AnimationChannel*> channels = weightChannels(load.scene);
+    std::map<std::pair<int, ShapeOfUse>, std::vector<int>> made;
     const size_t uses = plan.meshUses.size();
     for (size_t u = 0; u < uses; ++u) {
         const MeshUse& use = plan.meshUses[u];
-        const std::vector<double>& weights = plan.weights[use.weights];
-        const auto [entry, isNew] = made.try_emplace({use.mesh, weights});
+        const ShapeOfUse shape = shapeOf(load.scene, channels, plan, use);
+        const auto [entry, isNew] = made.try_emplace({use.mesh, shape});
         if (isNew) {
             load.stage("meshes", static_cast<double>(u) / static_cast<double>(uses));
             const Object source = topLevel(load, "meshes", static_cast<size_t>(use.mesh));
@@ -410,13 +414,14 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
                 load.warn("EMPTY_ENTITY", source.pointer(), "has no primitives — skipped");
             for (size_t i = 0; i < count; ++i) {
                 load.checkpoint();
-                std::optional<Mesh> mesh = reader.read(source.element("primitives", i), weights);
+                std::optional<Mesh> mesh = reader.read(source.element("primitives", i), shape);
                 if (!mesh) continue;
                 mesh->name = name;
                 entry->second.push_back(static_cast<int>(load.scene.meshes.size()));
                 load.scene.meshes.push_back(std::move(*mesh));
             }
         }
+        checkJoints(load, use, entry->second);
         reserveUses(load, use, entry->second, isNew);
         load.scene.nodes[static_cast<size_t>(use.node)].meshes = entry->second;
     }

@@ -186,22 +186,11 @@ std::vector<double> readWeights(const Object& holder, size_t targets)
     return result;
 }
 
-/// Morph targets of a mesh: those of its first primitive (all must have as many).
-size_t targetCount(const Object& mesh)
-{
-    const Json& primitives = mesh.array("primitives");
-    if (primitives.size() == 0) return 0;
-    return mesh.element("primitives", 0).array("targets").size();
-}
-
 void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
 {
     const int mesh = node.index("mesh", countOf(load, "meshes"), "mesh");
     const int skin = node.index("skin", countOf(load, "skins"), "skin");
     if (mesh < 0) return;
-    if (skin >= 0)
-        load.warn("SKIN_IGNORED", node.at("skin"),
-                  "skins are not supported — the mesh is shown as it is stored, where its node is");
     const Object source = topLevel(load, "meshes", static_cast<size_t>(mesh));
     const size_t targets = targetCount(source);
     std::vector<double> weights = readWeights(node, targets);
@@ -209,7 +198,7 @@ void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
     if (std::all_of(weights.begin(), weights.end(), [](double w) { return w == 0; }))
         weights.clear();
     load.reserveMemory(2 * weights.size() * sizeof(double), node.pointer());
-    plan.meshUses.push_back({sceneNode, mesh, weights.empty() ? 0 : plan.weights.size()});
+    plan.meshUses.push_back({sceneNode, mesh, weights.empty() ? 0 : plan.weights.size(), skin});
     if (!weights.empty()) plan.weights.push_back(std::move(weights));
 }
 
@@ -251,6 +240,13 @@ std::vector<int> readRoots(Load& load, const Forest& forest)
 }
 
 }  // namespace
+
+size_t targetCount(const Object& meshOrPrimitive)
+{
+    if (!meshOrPrimitive.has("primitives")) return meshOrPrimitive.array("targets").size();
+    if (meshOrPrimitive.array("primitives").size() == 0) return 0;
+    return meshOrPrimitive.element("primitives", 0).array("targets").size();
+}
 
 std::optional<Object> shownScene(Load& load)
 {

@@ -13,6 +13,7 @@ struct MeshUse {
     int node = -1;  // of the scene
     int mesh = 0;
     size_t weights = 0;  // of its morph targets, in NodePlan::weights
+    int skin = -1;       // of the document
 };
 
 /// A node of the scene that refers to a camera or light of the document.
@@ -33,7 +34,11 @@ struct NodePlan {
 /// depth above 4096.
 NodePlan readNodes(Load& load);
 
-/// Translation, rotation and scale channels of nodes in the scene.
+/// Morph targets of a mesh of the document, those of its first primitive (all must have as many),
+/// or of one primitive.
+size_t targetCount(const Object& meshOrPrimitive);
+
+/// Channels of nodes in the scene: translation, rotation, scale, weights of morph targets.
 void readAnimations(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan);
 
 void readCameras(Load& load, const NodePlan& plan);
@@ -56,6 +61,13 @@ void readTextures(Load& load);
 
 /// Where nodes show their meshes: fills scene.placements.
 void readPlacements(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan);
+
+/// The skins that `plan` uses: fills scene.skins and says so at the nodes.
+void readSkins(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan);
+
+/// Takes the skin from the node if a vertex of its meshes follows a joint that the skin does not
+/// have.
+void checkJoints(Load& load, const MeshUse& use, const std::vector<int>& meshes);
 
 /// The meshes that `plan` shows: fills scene.meshes and the nodes' lists.
 void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan,

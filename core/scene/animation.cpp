@@ -66,22 +66,72 @@ template <class Visit> void visitNodes(const Scene& scene, const Visit& visit)
     }
 }
 
-/// Whether the channel has one value at all times: exporters like to write such channels for every
-/// node. Splines count as constant only without tangents.
-bool isConstant(const AnimationChannel& channel)
+/// Parts of a key: in-tangent, value and out-tangent, or the value alone.
+size_t partsOf(const AnimationChannel& channel)
 {
-    const bool cubic = channel.interpolation == AnimationChannel::Interpolation::cubicSpline;
-    const size_t stride = cubic ? 3 : 1, keys = channel.values.size() / stride;
-    if (keys == 0) return true;
-    const glm::vec4 value = channel.values[cubic ? 1 : 0];
+    return channel.interpolation == AnimationChannel::Interpolation::cubicSpline ? 3 : 1;
+}
+
+/// The keys around a time.
+struct Between {
+    size_t before = 0, after = 0;  // equal: nothing to interpolate
+    double t = 0, span = 0;        // share of the way, its length in seconds
+
+    /// `keys` is at least 1.
+    Between(const AnimationChannel& channel, size_t keys, double time)
+    {
+        const auto begin = channel.times.begin();
+        const auto next = std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(keys), time);
+        after = static_cast<size_t>(next - begin);
+        before = after == 0 ? 0 : after - 1;
+        if (after == 0 || after == keys ||
+            channel.interpolation == AnimationChannel::Interpolation::step)
+            after = before;
+        const double t0 = static_cast<double>(channel.times[before]);
+        span = static_cast<double>(channel.times[after]) - t0;
+        t = span > 0 ? (time - t0) / span : 0;
+    }
+};
+
+/// The value between two keys, by at(key, part) and, where that is linear, mix(a, b, t). Between
+/// equal keys nothing is interpolated, so that what rests does so to the last bit.
+template <class At, class Mix>
+auto interpolate(const Between& keys, bool cubic, const At& at, const Mix& mix)
+{
+    const size_t value = cubic ? 1 : 0;
+    using Value = decltype(at(keys.before, value));
+    const Value a = at(keys.before, value), b = at(keys.after, value);
+    if (keys.before == keys.after) return a;
+    if (!cubic) return a == b ? a : mix(a, b, keys.t);
+    const Value out = at(keys.before, 2), in = at(keys.after, 0);
+    if (a == b && out == Value(0) && in == Value(0)) return a;
+    const double t = keys.t, t2 = t * t, t3 = t2 * t;
+    return (2 * t3 - 3 * t2 + 1) * a + keys.span * (t3 - 2 * t2 + t) * out +
+           (-2 * t3 + 3 * t2) * b + keys.span * (t3 - t2) * in;
+}
+
+/// Whether all keys have the value of the first, and no tangents; `width` values to a part.
+template <class T> bool hasOneValue(const std::vector<T>& values, size_t parts, size_t width)
+{
+    const size_t keys = values.size() / (parts * width), value = parts / 2;
+    const auto at = [&](size_t key, size_t part, size_t i) {
+        return values[(key * parts + part) * width + i];
+    };
     for (size_t key = 0; key < keys; ++key) {
-        if (channel.values[key * stride + (cubic ? 1 : 0)] != value) return false;
-        if (cubic && keys > 1 &&
-            (channel.values[key * 3] != glm::vec4(0) ||
-             channel.values[key * 3 + 2] != glm::vec4(0)))
-            return false;
+        for (size_t i = 0; i < width; ++i) {
+            if (at(key, value, i) != at(0, value, i)) return false;
+            if (parts == 3 && keys > 1 && (at(key, 0, i) != T(0) || at(key, 2, i) != T(0)))
+                return false;
+        }
     }
     return true;
+}
+
+/// Morph targets of a channel of their weights.
+size_t targetsOf(const AnimationChannel& channel)
+{
+    const size_t parts = channel.times.size() * partsOf(channel);
+    return parts == 0 ? 0 : channel.weights.size() / parts;
 }
 
 void apply(const AnimationChannel& channel, double time, const Scene& scene,
@@ -103,6 +153,8 @@ void apply(const AnimationChannel& channel, double time, const Scene& scene,
     case AnimationChannel::Path::rotation:
         local.rotation = asQuaternion(value);
         break;
+    case AnimationChannel::Path::weights:
+        break;
     }
 }
 
@@ -110,42 +162,16 @@ void apply(const AnimationChannel& channel, double time, const Scene& scene,
 
 bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& value)
 {
-    const bool cubic = channel.interpolation == AnimationChannel::Interpolation::cubicSpline;
-    const size_t stride = cubic ? 3 : 1;
-    const size_t keys = std::min(channel.times.size(), channel.values.size() / stride);
+    const size_t parts = partsOf(channel);
+    const size_t keys = std::min(channel.times.size(), channel.values.size() / parts);
     if (keys == 0) return false;
-    const auto at = [&](size_t key, size_t part) {
-        return glm::dvec4(channel.values[key * stride + part]);
-    };
     const bool rotation = channel.path == AnimationChannel::Path::rotation;
-    const auto begin = channel.times.begin();
-    const auto next = std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(keys), time);
-    const size_t after = static_cast<size_t>(next - begin);
-    // Between equal keys nothing is interpolated, so that what rests does so to the last bit.
-    const auto rests = [&] {
-        const glm::dvec4 zero(0);
-        return cubic ? at(after - 1, 1) == at(after, 1) && at(after - 1, 2) == zero &&
-                           at(after, 0) == zero
-                     : at(after - 1, 0) == at(after, 0);
-    };
-    if (after == 0 || after == keys ||
-        channel.interpolation == AnimationChannel::Interpolation::step || rests()) {
-        value = at(after == 0 ? 0 : after - 1, cubic ? 1 : 0);
-    } else {
-        const double t0 = static_cast<double>(channel.times[after - 1]);
-        const double span = static_cast<double>(channel.times[after]) - t0;
-        const double t = span > 0 ? (time - t0) / span : 0;
-        if (cubic) {
-            const double t2 = t * t, t3 = t2 * t;
-            value = (2 * t3 - 3 * t2 + 1) * at(after - 1, 1) +
-                    span * (t3 - 2 * t2 + t) * at(after - 1, 2) +
-                    (-2 * t3 + 3 * t2) * at(after, 1) + span * (t3 - t2) * at(after, 0);
-        } else if (rotation) {
-            value = slerp(at(after - 1, 0), at(after, 0), t);
-        } else {
-            value = glm::mix(at(after - 1, 0), at(after, 0), t);
-        }
-    }
+    value = interpolate(
+        Between(channel, keys, time), parts == 3,
+        [&](size_t key, size_t part) { return glm::dvec4(channel.values[key * parts + part]); },
+        [&](const glm::dvec4& a, const glm::dvec4& b, double t) {
+            return rotation ? slerp(a, b, t) : glm::mix(a, b, t);
+        });
     if (rotation) {
         const glm::dquat q = normalised(asQuaternion(value));
         value = {q.x, q.y, q.z, q.w};
@@ -153,14 +179,44 @@ bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& v
     return true;
 }
 
+std::vector<double> evaluateWeights(const AnimationChannel& channel, double time)
+{
+    std::vector<double> weights(targetsOf(channel));
+    if (weights.empty()) return weights;
+    const size_t parts = partsOf(channel);
+    const Between keys(channel, channel.times.size(), time);
+    for (size_t i = 0; i < weights.size(); ++i) {
+        weights[i] = interpolate(
+            keys, parts == 3,
+            [&](size_t key, size_t part) {
+                const size_t at = (key * parts + part) * weights.size() + i;
+                return static_cast<double>(channel.weights[at]);
+            },
+            [](double a, double b, double t) { return a + (b - a) * t; });
+    }
+    return weights;
+}
+
+bool isConstant(const AnimationChannel& channel)
+{
+    if (channel.path != AnimationChannel::Path::weights)
+        return hasOneValue(channel.values, partsOf(channel), 1);
+    const size_t targets = targetsOf(channel);
+    return targets == 0 || hasOneValue(channel.weights, partsOf(channel), targets);
+}
+
 Pose poseAt(const Scene& scene, double time)
 {
-    std::unordered_map<int, Transform> animated;
-    if (!scene.animations.empty())
-        for (const AnimationChannel& channel : scene.animations.front().channels)
-            apply(channel, time, scene, animated);
-
     Pose pose;
+    std::unordered_map<int, Transform> animated;
+    if (!scene.animations.empty()) {
+        for (const AnimationChannel& channel : scene.animations.front().channels) {
+            if (channel.path == AnimationChannel::Path::weights)
+                pose.weights[channel.node] = evaluateWeights(channel, time);
+            else
+                apply(channel, time, scene, animated);
+        }
+    }
     pose.toFile.assign(scene.nodes.size(), glm::dmat4x3(1));
     visitNodes(scene, [&](int node, int parent) {
         const size_t n = static_cast<size_t>(node);
@@ -179,6 +235,7 @@ std::vector<bool> movingNodes(const Scene& scene)
     std::vector<bool> moves(scene.nodes.size(), false);
     if (scene.animations.empty()) return moves;
     for (const AnimationChannel& channel : scene.animations.front().channels) {
+        if (channel.path == AnimationChannel::Path::weights) continue;
         const bool known = channel.node >= 0 && static_cast<size_t>(channel.node) < moves.size();
         if (known && !isConstant(channel)) moves[static_cast<size_t>(channel.node)] = true;
     }
@@ -187,6 +244,17 @@ std::vector<bool> movingNodes(const Scene& scene)
             moves[static_cast<size_t>(node)] = true;
     });
     return moves;
+}
+
+std::vector<int> morphingNodes(const Scene& scene)
+{
+    std::vector<int> nodes;
+    if (scene.animations.empty()) return nodes;
+    for (const AnimationChannel& channel : scene.animations.front().channels)
+        if (channel.path == AnimationChannel::Path::weights && !isConstant(channel))
+            nodes.push_back(channel.node);
+    std::sort(nodes.begin(), nodes.end());
+    return nodes;
 }
 
 }  // namespace core

@@ -119,10 +119,12 @@ uint32_t bitsOf(const Material& material, TextureRanges& textures)
     return bits;
 }
 
-/// True when a vertex normal leans away from its face by more than a milliradian or so.
+/// True when a vertex normal leans away from its face by more than a milliradian or so, or may in
+/// another shape of the mesh.
 bool hasCurvedNormals(const Mesh& mesh)
 {
     if (!mesh.hasNormals || mesh.attributes.empty()) return false;
+    if (mesh.deformation) return true;
     for (const glm::uvec3& t : mesh.triangles) {
         const glm::dvec3 a(mesh.positions[t.x]), b(mesh.positions[t.y]), c(mesh.positions[t.z]);
         const glm::dvec3 n = glm::cross(b - a, c - a);

@@ -43,6 +43,29 @@ struct TextureUse {
     shared::TextureReference record{};
 };
 
+/// What a morph target adds at a weight of 1, to the vertices that it changes.
+struct MorphTarget {
+    std::vector<uint32_t> vertices;            // ascending
+    std::vector<glm::vec3> positions;          // as long
+    std::vector<glm::vec3> normals, tangents;  // as long, or empty
+};
+
+/// How far a vertex follows a joint.
+struct Influence {
+    uint32_t joint = 0;  // index into Deformation::joints
+    float weight = 1;
+};
+
+/// How a mesh changes its shape: morph targets are added, then vertices follow joints. Those of
+/// vertex v are influences[first[v]] up to influences[first[v + 1]]; there is one at least, and
+/// their weights add up to 1. Without a skin `first` is empty.
+struct Deformation {
+    std::vector<uint32_t> joints;  // indices into Skin::joints: those in use, ascending
+    std::vector<uint32_t> first;
+    std::vector<Influence> influences;
+    std::vector<MorphTarget> targets;  // empty unless their weights are animated
+};
+
 /// Triangles of one material. Attributes are packed as renderers read them; `extra` is empty or as
 /// long as positions. `hasNormals` false: flat shading, the normals in `attributes` are unused.
 struct Mesh {
@@ -53,6 +76,7 @@ struct Mesh {
     std::vector<shared::VertexAttributes> attributes;  // empty when nothing needs them
     std::vector<shared::VertexExtra> extra;
     std::vector<glm::uvec3> triangles;
+    std::shared_ptr<const Deformation> deformation;  // null: rigid, as most meshes are
 };
 
 struct Transform {
@@ -70,6 +94,13 @@ struct MeshPlacement {
     glm::vec3 scale{1};
 };
 
+/// Nodes that meshes follow, and matrices from the space of these into those of the joints.
+struct Skin {
+    std::string name;
+    std::vector<int> joints;                // nodes of the scene
+    std::vector<glm::mat4x3> inverseBinds;  // as long, or empty: identities
+};
+
 struct Node {
     std::string name;
     int parent = -1;
@@ -78,6 +109,7 @@ struct Node {
     std::vector<int> meshes;  // one glTF mesh may become several (one per primitive)
     int camera = -1, light = -1;
     int placements = -1;  // index into Scene::placements; -1: the meshes are where the node is
+    int skin = -1;        // whose joints the meshes with influences follow, instead of the node
 };
 
 /// Perspective or orthographic; angles in radians, lengths in the file's units.
@@ -116,15 +148,17 @@ struct Sun {
 };
 
 /// Keyframes of one node's property. `values` holds vec3 in xyz or quaternions as xyzw; cubic
-/// splines store (in-tangent, value, out-tangent) per key.
+/// splines store (in-tangent, value, out-tangent) per key. Weights of morph targets are in
+/// `weights` instead, those of all targets side by side.
 struct AnimationChannel {
-    enum class Path { translation, rotation, scale };
+    enum class Path { translation, rotation, scale, weights };
     enum class Interpolation { step, linear, cubicSpline };
     int node = -1;
     Path path = Path::translation;
     Interpolation interpolation = Interpolation::linear;
     std::vector<float> times;
     std::vector<glm::vec4> values;
+    std::vector<float> weights;
 };
 
 struct Animation {
@@ -162,6 +196,7 @@ struct Scene {
     std::vector<Mesh> meshes;
     std::vector<Node> nodes;
     std::vector<std::vector<MeshPlacement>> placements;
+    std::vector<Skin> skins;
     std::vector<int> roots;
     std::vector<Material> materials;  // at least one; 0 is glTF's default when a mesh names none
     std::vector<TextureUse> textureUses;

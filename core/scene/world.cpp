@@ -256,7 +256,7 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, co
 
     world->features = forcedFeatures | materialFeatures(*scene, topology->usedMaterials);
     world->features |= meshFeatures(*scene, meshes, world->features);
-    world->placement = placement ? *placement : placeScene(*scene, instances);
+    world->placement = placement ? *placement : placeScene(*scene, instances, pose);
     const bool alpha = (world->features & shared::kFeatureAlpha) != 0;
     topology->plan = planInstances(*scene, instances, world->placement, instancing, alpha);
     const std::vector<PrototypePlan> prototypes = std::move(topology->plan.prototypes);
@@ -268,7 +268,7 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, co
     removeInstances(topology->plan, instances);
     orderInstances(*scene, alpha, instances);
     const Extent extent =
-        flattenInstances(*world, *topology, *scene, std::move(instances), prototypes);
+        flattenInstances(*world, *topology, *scene, pose, std::move(instances), prototypes);
     warnAboutDropped(world->warnings, *scene, *topology);
     if (previous != nullptr && previous->topology->usedMaterials == topology->usedMaterials) {
         world->materials = previous->materials;
@@ -319,7 +319,7 @@ std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& from,
     removeInstances(topology.plan, instances);
     orderInstances(scene, (topology.fixedFeatures & shared::kFeatureAlpha) != 0, instances);
     std::optional<Extent> extent;
-    if (sameInstances(topology, instances)) extent = moveInstances(*world, scene, instances);
+    if (sameInstances(topology, instances)) extent = moveInstances(*world, scene, pose, instances);
     if (!extent) {
         return flattenWorld(from->scene, pose, topology.forcedFeatures, from->placement,
                             topology.instancing, from.get());

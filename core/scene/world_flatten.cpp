@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/scene/deformation.h"
 #include "core/scene/world_geometry.h"
 
 namespace core {
@@ -13,11 +14,16 @@ namespace core {
 namespace {
 
 Dropped appendInstance(Geometry& geometry, const Scene& scene, const Instance& instance,
-                       const Placement& placement, const Stored& stored, Extent& extent)
+                       const Pose& pose, const Placement& placement, const Stored& stored,
+                       Extent& extent)
 {
     const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
-    const Mapping mapping(instance, placement);
     const uint32_t first = geometry.vertexCount();
+    if (instance.deforms) {
+        const bool mirrored = appendDeformed(geometry, scene, instance, pose, placement, stored);
+        return appendTriangles(geometry, mesh, mirrored, first, extent);
+    }
+    const Mapping mapping(instance, placement);
     appendVertices(geometry, mesh, mapping, stored);
     return appendTriangles(geometry, mesh, mapping.mirrored, first, extent);
 }
@@ -79,16 +85,21 @@ void setBounds(World& world, const Extent& extent)
 }
 
 /// Where the moving instances are at samples of the animation's time, by the corners of their
-/// meshes' bounds. What lies between samples may leave it: nothing depends on it but how well a
-/// grid that is laid over it fits.
+/// meshes' bounds, of those that deform by those of each joint. What lies between samples may leave
+/// it: nothing depends on it but how well a grid that is laid over it fits.
 Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
                  const Placement& placement)
 {
     constexpr int kSamples = 32;
     Extent reach;
     std::vector<std::pair<Instance, Extent>> moving;
+    std::vector<DeformedBounds> deforming;
     for (const Instance& instance : instances) {
         if (!instance.moves) continue;
+        if (instance.deforms) {
+            deforming.emplace_back(scene, instance);
+            continue;
+        }
         Extent box;
         for (const glm::vec3& p : scene.meshes[static_cast<size_t>(instance.mesh)].positions) {
             if (isFinite(glm::dvec3(p))) box.addPoint(p);
@@ -96,8 +107,9 @@ Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
         if (!box.empty()) moving.emplace_back(instance, box);
     }
     const double duration = scene.animations.empty() ? 0 : scene.animations.front().duration;
-    for (int i = 0; i <= kSamples && !moving.empty(); ++i) {
+    for (int i = 0; i <= kSamples && !(moving.empty() && deforming.empty()); ++i) {
         const Pose pose = poseAt(scene, duration * i / kSamples);
+        for (const DeformedBounds& bounds : deforming) bounds.add(pose, placement, reach);
         for (auto& [instance, box] : moving) {
             instance.nodeToFile = &pose.toFile[static_cast<size_t>(instance.node)];
             const Mapping mapping(instance, placement);
@@ -112,7 +124,7 @@ Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
 
 }  // namespace
 
-Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
+Extent flattenInstances(World& world, Topology& topology, const Scene& scene, const Pose& pose,
                         std::vector<Instance> instances,
                         const std::vector<PrototypePlan>& prototypes)
 {
@@ -124,7 +136,7 @@ Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
     topology.dropped.reserve(instances.size());
     for (const Instance& instance : instances) {
         const uint32_t vertex = geometry.vertexCount(), triangle = geometry.triangleCount();
-        topology.dropped.push_back(appendInstance(geometry, scene, instance, world.placement,
+        topology.dropped.push_back(appendInstance(geometry, scene, instance, pose, world.placement,
                                                   stored,
                                                   instance.moves ? moving : topology.still));
         if (!instance.moves) continue;
@@ -165,7 +177,7 @@ Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
     return extent;
 }
 
-std::optional<Extent> moveInstances(World& world, const Scene& scene,
+std::optional<Extent> moveInstances(World& world, const Scene& scene, const Pose& pose,
                                     const std::vector<Instance>& instances)
 {
     const Topology& topology = *world.topology;
@@ -178,7 +190,7 @@ std::optional<Extent> moveInstances(World& world, const Scene& scene,
     for (size_t i = 0; i < instances.size(); ++i) {
         if (!instances[i].moves) continue;
         const Dropped dropped =
-            appendInstance(piece, scene, instances[i], world.placement, stored, moving);
+            appendInstance(piece, scene, instances[i], pose, world.placement, stored, moving);
         if (dropped != topology.dropped[i]) return std::nullopt;
     }
     const auto sameTriangle = [](const WorldTriangle& a, const WorldTriangle& b) {

@@ -23,10 +23,7 @@ bool hasNormal(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c)
 uint32_t packedNormal(const glm::dmat3& normalMatrix, uint32_t packed)
 {
     if (packed == shared::kNoNormal) return packed;
-    const glm::dvec3 n = normalMatrix * glm::dvec3(shared::unpackOct(packed));
-    const double length = glm::length(n);
-    if (!(length > 0) || !std::isfinite(length)) return shared::kNoNormal;
-    return shared::packOct(glm::vec3(n / length));
+    return core::packedNormal(normalMatrix * glm::dvec3(shared::unpackOct(packed)));
 }
 
 uint32_t packedTangent(const glm::dmat3& matrix, double mirror, uint32_t packed)
@@ -52,6 +49,13 @@ shared::VertexAttributes mappedAttributes(const Mesh& mesh, size_t v, const Mapp
 }
 
 }  // namespace
+
+uint32_t packedNormal(const glm::dvec3& n)
+{
+    const double length = glm::length(n);
+    if (!(length > 0) || !std::isfinite(length)) return shared::kNoNormal;
+    return shared::packOct(glm::vec3(n / length));
+}
 
 Mapping::Mapping(const Instance& instance, const Placement& placement)
     : toWorld(glm::dmat4(instance.toFile()))
@@ -82,7 +86,13 @@ void appendVertices(Geometry& geometry, const Mesh& mesh, const Mapping& mapping
                 geometry.attributes[first + v] = mappedAttributes(mesh, v, mapping, stored);
         }
     });
+    appendExtra(geometry, mesh, stored);
+}
+
+void appendExtra(Geometry& geometry, const Mesh& mesh, const Stored& stored)
+{
     if (!stored.extra) return;
+    const size_t count = mesh.positions.size();
     const shared::VertexExtra white{0, 0, 0x3c003c00u, 0x3c003c00u};
     if (mesh.extra.empty()) {
         geometry.extra.insert(geometry.extra.end(), count, white);

@@ -49,6 +49,12 @@ struct Geometry {
 void appendVertices(Geometry& geometry, const Mesh& mesh, const Mapping& mapping,
                     const Stored& stored);
 
+/// Appends what the world has of the vertices of a mesh in `extra`: no pose changes it.
+void appendExtra(Geometry& geometry, const Mesh& mesh, const Stored& stored);
+
+/// The direction of `n` as it is stored; kNoNormal where it has none.
+uint32_t packedNormal(const glm::dvec3& n);
+
 /// Appends the triangles of a mesh whose vertices begin at `first` in the piece.
 Dropped appendTriangles(Geometry& geometry, const Mesh& mesh, bool mirrored, uint32_t first,
                         Extent& extent);

@@ -28,12 +28,13 @@ const Mesh& meshOf(const Scene& scene, int mesh)
     return scene.meshes[static_cast<size_t>(mesh)];
 }
 
-/// Lamps are sampled one by one, and panes looked for apart: both are written out.
+/// Lamps are sampled one by one, and panes looked for apart; what deforms has a shape for every
+/// use. All are written out.
 bool mayBeInstanced(const Scene& scene, const Mesh& mesh)
 {
     const shared::Material& m = scene.materials[static_cast<size_t>(mesh.material)].data;
     const bool shines = m.emissive.x > 0 || m.emissive.y > 0 || m.emissive.z > 0;
-    return !shines && !mayBePane(m) && !mesh.triangles.empty();
+    return !shines && !mayBePane(m) && !mesh.deformation && !mesh.triangles.empty();
 }
 
 bool hasAlpha(const Scene& scene, const Mesh& mesh)
@@ -67,18 +68,20 @@ std::vector<PrototypePlan> groupUses(const Scene& scene, const std::vector<Insta
     std::map<std::pair<std::vector<int>, bool>, size_t> known;
     std::pair<std::vector<int>, bool> key;
     for (size_t i = 0; i < uses.size();) {
-        const Instance& first = uses[i];
+        const Instance& here = uses[i];
+        const Instance* first = nullptr;  // of those that may be instances
         key.first.clear();
-        for (;
-             i < uses.size() && uses[i].node == first.node && uses[i].placement == first.placement;
+        for (; i < uses.size() && uses[i].node == here.node && uses[i].placement == here.placement;
              ++i) {
-            if (meshes[static_cast<size_t>(uses[i].mesh)]) key.first.push_back(uses[i].mesh);
+            if (!meshes[static_cast<size_t>(uses[i].mesh)]) continue;
+            if (first == nullptr) first = &uses[i];
+            key.first.push_back(uses[i].mesh);
         }
-        if (first.moves || key.first.empty()) continue;
-        key.second = isMirrored(first);
+        if (first == nullptr || first->moves) continue;
+        key.second = isMirrored(*first);
         const auto [entry, isNew] = known.try_emplace(key, groups.size());
         if (isNew) groups.push_back({key.first, {}, key.second});
-        groups[entry->second].instances.push_back(first);
+        groups[entry->second].instances.push_back(*first);
     }
     std::erase_if(groups, [&](const PrototypePlan& g) { return saved(scene, g) == 0; });
     return groups;

@@ -14,11 +14,12 @@
 namespace core {
 
 /// One use of a mesh: its matrix into the file's space, its node for messages, whether the
-/// animation can move it.
+/// animation can move it, and whether it has a shape of its own in every pose (deformation.h). With
+/// a skin the matrix is the identity.
 struct Instance {
     int mesh = 0;
     int node = 0;
-    bool moves = false;
+    bool moves = false, deforms = false;
     // Of the pose that it was found in, and in the node's space where it has such; not in a
     // topology
     const glm::dmat4x3* nodeToFile = nullptr;
@@ -121,17 +122,17 @@ void orderInstances(const Scene& scene, bool alpha, std::vector<Instance>& insta
 
 /// Centre of the triangles' bounds, and a power of two that brings their radius into [1, 100] when
 /// it is outside.
-Placement placeScene(const Scene& scene, const std::vector<Instance>& instances);
+Placement placeScene(const Scene& scene, const std::vector<Instance>& instances, const Pose& pose);
 
 /// Fills positions, attributes, extra, triangles, what moves, bounds and radius. `world.features`
 /// decides what is stored. Returns the extent of all triangles.
-Extent flattenInstances(World& world, Topology& topology, const Scene& scene,
+Extent flattenInstances(World& world, Topology& topology, const Scene& scene, const Pose& pose,
                         std::vector<Instance> instances,
                         const std::vector<PrototypePlan>& prototypes);
 
 /// Replaces in `world`, which is a copy of another pose, what moves, and bounds and radius. Nothing
 /// when the triangles of the new pose are others: the world is then as it was.
-std::optional<Extent> moveInstances(World& world, const Scene& scene,
+std::optional<Extent> moveInstances(World& world, const Scene& scene, const Pose& pose,
                                     const std::vector<Instance>& instances);
 
 /// Says which triangles of each instance were dropped.

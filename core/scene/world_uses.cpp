@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/scene/deformation.h"
 #include "core/scene/features.h"
 #include "core/scene/world_geometry.h"
 
@@ -78,18 +79,21 @@ bool isShown(const Instance& instance, Warnings& warnings)
 std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnings& warnings)
 {
     std::vector<Instance> instances;
-    const std::vector<bool> moves = movingNodes(scene);
+    const DeformingUses deforming(scene);
     for (const int n : pose.order) {
         const Node& node = scene.nodes[static_cast<size_t>(n)];
         if (node.meshes.empty()) continue;
-        Instance instance{0, n, moves[static_cast<size_t>(n)], &pose.toFile[static_cast<size_t>(n)],
-                          nullptr};
+        Instance instance{
+            0, n, deforming.moves(n), false, &pose.toFile[static_cast<size_t>(n)], nullptr};
         const auto addMeshes = [&] {
-            if (!isShown(instance, warnings)) return;
+            std::optional<bool> shown;  // of what is where the node is
             for (const int mesh : node.meshes) {
                 if (mesh < 0 || static_cast<size_t>(mesh) >= scene.meshes.size()) continue;
                 instance.mesh = mesh;
-                instances.push_back(instance);
+                const Instance use = deforming.of(instance);
+                const bool apart = use.nodeToFile != instance.nodeToFile;
+                if (!apart && !shown) shown = isShown(instance, warnings);
+                if (apart || *shown) instances.push_back(use);
             }
         };
         if (node.placements < 0) {
@@ -123,7 +127,7 @@ std::vector<glm::vec3> usedPoints(const Mesh& mesh, bool corners)
 
 }  // namespace
 
-Placement placeScene(const Scene& scene, const std::vector<Instance>& instances)
+Placement placeScene(const Scene& scene, const std::vector<Instance>& instances, const Pose& pose)
 {
     constexpr uint64_t kMostVertices = 1 << 24;  // to look at one by one: a tenth of a second
     uint64_t vertices = 0;
@@ -131,18 +135,25 @@ Placement placeScene(const Scene& scene, const std::vector<Instance>& instances)
         vertices += scene.meshes[static_cast<size_t>(instance.mesh)].positions.size();
     const double infinity = std::numeric_limits<double>::infinity();
     glm::dvec3 low(infinity), high(-infinity);
+    const auto add = [&](const glm::dvec3& p) {
+        if (!isFinite(p)) return;
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    };
     std::vector<std::optional<std::vector<glm::vec3>>> points(scene.meshes.size());
     for (const Instance& instance : instances) {
         const auto index = static_cast<size_t>(instance.mesh);
+        if (instance.deforms) {
+            const std::vector<glm::dvec3> deformed = deformedPositions(scene, instance, pose);
+            for (const glm::uvec3& t : scene.meshes[index].triangles)
+                for (int k = 0; k < 3; ++k) add(deformed[t[k]]);
+            continue;
+        }
         if (!points[index])
             points[index] = usedPoints(scene.meshes[index], vertices > kMostVertices);
         const glm::dmat4x3 toFile = instance.toFile();
-        for (const glm::vec3& point : *points[index]) {
-            const glm::dvec3 p(toFile * glm::dvec4(glm::dvec3(point), 1));
-            if (!isFinite(p)) continue;
-            low = glm::min(low, p);
-            high = glm::max(high, p);
-        }
+        for (const glm::vec3& point : *points[index])
+            add(glm::dvec3(toFile * glm::dvec4(glm::dvec3(point), 1)));
     }
     Placement placement;
     if (!(low.x <= high.x)) return placement;

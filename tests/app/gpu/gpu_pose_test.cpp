@@ -5,7 +5,9 @@
 #include "app/gpu/methods/path.h"
 #include "app/gpu/rays.h"
 #include "core/gltf/gltf.h"
-#include "tests/support/animated_scenes.h"
+#include "core/methods/method.h"
+#include "tests/support/compare_films.h"
+#include "tests/support/deforming_scenes.h"
 
 namespace {
 
@@ -59,7 +61,7 @@ TEST_F(GpuPose, PicturesAfterPosesAreThoseOfFreshWorlds)
 {
     const auto renderer = gpu::makePathRenderer({.index = -1, .validation = true});
     const auto fresh = gpu::makePathRenderer({.index = -1, .validation = true});
-    for (const auto& start : {animated(), vanishingRoom().world()}) {
+    for (const auto& start : {animated(), deformingRoom().world(), vanishingRoom().world()}) {
         std::shared_ptr<const core::World> world = start;
         core::Estimate before;
         for (const double time : {0.0, 0.7, 1.6, 0.7}) {
@@ -77,6 +79,39 @@ TEST_F(GpuPose, PicturesAfterPosesAreThoseOfFreshWorlds)
             before = film;
         }
     }
+}
+
+/// T38: a frame of meshes that deform, light by Welch's test, first hits pixel by pixel.
+TEST_F(GpuPose, DeformedFramesAgreeWithTheCpu)
+{
+    const auto world = core::poseWorld(deformingRoom().world(), 0.7);
+    const std::unique_ptr<core::Renderer> renderers[2] = {
+        gpu::makePathRenderer({.index = -1, .validation = true}), core::makeRenderer("path")};
+    core::Estimate films[2];
+    core::Aovs hits[2];
+    for (uint32_t i = 0; i < 2; ++i) {
+        core::PathParams params;
+        params.sampler = core::SamplerKind::independent;
+        params.seed = 1 + i;
+        params.maxDepth = 6;
+        renderers[i]->setWorld(world, {});
+        renderers[i]->setView({world->cameras.front(), {64, 64}, params}, core::Start::anew);
+        renderers[i]->advance({.samples = 300}, {});
+        films[i] = renderers[i]->read(core::Reading::everything);
+        hits[i] = renderers[i]->aovs();
+        EXPECT_TRUE(films[i].counters.clean());
+    }
+    const FilmComparison c = compareFilms(films[0], films[1]);
+    EXPECT_TRUE(c.agree()) << c.describe();
+    EXPECT_LT(c.detectable, 0.02) << c.describe();
+    size_t others = 0;
+    for (size_t p = 0; p < 64 * 64; ++p) {
+        bool same = hits[0].ids.pixels[3 * p] == hits[1].ids.pixels[3 * p];
+        for (size_t k = 3 * p; k < 3 * p + 3; ++k)
+            same = same && std::abs(hits[0].normal.pixels[k] - hits[1].normal.pixels[k]) < 1e-3f;
+        others += same ? 0u : 1u;
+    }
+    EXPECT_LE(others, 4u);
 }
 
 }  // namespace

@@ -414,7 +414,8 @@ TEST(GltfAnimations, FaultyChannelsAreIgnoredAndTold)
     EXPECT_REPAIRED(unknown, animated("translation", "WOBBLE", {0, 1}, {1, 2, 3, 4, 5, 6}, 3),
                     "VALUE_NOT_IN_LIST", "/animations/0/samplers/0/interpolation");
     EXPECT_REPAIRED(morph, animated("weights", "LINEAR", {0, 1}, {1, 2, 3, 4, 5, 6}, 3),
-                    "MORPH_ANIMATION_IGNORED", "/animations/0/channels/0/target/path");
+                    "ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS",
+                    "/animations/0/channels/0/target/path");
     test::Document matrix = animated("translation", "LINEAR", {0, 1}, {1, 2, 3, 4, 5, 6}, 3);
     matrix.json["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     EXPECT_REPAIRED(fixed, matrix, "ANIMATION_CHANNEL_TARGET_NODE_MATRIX",

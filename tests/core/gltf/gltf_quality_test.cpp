@@ -400,12 +400,13 @@ TEST(GltfRepairs, LightsAreSkippedOrClamped)
     EXPECT_EQ(reference->nodes[0].light, -1);
 }
 
-TEST(GltfRepairs, SkinsShowTheBindPose)
+TEST(GltfRepairs, SkinsOfMeshesWithoutJointsAreIgnored)
 {
     test::Document document = test::triangle();
     document.json["skins"] = Json::array({{{"joints", {0}}}});
     document.json["nodes"][0]["skin"] = 0;
-    EXPECT_REPAIRED(scene, document, "SKIN_IGNORED", "/nodes/0/skin");
+    EXPECT_REPAIRED(scene, document, "NODE_SKIN_WITH_NON_SKINNED_MESH",
+                    "/meshes/0/primitives/0/attributes");
     EXPECT_EQ(scene->meshes.size(), 1u);
 }
 

@@ -1,5 +1,5 @@
-// Embree over poses: what a sequence of poses leaves behind finds the hits of one that was built
-// there, and the still triangles are not built again.
+// Embree over poses (T38): what a sequence of poses leaves behind finds the hits of one that was
+// built there, and the still triangles are not built again.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -7,7 +7,7 @@
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
 #include "core/trace/accel.h"
-#include "tests/support/animated_scenes.h"
+#include "tests/support/deforming_scenes.h"
 
 namespace {
 
@@ -67,7 +67,7 @@ void expectSameHits(const core::Accel& a, const core::Accel& b)
 
 TEST(AccelPose, SequencesFindTheHitsOfFreshOnes)
 {
-    for (const auto& start : {animated(), movingRoom().world()}) {
+    for (const auto& start : {animated(), movingRoom().world(), deformingRoom().world()}) {
         ASSERT_FALSE(start->movingTriangles.empty());
         core::Accel accel(start);
         std::shared_ptr<const core::World> world = start;
@@ -96,7 +96,8 @@ TEST(AccelPose, OutlivesTheWorldsItHasLeft)
 /// To the bit, also across a pose with other triangles.
 TEST(PathPose, PicturesAfterPosesAreThoseOfFreshWorlds)
 {
-    for (const auto& start : {animated(), movingRoom().world(), vanishingRoom().world()}) {
+    for (const auto& start :
+         {animated(), movingRoom().world(), deformingRoom().world(), vanishingRoom().world()}) {
         const auto renderer = core::makeRenderer("path");
         const auto fresh = core::makeRenderer("path");
         std::shared_ptr<const core::World> world = start;
