@@ -187,11 +187,12 @@ bool appendDeformed(Geometry& geometry, const Scene& scene, const Instance& use,
     std::atomic<size_t> mirrored{0};
     parallelFor(count, 1 << 12, [&](size_t begin, size_t end) {
         const Block block = deformer.block(begin, end, normals, tangents);
+        size_t mirroredHere = 0;
         for (size_t v = begin; v < end; ++v) {
             const glm::dmat4 matrix = deformer.matrix(v);
             const glm::dmat3 linear(matrix);
             const bool mirrors = glm::determinant(linear) < 0;
-            if (mirrors) mirrored.fetch_add(1, std::memory_order_relaxed);
+            if (mirrors) ++mirroredHere;
             geometry.positions[first + v] =
                 glm::vec3(glm::dvec3(matrix * glm::dvec4(block.positions[v - begin], 1)));
             if (!stored.attributes) continue;
@@ -208,6 +209,7 @@ bool appendDeformed(Geometry& geometry, const Scene& scene, const Instance& use,
                     block.morphed && normals ? &block.normals[v - begin] : nullptr, a.tangent);
             geometry.attributes[first + v] = a;
         }
+        mirrored += mirroredHere;
     });
     appendExtra(geometry, mesh, stored);
     return 2 * mirrored > count;

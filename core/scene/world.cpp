@@ -29,6 +29,7 @@ std::shared_ptr<const Scene> withoutMeshesAndTexels(const Scene& scene)
     slim->fileHash = scene.fileHash;
     slim->nodes = scene.nodes;
     slim->placements = scene.placements;
+    slim->skins = scene.skins;
     slim->roots = scene.roots;
     slim->materials = scene.materials;
     slim->textureUses = scene.textureUses;
