@@ -192,4 +192,15 @@ std::optional<DecodedPrimitive> decodePrimitive(Load& load, const std::vector<Ac
     return Decoding(load, accessors, primitive, *extension).run(*attributes);
 }
 
+const Accessor* findAttribute(Load& load, const std::vector<Accessor>& accessors,
+                              const Object& attributes, const std::string& name,
+                              const DecodedPrimitive* decoded)
+{
+    if (decoded != nullptr)
+        if (const auto found = decoded->attributes.find(name); found != decoded->attributes.end())
+            return &found->second;
+    const int index = attributes.index(name.c_str(), accessors.size(), "accessor");
+    return index < 0 ? nullptr : &usable(load, accessors, index);
+}
+
 }  // namespace core::gltf

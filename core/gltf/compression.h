@@ -34,4 +34,10 @@ struct DecodedPrimitive {
 std::optional<DecodedPrimitive> decodePrimitive(Load& load, const std::vector<Accessor>& accessors,
                                                 const Object& primitive);
 
+/// An attribute by its name, null where there is none: out of `decoded`, where that is given and
+/// has it, or as the file stores it. Morph targets are stored always.
+const Accessor* findAttribute(Load& load, const std::vector<Accessor>& accessors,
+                              const Object& attributes, const std::string& name,
+                              const DecodedPrimitive* decoded = nullptr);
+
 }  // namespace core::gltf

@@ -20,9 +20,10 @@ struct InfluenceSet {
 
 class Reader {
 public:
-    Reader(Load& load, const std::vector<Accessor>& accessors, const Object& primitive,
-           const VertexRange& range)
-        : load_(load), accessors_(accessors), primitive_(primitive), range_(range)
+    Reader(Load& load, const std::vector<Accessor>& accessors, const DecodedPrimitive* decoded,
+           const Object& primitive, const VertexRange& range)
+        : load_(load), accessors_(accessors), decoded_(decoded), primitive_(primitive),
+          range_(range)
     {}
 
     void readInfluences(Deformation& shape)
@@ -68,17 +69,13 @@ public:
     }
 
 private:
-    const Accessor* accessor(const Object& attributes, const std::string& name) const
-    {
-        const int index = attributes.index(name.c_str(), accessors_.size(), "accessor");
-        return index < 0 ? nullptr : &usable(load_, accessors_, index);
-    }
-
     /// Set `n` of influences; none where there is none or it cannot be used.
     std::optional<InfluenceSet> readSet(const Object& attributes, const std::string& n)
     {
-        const Accessor* joints = accessor(attributes, "JOINTS_" + n);
-        const Accessor* weights = accessor(attributes, "WEIGHTS_" + n);
+        const Accessor* joints =
+            findAttribute(load_, accessors_, attributes, "JOINTS_" + n, decoded_);
+        const Accessor* weights =
+            findAttribute(load_, accessors_, attributes, "WEIGHTS_" + n, decoded_);
         const std::string consequence = n == "0" ? kUnskinned : " — this set is ignored";
         if (!joints && !weights) {
             if (n == "0")
@@ -209,7 +206,7 @@ private:
     /// What the target adds to each vertex; nothing where it has no such attribute.
     std::vector<glm::vec3> offsets(const Object& target, const char* name)
     {
-        const Accessor* source = accessor(target, name);
+        const Accessor* source = findAttribute(load_, accessors_, target, name);
         if (!source || !source->hasData()) return {};
         if (source->components != 3 || source->matrix ||
             source->count < range_.first + range_.count) {
@@ -234,6 +231,7 @@ private:
 
     Load& load_;
     const std::vector<Accessor>& accessors_;
+    const DecodedPrimitive* decoded_;
     const Object& primitive_;
     const VertexRange& range_;
     size_t notFinite_ = 0, negative_ = 0, off_ = 0;
@@ -269,11 +267,12 @@ ShapeOfUse shapeOf(const Scene& scene, const std::map<int, const AnimationChanne
 }
 
 std::shared_ptr<const Deformation>
-readDeformation(Load& load, const std::vector<Accessor>& accessors, const Object& primitive,
-                const VertexRange& range, const ShapeOfUse& shape, const Mesh& mesh)
+readDeformation(Load& load, const std::vector<Accessor>& accessors, const DecodedPrimitive* decoded,
+                const Object& primitive, const VertexRange& range, const ShapeOfUse& shape,
+                const Mesh& mesh)
 {
     if (!shape.skinned && !shape.morphing) return nullptr;
-    Reader reader(load, accessors, primitive, range);
+    Reader reader(load, accessors, decoded, primitive, range);
     auto result = std::make_shared<Deformation>();
     if (shape.skinned) reader.readInfluences(*result);
     if (shape.morphing) reader.readTargets(mesh, *result);

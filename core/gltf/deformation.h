@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "core/gltf/compression.h"
 #include "core/gltf/parts.h"
 
 namespace core::gltf {
@@ -35,10 +36,11 @@ std::map<int, const AnimationChannel*> weightChannels(const Scene& scene);
 ShapeOfUse shapeOf(const Scene& scene, const std::map<int, const AnimationChannel*>& channels,
                    const NodePlan& plan, const MeshUse& use);
 
-/// How `mesh`, made of the primitive, deforms; null where it does not. What cannot be used is left
-/// out with a warning.
+/// How `mesh`, made of the primitive (`decoded` where that was compressed), deforms; null where it
+/// does not. What cannot be used is left out with a warning.
 std::shared_ptr<const Deformation>
-readDeformation(Load& load, const std::vector<Accessor>& accessors, const Object& primitive,
-                const VertexRange& range, const ShapeOfUse& shape, const Mesh& mesh);
+readDeformation(Load& load, const std::vector<Accessor>& accessors, const DecodedPrimitive* decoded,
+                const Object& primitive, const VertexRange& range, const ShapeOfUse& shape,
+                const Mesh& mesh);
 
 }  // namespace core::gltf

@@ -91,7 +91,8 @@ public:
         const VertexRange range{range_.first, range_.count, position->count, std::move(p.twins)};
         Mesh mesh = packMesh(std::move(p));
         mesh.material = material;
-        mesh.deformation = readDeformation(load_, accessors_, primitive, range, shape, mesh);
+        mesh.deformation =
+            readDeformation(load_, accessors_, decoded(), primitive, range, shape, mesh);
         return mesh;
     }
 
@@ -102,21 +103,12 @@ private:
         uint64_t first = 0, count = 0;
     };
 
-    /// An attribute of the primitive that is read, decoded where it was compressed.
     const Accessor* accessor(const Object& attributes, const char* name) const
     {
-        if (decoded_)
-            if (const auto found = decoded_->attributes.find(std::string_view(name));
-                found != decoded_->attributes.end())
-                return &found->second;
-        return stored(attributes, name);
+        return findAttribute(load_, accessors_, attributes, name, decoded());
     }
 
-    const Accessor* stored(const Object& attributes, const char* name) const
-    {
-        const int index = attributes.index(name, accessors_.size(), "accessor");
-        return index < 0 ? nullptr : &usable(load_, accessors_, index);
-    }
+    const DecodedPrimitive* decoded() const { return decoded_ ? &*decoded_ : nullptr; }
 
     std::optional<Topology> readTopology(const Object& primitive, uint64_t mode, int indices,
                                          const Accessor& position)
@@ -292,7 +284,7 @@ private:
 
     void addTarget(const Object& target, const char* name, float weight, std::vector<glm::vec3>& to)
     {
-        const Accessor* source = stored(target, name);
+        const Accessor* source = findAttribute(load_, accessors_, target, name);
         if (!source) return;
         if (source->components != 3 || source->matrix ||
             source->count < range_.first + range_.count) {

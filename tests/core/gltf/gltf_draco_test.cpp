@@ -23,7 +23,31 @@ struct Encoding {
     int speed = 5;
     bool quantized = true;
     bool metadata = false;
+    bool skinned = false;
 };
+
+/// Vertices to the right of the middle follow joint 1, the others joint 0.
+uint8_t jointAt(float x)
+{
+    return x > 0.5f ? 1 : 0;
+}
+
+void addJoints(draco::Mesh& mesh, const test::BumpyGrid& grid)
+{
+    draco::GeometryAttribute joints, weights;
+    joints.Init(draco::GeometryAttribute::GENERIC, nullptr, 4, draco::DT_UINT8, false, 4, 0);
+    weights.Init(draco::GeometryAttribute::GENERIC, nullptr, 4, draco::DT_FLOAT32, false, 16, 0);
+    draco::PointAttribute& j = *mesh.attribute(mesh.AddAttribute(joints, true, mesh.num_points()));
+    draco::PointAttribute& w = *mesh.attribute(mesh.AddAttribute(weights, true, mesh.num_points()));
+    j.set_unique_id(20);
+    w.set_unique_id(21);
+    for (uint32_t i = 0; i < mesh.num_points(); ++i) {
+        const std::array<uint8_t, 4> joint{jointAt(grid.positions[3 * size_t(i)]), 0, 0, 0};
+        const std::array<float, 4> weight{1, 0, 0, 0};
+        j.SetAttributeValue(draco::AttributeValueIndex(i), joint.data());
+        w.SetAttributeValue(draco::AttributeValueIndex(i), weight.data());
+    }
+}
 
 void addAttribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, int components,
                   const std::vector<float>& values, uint32_t id)
@@ -46,7 +70,7 @@ Stream bytesOf(const draco::EncoderBuffer& buffer)
     return {bytes.begin(), bytes.end()};
 }
 
-/// Unique ids: 7 positions, 3 normals, 11 coordinates.
+/// Unique ids: 7 positions, 3 normals, 11 coordinates, 20 joints, 21 their weights.
 Stream encode(const test::BumpyGrid& grid, const Encoding& encoding = {})
 {
     draco::Mesh mesh;
@@ -57,6 +81,7 @@ Stream encode(const test::BumpyGrid& grid, const Encoding& encoding = {})
     addAttribute(mesh, draco::GeometryAttribute::POSITION, 3, grid.positions, 7);
     addAttribute(mesh, draco::GeometryAttribute::NORMAL, 3, grid.normals, 3);
     addAttribute(mesh, draco::GeometryAttribute::TEX_COORD, 2, grid.coordinates, 11);
+    if (encoding.skinned) addJoints(mesh, grid);
     if (encoding.metadata) {
         auto metadata = std::make_unique<draco::GeometryMetadata>();
         metadata->AddEntryString("name", "grid");
@@ -162,6 +187,43 @@ TEST(GltfDraco, WithoutIndicesTheStreamsCount)
     const auto scene = test::load(document);
     ASSERT_TRUE(scene);
     test::expectGrid(scene->meshes[0], grid, 1e-4f, 4e-3f, 1e-4f);
+}
+
+/// The order of vertices is the stream's own, and joints are in it.
+TEST(GltfDraco, JointsAreCompressedToo)
+{
+    const test::BumpyGrid grid = test::bumpyGrid(8);
+    Encoding encoding;
+    encoding.skinned = true;
+    Document document = compressed(grid, encode(grid, encoding));
+    const auto accessor = [&](int componentType) {
+        document.json["accessors"].push_back(
+            {{"componentType", componentType}, {"count", grid.vertices()}, {"type", "VEC4"}});
+        return document.json["accessors"].size() - 1;
+    };
+    document.attributes()["JOINTS_0"] = accessor(test::kUnsignedByte);
+    document.attributes()["WEIGHTS_0"] = accessor(test::kFloat);
+    extensionOf(document)["attributes"]["JOINTS_0"] = 20;
+    extensionOf(document)["attributes"]["WEIGHTS_0"] = 21;
+    document.json["nodes"] = Json::parse(R"([{"mesh":0,"skin":0},{},{}])");
+    document.json["scenes"][0]["nodes"] = {0, 1, 2};
+    document.json["skins"] = Json::array({{{"joints", {1, 2}}}});
+    const auto scene = test::load(document);
+    ASSERT_TRUE(scene);
+    EXPECT_EQ(scene->warnings.total(), 0u);
+    const core::Mesh& mesh = scene->meshes[0];
+    ASSERT_TRUE(mesh.deformation);
+    const core::Deformation& shape = *mesh.deformation;
+    ASSERT_EQ(shape.first.size(), mesh.positions.size() + 1);
+    size_t right = 0;
+    for (size_t v = 0; v < mesh.positions.size(); ++v) {
+        ASSERT_EQ(shape.first[v + 1], shape.first[v] + 1);
+        const uint32_t joint = shape.influences[shape.first[v]].joint;
+        EXPECT_EQ(shape.joints[joint], jointAt(mesh.positions[v].x)) << v;
+        right += shape.joints[joint];
+    }
+    EXPECT_GT(right, 0u);
+    EXPECT_LT(right, mesh.positions.size());
 }
 
 TEST(GltfDraco, MorphTargetsKeepTheirAccessors)
