@@ -217,6 +217,7 @@ SHARED_CONST float kLeastSurvival = 0.05f;
 /// while nothing else is known; never zero but for a path that is black.
 SHARED_FN float guidedSurvival(uint kind, float albedo, float expected, float image)
 {
+    if (kind == kRouletteNone) return 1.0f;
     const float byAlbedo = sqrt(albedo);
     if (kind == kRouletteAlbedo || !(image > 0.0f)) return min(byAlbedo, 1.0f);
     const float byLight = expected / image;
@@ -230,7 +231,6 @@ SHARED_FN bool survives(PathSettings settings, GuideLeaf leaf, float image, floa
 {
     state.survival = 1.0f;
     if (path.depth < settings.rouletteDepth) return true;
-    if (rouletteKind(settings) == kRouletteNone) return true;
     state.survival = guidedSurvival(rouletteKind(settings), state.albedo,
                                     luminance(path.beta) * leaf.reflected, image);
     if (!(number < state.survival)) return false;

@@ -204,7 +204,8 @@ TEST(GuidedPath, SurvivalIsAProbability)
     constexpr float kHuge = std::numeric_limits<float>::max();
     const float infinite = std::numeric_limits<float>::infinity();
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    for (const uint kind : {shared::kRouletteBoth, shared::kRouletteAlbedo, shared::kRouletteLight})
+    for (const uint kind : {shared::kRouletteBoth, shared::kRouletteAlbedo, shared::kRouletteLight,
+                            shared::kRouletteNone})
         for (const float albedo : {1e-30f, 0.3f, 1.0f, 40.0f})
             for (const float expected : {0.0f, 1e-38f, 1.0f, kHuge, infinite, nan})
                 for (const float image : {0.0f, 1e-38f, 1.0f, kHuge, infinite, nan}) {
@@ -215,6 +216,8 @@ TEST(GuidedPath, SurvivalIsAProbability)
     EXPECT_FLOAT_EQ(shared::guidedSurvival(shared::kRouletteBoth, 0.25f, 0.8f, 1), 0.8f);
     EXPECT_FLOAT_EQ(shared::guidedSurvival(shared::kRouletteBoth, 0.25f, 0.1f, 1), 0.5f);
     EXPECT_FLOAT_EQ(shared::guidedSurvival(shared::kRouletteAlbedo, 0.25f, 0.8f, 1), 0.5f);
+    EXPECT_EQ(shared::guidedSurvival(shared::kRouletteNone, 0.25f, 0.1f, 1), 1);
+    EXPECT_EQ(shared::guidedSurvival(shared::kRouletteNone, 0.25f, 0.1f, 0), 1);
 }
 
 /// One path in so many of every tile, each pixel in its turn, each in a place of its own.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <string>
 #include <vector>
 
 #include "core/base/pcg32.h"
@@ -53,20 +54,26 @@ struct State {
     double squares = 0, arrivals = 0, connections = 0;
 };
 
-double survivalAt(bool guided, size_t depth, const State& s)
+/// How paths are sampled: with the guide or without, and by which roulette with it.
+struct Sampling {
+    bool guided = false;
+    uint32_t roulette = shared::kRouletteBoth;
+};
+
+double survivalAt(const Sampling& by, size_t depth, const State& s)
 {
-    if (depth < kRouletteDepth) return 1;
-    if (!guided) return std::min(std::sqrt(s.albedo), 1.0);
-    return double(shared::guidedSurvival(shared::kRouletteBoth, float(s.albedo),
+    if (depth < kRouletteDepth || (by.guided && by.roulette == shared::kRouletteNone)) return 1;
+    if (!by.guided) return std::min(std::sqrt(s.albedo), 1.0);
+    return double(shared::guidedSurvival(by.roulette, float(s.albedo),
                                          float(s.beta * kReflected[depth]), kImage));
 }
 
 /// Sums over all that can happen from the vertex on; `whole` gets L^2 and the costs.
-void enumerate(bool guided, size_t vertex, State s, State& whole)
+void enumerate(const Sampling& by, size_t vertex, State s, State& whole)
 {
     const auto ends = [&whole](const State& e) { whole.squares += e.probability * e.L * e.L; };
-    const double survival = survivalAt(guided, vertex, s);
-    if (guided) {  // the plain path has had its roulette before it came
+    const double survival = survivalAt(by, vertex, s);
+    if (by.guided) {  // the plain path has had its roulette before it came
         State dead = s;
         dead.probability *= 1 - survival;
         ends(dead);
@@ -79,11 +86,11 @@ void enumerate(bool guided, size_t vertex, State s, State& whole)
     s.L += s.beta * kConnected[vertex];
     for (size_t way = 0; way < 2; ++way) {
         State next = s;
-        const double density = densityOf(guided, vertex, way);
+        const double density = densityOf(by.guided, vertex, way);
         next.probability *= density;
         next.beta *= fOf(vertex, way) / density;
-        if (!guided) {
-            const double leaves = survivalAt(false, vertex + 1, next);
+        if (!by.guided) {
+            const double leaves = survivalAt(by, vertex + 1, next);
             State dead = next;
             dead.probability *= 1 - leaves;
             ends(dead);
@@ -94,17 +101,17 @@ void enumerate(bool guided, size_t vertex, State s, State& whole)
         whole.arrivals += next.probability;
         next.L += next.beta * kMet[vertex][way];
         if (vertex + 1 < kVertices)
-            enumerate(guided, vertex + 1, next, whole);
+            enumerate(by, vertex + 1, next, whole);
         else
             ends(next);
     }
 }
 
-State expected(bool guided)
+State expected(const Sampling& by)
 {
     State whole;
     whole.arrivals = 1;
-    enumerate(guided, 0, {}, whole);
+    enumerate(by, 0, {}, whole);
     return whole;
 }
 
@@ -125,17 +132,17 @@ struct Recorded {
 };
 
 /// Draws paths in one of the ways, and records them as devices do.
-Recorded sampled(bool guided, size_t count)
+Recorded sampled(const Sampling& by, size_t count)
 {
     Recorded out;
-    Pcg32 random(guided ? 5 : 6);
+    Pcg32 random(by.guided ? 5 : 6);
     for (size_t i = 0; i < count; ++i) {
         PathRecords& part = out.parts[i * 3 / count];
         State s;
         uint32_t made = 0;
         for (size_t vertex = 0; vertex < kVertices; ++vertex) {
-            if (guided) {
-                s.survival = survivalAt(true, vertex, s);
+            if (by.guided) {
+                s.survival = survivalAt(by, vertex, s);
                 if (!(random() < s.survival)) break;
                 s.beta /= s.survival;
                 s.albedo /= s.survival;
@@ -147,12 +154,12 @@ Recorded sampled(bool guided, size_t count)
             s.L += s.beta * kConnected[vertex];
             r.after = float(s.L);
             s.albedo *= kAlbedo[vertex];
-            const size_t way = random() < densityOf(guided, vertex, 0) ? 0 : 1;
-            const double density = densityOf(guided, vertex, way);
+            const size_t way = random() < densityOf(by.guided, vertex, 0) ? 0 : 1;
+            const double density = densityOf(by.guided, vertex, way);
             s.beta *= fOf(vertex, way) / density;
             bool goesOn = true;
-            if (!guided) {
-                s.survival = survivalAt(false, vertex + 1, s);
+            if (!by.guided) {
+                s.survival = survivalAt(by, vertex + 1, s);
                 goesOn = random() < s.survival;
                 s.beta /= s.survival;
                 s.albedo /= s.survival;
@@ -174,12 +181,12 @@ Recorded sampled(bool guided, size_t count)
     return out;
 }
 
-class GuideTrial : public testing::TestWithParam<bool> {};
+class GuideTrial : public testing::TestWithParam<Sampling> {};
 
 TEST_P(GuideTrial, KnowsBothWaysFromThePathsOfOne)
 {
     const Recorded paths = sampled(GetParam(), 400000);
-    const TrialRules rules{kRouletteDepth, shared::kRouletteBoth, !GetParam()};
+    const TrialRules rules{kRouletteDepth, GetParam().roulette, !GetParam().guided};
     Trial trial;
     trial.add(paths.parts, paths.lessons, tablesOf(), rules, 0);
     EXPECT_EQ(trial.paths(), 400000);
@@ -188,7 +195,7 @@ TEST_P(GuideTrial, KnowsBothWaysFromThePathsOfOne)
         for (const shared::GuidePathEnd& end : part.ends) mean += double(end.final) / 400000;
     const double weight = 1 / (1.01 * double(kImage) * double(kImage));
     for (const bool guided : {false, true}) {
-        const State want = expected(guided);
+        const State want = expected({guided, GetParam().roulette});
         const WayFigures got = guided ? trial.guided() : trial.plain();
         EXPECT_NEAR(got.variance / weight, want.squares - mean * double(kImage),
                     0.01 * want.squares)
@@ -202,13 +209,25 @@ TEST_P(GuideTrial, KnowsBothWaysFromThePathsOfOne)
     EXPECT_LT(trial.gain(dear), 0.5 * trial.gain(free));
 }
 
-INSTANTIATE_TEST_SUITE_P(Sampled, GuideTrial, testing::Values(false, true),
-                         [](const auto& one) { return one.param ? "guided" : "plain"; });
+std::string nameOfSampling(const testing::TestParamInfo<Sampling>& one)
+{
+    constexpr std::array kinds{"Both", "Albedo", "Light", "None"};
+    return std::string(one.param.guided ? "guided" : "plain") + kinds.at(one.param.roulette);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Sampled, GuideTrial,
+    testing::Values(Sampling{false, shared::kRouletteBoth}, Sampling{true, shared::kRouletteBoth},
+                    Sampling{false, shared::kRouletteAlbedo},
+                    Sampling{true, shared::kRouletteAlbedo},
+                    Sampling{false, shared::kRouletteLight}, Sampling{true, shared::kRouletteLight},
+                    Sampling{false, shared::kRouletteNone}, Sampling{true, shared::kRouletteNone}),
+    nameOfSampling);
 
 TEST(GuideTrial, TakesPixelsOfWhichNothingIsKnownAsBrightAsAll)
 {
     constexpr size_t kPaths = 20000;
-    Recorded paths = sampled(true, kPaths);
+    Recorded paths = sampled({.guided = true}, kPaths);
     const TrialRules rules{kRouletteDepth, shared::kRouletteAlbedo, false};
     const auto withImage = [&](float image) {
         for (PathRecords& part : paths.parts)
