@@ -1,8 +1,11 @@
-// A device whose own memory the host cannot map, as graphics cards without a resizable BAR have it:
-// Mesa's software device under a mask. Buffers then go through staging copies.
+// A device with other types of memory than it has: Mesa's software device under a mask. Without
+// further words its own memory cannot be mapped by the host, as on graphics cards without a
+// resizable BAR, and buffers go through staging copies.
 #pragma once
 
 #include <set>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -12,37 +15,43 @@ namespace tests {
 
 class StagedMemory {
 public:
-    /// Type 0 is the device's and not mappable, type 1 the host's; both are in truth the driver's
+    static constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+    static constexpr VkMemoryPropertyFlags kMapped =
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    static constexpr VkMemoryPropertyFlags kCached = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+
+    /// The types that the device is to have, by their properties; all are in truth the driver's
     /// first mappable type.
-    explicit StagedMemory(VulkanFaults& faults)
+    explicit StagedMemory(VulkanFaults& faults,
+                          std::vector<VkMemoryPropertyFlags> types = {kLocal, kMapped})
+        : types_(std::move(types))
     {
         using gpu::Api;
         faults.replace<&Api::GetPhysicalDeviceMemoryProperties>(
             [this](auto driver, VkPhysicalDevice physical, VkPhysicalDeviceMemoryProperties* out) {
                 driver(physical, out);
-                const VkMemoryPropertyFlags mapped =
-                    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
                 for (uint32_t i = out->memoryTypeCount; i-- > 0;) {
-                    if ((out->memoryTypes[i].propertyFlags & mapped) == mapped) real_ = i;
+                    if ((out->memoryTypes[i].propertyFlags & kMapped) == kMapped) real_ = i;
                 }
                 const uint32_t heap = out->memoryTypes[real_].heapIndex;
-                out->memoryTypeCount = 2;
-                out->memoryTypes[0] = {VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, heap};
-                out->memoryTypes[1] = {mapped, heap};
+                out->memoryTypeCount = static_cast<uint32_t>(types_.size());
+                for (size_t i = 0; i < types_.size(); ++i) out->memoryTypes[i] = {types_[i], heap};
             });
         faults.replace<&Api::GetBufferMemoryRequirements>(
-            [](auto driver, VkDevice device, VkBuffer buffer, VkMemoryRequirements* needs) {
+            [this](auto driver, VkDevice device, VkBuffer buffer, VkMemoryRequirements* needs) {
                 driver(device, buffer, needs);
-                needs->memoryTypeBits = 3;
+                needs->memoryTypeBits = (1u << types_.size()) - 1;
             });
         faults.replace<&Api::AllocateMemory>([this](auto driver, VkDevice device,
                                                     const VkMemoryAllocateInfo* info,
                                                     auto* allocator, VkDeviceMemory* out) {
+            if (exhausted.contains(info->memoryTypeIndex)) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+            allocated.push_back(info->memoryTypeIndex);
             VkMemoryAllocateInfo changed = *info;
             changed.memoryTypeIndex = real_;
             const VkResult result = driver(device, &changed, allocator, out);
             hidden_.erase(*out);
-            if (info->memoryTypeIndex == 0) hidden_.insert(*out);
+            if ((types_.at(info->memoryTypeIndex) & kMapped) == 0) hidden_.insert(*out);
             return result;
         });
         faults.replace<&Api::MapMemory>([this](auto driver, VkDevice device, VkDeviceMemory memory,
@@ -58,7 +67,12 @@ public:
     StagedMemory(const StagedMemory&) = delete;
     StagedMemory& operator=(const StagedMemory&) = delete;
 
+    /// Types of which there is nothing left, and those of all allocations so far.
+    std::set<uint32_t> exhausted;
+    std::vector<uint32_t> allocated;
+
 private:
+    std::vector<VkMemoryPropertyFlags> types_;
     uint32_t real_ = 0;
     std::set<VkDeviceMemory> hidden_;
 };

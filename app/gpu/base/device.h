@@ -97,7 +97,8 @@ public:
     const std::filesystem::path& cacheFolder() const { return cacheFolder_; }
 
     /// Host memory of at least `bytes` for one copy to or from this device. It is kept for the next
-    /// copy, whose content replaces this one's. Devices whose memory is mapped never make it.
+    /// copy, whose content replaces this one's. Devices whose memory is mapped and cached never
+    /// make it.
     Staging& staging(uint64_t bytes);
 
     /// Bytes of device memory that are allocated now, and the most there have been.

@@ -1,27 +1,44 @@
-// Memory types are chosen in order: device-local and mapped, device-local, any that fits.
+// Memory types are chosen in order: device-local and mapped, device-local, any that is mapped,
+// which Vulkan has for every buffer.
 #include "app/gpu/base/memory.h"
 
 #include <algorithm>
-#include <optional>
+#include <vector>
 
 namespace gpu {
 
 namespace {
 
-std::optional<uint32_t> memoryType(VkPhysicalDevice physical, uint32_t allowed,
-                                   VkMemoryPropertyFlags flags)
+constexpr VkMemoryPropertyFlags kMapped =
+    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+
+// Types with other properties want features that nobody has asked for.
+constexpr VkMemoryPropertyFlags kUsual =
+    kMapped | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+
+/// A type of memory, and what it is wanted for.
+struct TypeChoice {
+    uint32_t type = 0;
+    VkMemoryPropertyFlags wish = 0, has = 0;
+};
+
+/// The allowed types that have one of `wishes`, in the order of these; each once.
+std::vector<TypeChoice> typesFor(VkPhysicalDevice physical, uint32_t allowed,
+                                 std::initializer_list<VkMemoryPropertyFlags> wishes)
 {
     VkPhysicalDeviceMemoryProperties properties;
     vk.GetPhysicalDeviceMemoryProperties(physical, &properties);
-    for (uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
-        if ((allowed >> i & 1) != 0 && (properties.memoryTypes[i].propertyFlags & flags) == flags)
-            return i;
+    std::vector<TypeChoice> choices;
+    for (const VkMemoryPropertyFlags wish : wishes) {
+        for (uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
+            const VkMemoryPropertyFlags has = properties.memoryTypes[i].propertyFlags;
+            if ((allowed >> i & 1) == 0 || (has & wish) != wish || (has & ~kUsual) != 0) continue;
+            choices.push_back({i, wish, has});
+            allowed &= ~(1u << i);
+        }
     }
-    return std::nullopt;
+    return choices;
 }
-
-constexpr VkMemoryPropertyFlags kMapped =
-    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
 
 std::string mebibytes(uint64_t bytes)
 {
@@ -103,49 +120,59 @@ BufferHandle makeBuffer(Device& device, const char* name, uint64_t bytes, VkBuff
     return {device.get(), object};
 }
 
+/// What a buffer got: `mapped` is null where it cannot be, or need not be; `cached` tells whether
+/// the host reads it as fast as its own.
+struct Given {
+    MemoryHandle memory;
+    uint64_t allocated = 0;
+    std::byte* mapped = nullptr;
+    bool cached = false;
+};
+
 /// Memory of the first type that has one of `wishes` (in their order) and is not exhausted, bound
 /// to the buffer, and mapped when the wish says so: the memory that is both the device's and mapped
 /// may be a small window only.
-MemoryHandle giveMemory(Device& device, const char* name, VkBuffer buffer,
-                        std::initializer_list<VkMemoryPropertyFlags> wishes, uint64_t* allocated,
-                        std::byte** mapped)
+Given giveMemory(Device& device, const char* name, VkBuffer buffer,
+                 std::initializer_list<VkMemoryPropertyFlags> wishes)
 {
     VkMemoryRequirements needs;
     vk.GetBufferMemoryRequirements(device.get(), buffer, &needs);
     VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
     VkDeviceMemory block = VK_NULL_HANDLE;
-    VkMemoryPropertyFlags got = 0;
-    std::optional<uint32_t> last;
-    for (const VkMemoryPropertyFlags wish : wishes) {
-        const std::optional<uint32_t> type =
-            memoryType(device.physical(), needs.memoryTypeBits, wish);
-        if (!type || type == last || result != VK_ERROR_OUT_OF_DEVICE_MEMORY) continue;
-        last = type;
-        got = wish;
-        const bool local = (wish & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) != 0;
+    TypeChoice got;
+    for (const TypeChoice& choice : typesFor(device.physical(), needs.memoryTypeBits, wishes)) {
+        const bool local = (choice.wish & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) != 0;
         if (local && device.allocatedBytes + needs.size > device.info().heapBytes) continue;
+        got = choice;
         VkMemoryAllocateInfo allocate{};
         allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
         allocate.allocationSize = needs.size;
-        allocate.memoryTypeIndex = *type;
+        allocate.memoryTypeIndex = choice.type;
         result = vk.AllocateMemory(device.get(), &allocate, nullptr, &block);
+        if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY) break;
     }
     checkMemory(device, result, "vkAllocateMemory", name, needs.size);
-    MemoryHandle memory(device.get(), block);
+    Given given;
+    given.memory = {device.get(), block};
     checkMemory(device, vk.BindBufferMemory(device.get(), buffer, block, 0), "vkBindBufferMemory",
                 name, needs.size);
-    if ((got & kMapped) == kMapped) {
+    if ((got.wish & kMapped) == kMapped) {
         void* p = nullptr;
         checkMemory(device, vk.MapMemory(device.get(), block, 0, VK_WHOLE_SIZE, 0, &p),
                     "vkMapMemory", name, needs.size);
-        *mapped = static_cast<std::byte*>(p);
+        given.mapped = static_cast<std::byte*>(p);
+        given.cached = (got.has & VK_MEMORY_PROPERTY_HOST_CACHED_BIT) != 0;
     }
-    *allocated = needs.size;
-    return memory;
+    given.allocated = needs.size;
+    return given;
 }
 
 // Larger copies are made in pieces of this.
 constexpr uint64_t kStagingBytes = uint64_t(64) << 20;
+
+// So few are read sooner than the device could copy them, even from memory that the host has no
+// cache for: counters and the heads of queues.
+constexpr uint64_t kFewBytes = 256;
 
 }  // namespace
 
@@ -154,8 +181,10 @@ Staging::Staging(Device& device, uint64_t bytes)
       buffer_(makeBuffer(device, "a copy", bytes,
                          VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT))
 {
-    uint64_t allocated = 0;
-    memory_ = giveMemory(device, "a copy", buffer_.get(), {kMapped}, &allocated, &mapped_);
+    Given given = giveMemory(device, "a copy", buffer_.get(),
+                             {kMapped | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, kMapped});
+    memory_ = std::move(given.memory);
+    mapped_ = given.mapped;
 }
 
 Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format)
@@ -170,11 +199,12 @@ Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format
                                VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
     if (texels) usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     buffer_ = makeBuffer(device, name, bytes_, usage);
-    uint64_t allocated = 0;
-    memory_ = giveMemory(
-        device, name, buffer_.get(),
-        {kMapped | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0},
-        &allocated, &mapped_);
+    Given given = giveMemory(device, name, buffer_.get(),
+                             {kMapped | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
+                              VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, kMapped});
+    memory_ = std::move(given.memory);
+    mapped_ = given.mapped;
+    cached_ = given.cached;
     if (texels) {
         VkBufferViewCreateInfo view{};
         view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
@@ -186,7 +216,7 @@ Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format
                     "vkCreateBufferView", name, bytes_);
         view_ = {device.get(), viewObject};
     }
-    allocated_ = allocated;  // last: a constructor that throws has counted nothing
+    allocated_ = given.allocated;  // last: a constructor that throws has counted nothing
     device.allocatedBytes += allocated_;
     device.peakBytes = std::max(device.peakBytes, device.allocatedBytes);
 }
@@ -200,6 +230,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept
     std::swap(memory_, other.memory_);
     std::swap(view_, other.view_);
     std::swap(mapped_, other.mapped_);
+    std::swap(cached_, other.cached_);
     return *this;
 }
 
@@ -218,7 +249,6 @@ void Buffer::write(std::span<const std::byte> data, uint64_t offset)
         std::memcpy(mapped_ + offset, data.data(), data.size());
         return;
     }
-    if (data.empty()) return;
     const Staging& staging = device_->staging(std::min<uint64_t>(data.size(), kStagingBytes));
     for (uint64_t done = 0; done < data.size(); done += kStagingBytes) {
         const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);
@@ -238,11 +268,11 @@ void Buffer::read(std::span<std::byte> data, uint64_t offset) const
     CHECK(offset + data.size() <= bytes_);
     if (device_ != nullptr)
         device_->requireAlive();  // what a lost device leaves in memory is undefined
-    if (mapped_ != nullptr) {
+    if (data.empty()) return;
+    if (mapped_ != nullptr && (cached_ || data.size() <= kFewBytes)) {
         std::memcpy(data.data(), mapped_ + offset, data.size());
         return;
     }
-    if (data.empty()) return;
     const Staging& staging = device_->staging(std::min<uint64_t>(data.size(), kStagingBytes));
     for (uint64_t done = 0; done < data.size(); done += kStagingBytes) {
         const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);

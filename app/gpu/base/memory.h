@@ -1,5 +1,5 @@
 // Buffers: device-local, mapped where the device allows it (software devices, resizable BAR),
-// staged otherwise.
+// staged otherwise, and where the host reads much of what it has no cache for.
 #pragma once
 
 #include <cstring>
@@ -43,9 +43,10 @@ private:
     Handle<VkDeviceMemory, &Api::FreeMemory> memory_;
     Handle<VkBufferView, &Api::DestroyBufferView> view_;
     std::byte* mapped_ = nullptr;
+    bool cached_ = false;  // by the host, which reads `mapped_` slowly otherwise
 };
 
-/// Mapped host memory that copies go through: see Device::staging.
+/// Mapped host memory, cached where there is such, that copies go through: see Device::staging.
 class Staging {
 public:
     Staging(Device& device, uint64_t bytes);

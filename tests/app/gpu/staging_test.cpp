@@ -2,7 +2,7 @@
 // comes back is what went in, also where it takes several pieces.
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <algorithm>
 #include <vector>
 
 #include "app/gpu/base/memory.h"
@@ -78,6 +78,66 @@ TEST(Staging, MappedMemoryNeedsNone)
     const size_t before = faults.calls<&Api::CreateBuffer>();
     EXPECT_EQ(roundTrip(buffer, numbered(1000, 1)), numbered(1000, 1));
     EXPECT_EQ(faults.calls<&Api::CreateBuffer>(), before);
+}
+
+/// As on graphics cards with a resizable BAR: the host writes to the device's memory itself, but
+/// has no cache for what it would read there.
+TEST(Staging, MemoryWithoutACacheIsReadThroughOne)
+{
+    using Memory = tests::StagedMemory;
+    VulkanFaults faults;
+    const Memory memory(faults, {Memory::kLocal | Memory::kMapped, Memory::kMapped,
+                                 Memory::kMapped | Memory::kCached});
+    {
+        gpu::Device device({});
+        gpu::Buffer buffer(device, "a test", 1000);
+        EXPECT_EQ(memory.allocated.back(), 0u);
+        const auto copies = [&] { return faults.calls<&Api::CmdCopyBuffer>(); };
+        const size_t before = copies();
+        const std::vector<std::byte> data = numbered(1000, 1);
+        buffer.write(data);
+        EXPECT_EQ(copies(), before);
+        std::vector<std::byte> few(16), all(1000);
+        buffer.read(few);
+        EXPECT_TRUE(std::equal(few.begin(), few.end(), data.begin()));
+        EXPECT_EQ(copies(), before) << "so little is not worth a submission";
+        buffer.read(all);
+        EXPECT_EQ(all, data);
+        EXPECT_EQ(copies(), before + 1);
+        EXPECT_EQ(memory.allocated.back(), 2u);
+    }
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
+/// Where the device's own memory is at an end buffers are in the host's, whatever the order of the
+/// types.
+TEST(Staging, BuffersFindTheHostsMemory)
+{
+    using Memory = tests::StagedMemory;
+    const std::vector<VkMemoryPropertyFlags> orders[] = {
+        {Memory::kLocal, Memory::kMapped},
+        {Memory::kLocal, Memory::kLocal | Memory::kMapped, Memory::kMapped},
+        {Memory::kMapped, Memory::kLocal}};
+    for (const auto& types : orders) {
+        VulkanFaults faults;
+        Memory memory(faults, types);
+        {
+            gpu::Device device({});
+            uint32_t host = 0;
+            for (uint32_t i = 0; i < types.size(); ++i) {
+                if ((types[i] & Memory::kLocal) != 0)
+                    memory.exhausted.insert(i);
+                else
+                    host = i;
+            }
+            gpu::Buffer buffer(device, "a test", 1000);
+            EXPECT_EQ(memory.allocated.back(), host);
+            EXPECT_EQ(roundTrip(buffer, numbered(1000, 3)), numbered(1000, 3));
+            memory.exhausted.insert(host);
+            EXPECT_THROW(gpu::Buffer(device, "a test", 1000), core::Error);
+        }
+        EXPECT_EQ(faults.objects().complaints(), "");
+    }
 }
 
 TEST(Staging, AFailureLeavesTheNextCopyPossible)
