@@ -14,6 +14,7 @@ namespace core::guiding {
 namespace {
 
 // Cuts below one leaf in one iteration, and leaves in all: a bound on memory whatever is recorded.
+// What there may still be is shared out evenly, so that leaves need not wait for each other.
 constexpr size_t kMostCuts = 1023;
 constexpr uint32_t kDeepestCut = 24;
 constexpr size_t kMostLeaves = 1u << 15;
@@ -177,7 +178,7 @@ void Guide::learn(std::span<const Lesson> given, double samples, double times)
         options_.memory == GuideMemory::keep ? samples : samples - samplesBefore_;
     const double limit = double(options_.recordsPerLeaf) * std::sqrt(2 * counted);
     const double decay = samplesBefore_ * samplesBefore_ / (samples * samples);
-    const size_t mostCuts = leaves_.size() < kMostLeaves ? kMostCuts : 0;
+    const size_t mostCuts = std::min(kMostCuts, kMostLeaves / leaves_.size() - 1);
     std::vector<Growth> growths(leaves_.size(),
                                 Growth{options_, limit, std::min(decay, 1.0), times, mostCuts});
     std::vector<uint32_t> becomes(leaves_.size());

@@ -133,7 +133,7 @@ void LearningLeaf::choose(const GuideOptions& options)
         return;
     }
     if (options.shareBy == ShareBy::adam) {
-        share = float(learntShare.share());
+        share = std::max(float(learntShare.share()), kLeastShare);
         return;
     }
     if (tested < kLeastTested) return;

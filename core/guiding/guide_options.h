@@ -55,9 +55,10 @@ struct GuideOptions {
     float recordsPerLeaf = 500;
     /// The second moment without the guide over that with it, above which a leaf is guided.
     float gate = 1.1f;
-    /// The least share of the BSDF among directions.
+    /// The least share of the BSDF that a leaf may choose (ShareBy::argmin).
     float leastShare = leastShareOf(shared::kGuideHistogram);
-    /// Share of the BSDF in every leaf that has learnt something; 0: chosen for each.
+    /// Share of the BSDF in every leaf that has learnt something; 0: chosen for each. What is fixed
+    /// or learnt is a thousandth at least.
     float fixedShare = 0;
     ShareBy shareBy = ShareBy::argmin;
     GuideSpace space = GuideSpace::normals;

@@ -13,6 +13,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/pcg32.h"
+#include "core/guiding/lesson.h"
 
 namespace {
 
@@ -272,6 +273,40 @@ TEST(GuideSpaces, FilterSpreadsRecordsOverTheirLeafsSize)
         EXPECT_NEAR(mean * double(kUniform), spread ? own * double(kUniform) : 0,
                     spread ? 0.04 : 1e-9);
     }
+}
+
+/// Every record asks for a leaf of its own: there are only so many.
+TEST(GuideTree, StaysWithinItsMemory)
+{
+    GuideOptions options;
+    options.recordsPerLeaf = 0;
+    Guide guide(options);
+    for (uint64_t k = 1; k <= 3; ++k) guide.learn(pathsTo(60000, k, anywhere, lamp), double(k));
+    EXPECT_LE(guide.figures().leaves, 1u << 15);
+    EXPECT_GT(guide.figures().leaves, 1000u);
+}
+
+/// The guide is ten thousand times as dense as the BSDF where all light comes from: without a bound
+/// so little would be left to the BSDF that what divides by it grows without end.
+TEST(GuideShares, LearntOnesLeaveSomethingToTheBsdf)
+{
+    GuideOptions options;
+    options.shareBy = core::guiding::ShareBy::adam;
+    options.recordsPerLeaf = 1e9f;
+    Guide guide(options);
+    core::guiding::Lesson lesson;
+    lesson.value = 1e6f;
+    lesson.direction = vec3(0, 0, 1);
+    lesson.pdf = 1;
+    lesson.bsdfPdf = 0.01f;
+    lesson.guidePdf = 100;
+    const std::vector<core::guiding::Lesson> lessons(40000, lesson);
+    for (int k = 1; k <= 2; ++k) guide.learn(lessons, k);
+    const auto shareOf = [&](size_t leaf) {
+        return shared::uintAsFloat(guide.tables()->leaves.at(leaf).y);
+    };
+    EXPECT_LT(shareOf(0), 0.01f) << "nothing was learnt";
+    for (size_t leaf = 0; leaf < guide.figures().leaves; ++leaf) EXPECT_GE(shareOf(leaf), 1e-3f);
 }
 
 /// Two planes below one root, none below the others: what lies on a plane is above it.
