@@ -24,7 +24,7 @@ constexpr uint64_t kTriedPaths = 1u << 11;
 // Lessons after which directions are known and tested, and the guide can be tried.
 constexpr uint32_t kLessonsBeforeTrial = 2;
 // In a view that begins where the guide did not pay before, it is tried again after so many
-// samples.
+// samples, or half way through a shorter training.
 constexpr uint64_t kTriedAgain = 8;
 // How many times less error^2 times cost the paths must promise for the guide to pay. A guide that
 // is not there yet gets better with every lesson: it is followed at once where it promises much,
@@ -126,8 +126,11 @@ uint64_t GuideTraining::nextLesson(uint64_t samples) const
 {
     constexpr uint64_t kNever = std::numeric_limits<uint64_t>::max();
     if (samples >= trainingEnd()) return kNever;
-    if (state_ == State::doesNotPay)
-        return isTried_ ? kNever : std::max<uint64_t>(samples + 1, kTriedAgain);
+    if (state_ == State::doesNotPay) {
+        const uint64_t again = std::min(kTriedAgain, trainingEnd() / 2);
+        const uint64_t next = std::max(samples + 1, again);
+        return isTried_ || next >= trainingEnd() ? kNever : next;
+    }
     if (params_.schedule == GuideSchedule::doubling) return 2 * std::bit_floor(samples + 1) - 1;
     const uint64_t step = std::max<uint64_t>(std::bit_floor(std::max<uint64_t>(samples, 1)) / 4, 1);
     return std::min<uint64_t>((samples / step + 1) * step, params_.training);

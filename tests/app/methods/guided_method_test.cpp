@@ -277,6 +277,25 @@ TEST_P(GuidedMethod, GivesUpWhereItDoesNotPay)
     EXPECT_GT(detail("guide_records"), records);
 }
 
+/// A guide that did not pay is tried again while it may still learn, however short its training and
+/// in whatever pieces a view is rendered: the next view begins as if nobody had tried.
+TEST_P(GuidedMethod, ShortTrainingsEndInAllPieces)
+{
+    begin("cornell-diffuse", {96, 96});
+    for (const uint32_t training : {4u, 8u}) {
+        const GuidedParams params{.training = training, .seed = 3};
+        const auto thirdView = [&](uint32_t pieces) {
+            render(params, 16);
+            EXPECT_EQ(guiding(), "does not pay here") << training;
+            render(params, 16 / pieces, core::Start::moved);
+            for (uint32_t k = 1; k < pieces; ++k) guided_->advance({.samples = 16 / pieces}, {});
+            EXPECT_NE(guiding(), "is tried") << training;
+            return render(params, 4, core::Start::moved).mean.pixels;
+        };
+        EXPECT_EQ(thirdView(1), thirdView(4)) << training;
+    }
+}
+
 /// The guide of the first samples knows too little: nobody follows it, and nothing is lost.
 TEST_P(GuidedMethod, IsThePathTracerUntilItHasSomethingToSay)
 {
