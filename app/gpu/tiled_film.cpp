@@ -108,8 +108,7 @@ void TiledFilm::advance(const core::Budget& budget, const std::stop_token& stop,
 bool TiledFilm::advanceRound(const std::function<bool()>& over,
                              const std::function<uint32_t()>& lanes, const Trace& trace)
 {
-    // Counters have 32 bits, and sample reuse adds some 2^8 to one for each pixel.
-    constexpr uint64_t kMostUndrained = 1u << 20;
+    const uint64_t mostUndrained = pathsBetweenDrains(frame_.data().settings.maxDepth);
     const uint32_t tiles = frame_.tileCount();
     uint64_t undrained = 0;
     while (nextTile_ < tiles) {
@@ -119,7 +118,7 @@ bool TiledFilm::advanceRound(const std::function<bool()>& over,
         nextTile_ += count;
         ++version_;
         undrained += uint64_t(count) * shared::kGroupSize * roundSamples_;
-        if (undrained >= kMostUndrained) {
+        if (undrained >= mostUndrained) {
             frame_.drainCounters(counts_);
             undrained = 0;
         }

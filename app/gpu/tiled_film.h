@@ -4,6 +4,8 @@
 // are ahead.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <functional>
 
 #include "app/gpu/film.h"
@@ -13,6 +15,15 @@ namespace gpu {
 
 /// The settings of a view of a world; what a method adds to them is left at zero.
 shared::FrameData frameOf(const core::World& world, const GpuScene& scene, const core::View& view);
+
+/// Paths after which the 32-bit counters are read: each path adds some 2^8 with sample reuse, and a
+/// few rays for each of its vertices.
+constexpr uint64_t pathsBetweenDrains(uint32_t maxDepth)
+{
+    constexpr uint64_t kRaysOfVertex = 8;
+    return std::min(uint64_t(1) << 20,
+                    (uint64_t(1) << 32) / ((uint64_t(maxDepth) + 1) * kRaysOfVertex));
+}
 
 class TiledFilm {
 public:

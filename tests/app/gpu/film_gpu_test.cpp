@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/gpu/film.h"
+#include "app/gpu/tiled_film.h"
 #include "core/base/pcg32.h"
 #include "tests/kernels/film_check.h"
 
@@ -203,6 +204,20 @@ TEST_F(FilmGpu, PixelsMayBeASampleAhead)
         });
         EXPECT_EQ(ahead, size_t(kWidth) * 8);
     }
+}
+
+/// Counters of 32 bits are read before they can come to their end, however long paths are.
+TEST(TiledFilm, CountersAreReadInTime)
+{
+    for (const uint32_t maxDepth : {0u, 1u, 8u, 511u, 4096u}) {
+        const uint64_t paths = gpu::pathsBetweenDrains(maxDepth);
+        EXPECT_GT(paths, 0u);
+        // Two rays for each vertex, and what is a batch too much.
+        EXPECT_LE(paths * (uint64_t(maxDepth) + 1) * 2 * 4, uint64_t(1) << 32) << maxDepth;
+        EXPECT_LE(paths << 8, uint64_t(1) << 28) << "sample reuse adds so much";
+    }
+    EXPECT_EQ(gpu::pathsBetweenDrains(8), 1u << 20);
+    static_assert(sizeof(shared::Counters::closestRays) == 4);
 }
 
 }  // namespace
