@@ -203,8 +203,10 @@ double makePunctual(const PunctualLight& light, const glm::dmat4x3& toFile, cons
 {
     const double scale2 = world.placement.scale * world.placement.scale;
     const glm::vec3 strength = light.color * light.intensity;
-    glm::dvec3 axis = -glm::dvec3(toFile[2]);
-    axis /= glm::length(axis);
+    const double length = glm::length(glm::dvec3(toFile[2]));
+    // A point light shines all around, also where its node's scale leaves no direction.
+    const bool anyAxis = light.kind == shared::kEmitterPoint && !(length > 0);
+    const glm::dvec3 axis = anyAxis ? glm::dvec3(0, 0, -1) : -glm::dvec3(toFile[2]) / length;
     e.kind = light.kind;
     e.a = glm::vec3(world.placement.toWorld(glm::dvec3(toFile[3])));
     if (light.kind == shared::kEmitterDirectional) {

@@ -248,6 +248,34 @@ TEST(EmitterTree, EveryEmitterHasAWay)
     }
 }
 
+/// Where its node's scale vanishes a point light shines as it would without: it needs no axis.
+TEST(EmitterTree, PointLightsNeedNoAxis)
+{
+    const auto lampsWith = [](double scale) {
+        SceneBuilder b;
+        b.quad({-9, -1, 9}, {18, 0, 0}, {0, 0, -18}, b.material(lambert(glm::vec3(0.5f))));
+        core::PunctualLight light;
+        light.kind = shared::kEmitterPoint;
+        light.intensity = 1;
+        for (int i = 0; i < 9; ++i) {
+            glm::dmat4 node(i == 4 ? scale : 1.0);
+            node[3] = glm::dvec4(i, 1, 0, 1);
+            b.light(light, node);
+        }
+        return core::chosenByPlace(b.world());
+    };
+    const auto without = lampsWith(0), with = lampsWith(1);
+    ASSERT_EQ(without->treeEmitters, 9u);
+    EXPECT_EQ(without->emitterTree, with->emitterTree);
+    const shared::SceneView scene = core::sceneView(*without);
+    const shared::PathSettings settings = core::worldSettings(*without);
+    const glm::vec3 p(without->placement.toWorld(glm::dvec3(4, 0, 0.5)));
+    for (uint32_t i = 0; i < 9; ++i) {
+        const uint32_t up = shared::packReceiver({0, 1, 0});
+        EXPECT_GT(shared::pmfEmitterFor(scene, settings, i, p, up), 0) << i;
+    }
+}
+
 TEST(EmitterTree, FewEmittersHaveNone)
 {
     SceneBuilder b;
