@@ -238,7 +238,7 @@ void finishPose(World& world, const Topology& topology, const Scene& scene, cons
 }
 
 /// All steps from the start. `previous`, another pose or null, lends its materials where they are
-/// the same.
+/// the same, and its choice of emitters.
 std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, const Pose& pose,
                                           uint32_t forcedFeatures,
                                           const std::optional<Placement>& placement,
@@ -279,6 +279,10 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, co
         layOutMaterials(*world, *scene, topology->usedMaterials);
     }
     findEmission(*world, *topology, *scene);
+    if (previous != nullptr) {
+        world->emitterTree = previous->emitterTree;
+        world->treeEmitters = previous->treeEmitters;
+    }
     finishPose(*world, *topology, *scene, pose, extent.rough);
     world->bvh = std::make_shared<LastMade<SharedArray<glm::vec3>, Bvh>>();
     world->topology = std::move(topology);

@@ -330,6 +330,8 @@ void findEmission(World& world, Topology& topology, const Scene& scene)
 void collectEmitters(World& world, const Topology& topology, const Scene& scene, const Pose& pose)
 {
     Collected all;
+    // Where another pose has a tree it has decided: kernels stay what they are.
+    const bool decided = !world.emitterTree.empty();
     world.environmentEmitter = world.sunEmitter = shared::kNone;
     addTriangles(world, topology.emission, all);
     addPunctual(world, scene, pose, true, all);
@@ -348,8 +350,6 @@ void collectEmitters(World& world, const Topology& topology, const Scene& scene,
     const bool many = all.nearCount() > kFewEmitters;
     if (changed || many == world.emitterTree.empty())
         world.emitterTree = many ? makeEmitterTree(all.bounds) : std::vector<glm::uvec4>();
-    // Another pose of the same triangles has decided: kernels stay what they are.
-    const bool decided = world.topology != nullptr;
     const bool pays =
         many && (decided ? world.treeEmitters > 0 : treeGain(world, all.bounds) >= kTreePays);
     world.treeEmitters = pays ? static_cast<uint32_t>(all.nearCount()) : 0;

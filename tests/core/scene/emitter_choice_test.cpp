@@ -146,4 +146,25 @@ TEST(EmitterChoice, StaysInAllPoses)
     EXPECT_EQ(world->treeEmitters, 121u);
 }
 
+/// Also in those in which there are other triangles, which are flattened anew.
+TEST(EmitterChoice, StaysWhereTrianglesComeAndGo)
+{
+    SceneBuilder b = street(60);
+    b.quad({0, 1, 1}, {1, 0, 0}, {0, 0, -1}, b.material(lambert(glm::vec3(0.5f))));
+    const auto stone = static_cast<int>(b.scene.nodes.size()) - 1;
+    using Path = core::AnimationChannel::Path;
+    animate(b.scene, {channelOf(stone, Path::scale, {{1, 1, 1, 0}, glm::vec4(0), {1, 1, 1, 0}})});
+    const auto world = b.world();
+    ASSERT_EQ(world->treeEmitters, 120u);
+    for (const auto& first : {world, core::chosenByPower(world)}) {
+        const auto without = core::poseWorld(first, 1);
+        EXPECT_FALSE(core::sameTopology(*without, *first));
+        EXPECT_EQ(without->treeEmitters, first->treeEmitters);
+        EXPECT_EQ(without->features, first->features);
+        const auto back = core::poseWorld(without, 0);
+        EXPECT_EQ(back->treeEmitters, first->treeEmitters);
+        EXPECT_EQ(back->emitterTree, first->emitterTree);
+    }
+}
+
 }  // namespace
