@@ -1,9 +1,12 @@
 // T31: the tree of emitters chooses where it strays less than choice by power, and nowhere else; in
 // all poses alike.
+#include <array>
+
 #include <gtest/gtest.h>
 
 #include "core/scene/emitter_choice.h"
 #include "core/scene/emitter_tree.h"
+#include "core/scene/shown_places.h"
 #include "tests/support/animated_scenes.h"
 #include "tests/support/instanced_scenes.h"
 #include "tests/support/test_scenes.h"
@@ -109,6 +112,37 @@ TEST(EmitterChoice, PlacesAreOnWhatInstancesShow)
     EXPECT_EQ(kept->treeEmitters, 120u);
     const double gain = core::treeGain(*flat, boundsOf(*flat));
     EXPECT_NEAR(core::treeGain(*kept, boundsOf(*kept)), gain, 0.2 * gain);
+}
+
+/// Where nearly everything shines, the few triangles that do not are drawn without looking for
+/// them.
+TEST(EmitterChoice, PlacesAreFoundBetweenManyLamps)
+{
+    SceneBuilder b;
+    b.quad({0, 0, 1}, {1, 0, 0}, {0, 0, -1}, b.material(lambert(glm::vec3(0.5f))));
+    b.sphere({0, 9, 0}, 1, 6, b.material(emitter(glm::vec3(1))));
+    const auto world = b.world();
+    ASSERT_GT(world->emitters.size(), 30'000u);
+    const core::ShownPlaces places(*world);
+    ASSERT_FALSE(places.empty());
+    const auto floor = static_cast<double>(world->placement.toWorld(glm::dvec3(0)).y);
+    core::Pcg32 random(1);
+    std::array<int, 2> halves{};
+    for (int k = 0; k < 400; ++k) {
+        core::Pcg32 before = random;
+        const glm::vec3 p = places.draw(random).position;
+        EXPECT_NEAR(static_cast<double>(p.y), floor, 1e-6);
+        const glm::dvec3 at = world->placement.toFile(glm::dvec3(p));
+        ++halves[at.x + at.z > 1 ? 1 : 0];
+        int drawn = 0;
+        const auto isThere = [&] {
+            core::Pcg32 a = before, c = random;
+            return a.bits() == c.bits() && a.bits() == c.bits();
+        };
+        for (; drawn <= core::ShownPlaces::kTries + 6 && !isThere(); ++drawn) before.bits();
+        EXPECT_LE(drawn, core::ShownPlaces::kTries + 6);
+    }
+    EXPECT_NEAR(halves[0], 200, 5 * 10);  // of the floor's two triangles, five deviations
 }
 
 TEST(EmitterChoice, CanBeTold)
