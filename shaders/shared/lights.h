@@ -82,6 +82,17 @@ SHARED_FN bool drawsSkyByPlace(PathSettings settings)
     return FEATURE(kFeatureSkyRegions) && settings.skyRegions != 0u;
 }
 
+/// Chooses among emitters other than the environment, by `others` from 0 to the sum of their
+/// probabilities; `pmf` as chooseEmitterFor.
+SHARED_FN uint chooseBesideSky(IN(SceneView) scene, PathSettings settings, vec3 p, uint departure,
+                               float others, OUT(float) pmf)
+{
+    const float first = fetchEmitterCdf(scene, settings.environmentEmitter);
+    const float whole = fetchEmitterCdf(scene, settings.environmentEmitter + 1u) - first;
+    return chooseEmitterFor(scene, settings, p, departure,
+                            min(others < first ? others : others + whole, kOneMinusEpsilon), pmf);
+}
+
 /// chooseEmitterFor in a region of the sky (0: none), which has its own share of the environment.
 SHARED_FN uint chooseEmitterIn(IN(SceneView) scene, PathSettings settings, uint region, vec3 p,
                                uint departure, float u, OUT(float) pmf)
@@ -95,13 +106,10 @@ SHARED_FN uint chooseEmitterIn(IN(SceneView) scene, PathSettings settings, uint 
         return sky;
     }
     // The rest of u goes over the CDF without the environment.
-    const float first = fetchEmitterCdf(scene, sky);
-    const float whole = fetchEmitterCdf(scene, sky + 1u) - first;
-    const float others = (u - share) * ((1.0f - whole) / (1.0f - share));
+    const float rest = 1.0f - pmfEmitter(scene, sky);
     const uint emitter =
-        chooseEmitterFor(scene, settings, p, departure,
-                         min(others < first ? others : others + whole, kOneMinusEpsilon), pmf);
-    pmf *= (1.0f - share) / (1.0f - whole);
+        chooseBesideSky(scene, settings, p, departure, (u - share) * (rest / (1.0f - share)), pmf);
+    pmf *= (1.0f - share) / rest;
     return emitter;
 }
 

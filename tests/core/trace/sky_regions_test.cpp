@@ -3,9 +3,12 @@
 // seen or none shines.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 #include <set>
+#include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -216,6 +219,62 @@ TEST(SkyRegions, EmittersAreChosenByTheirProbability)
     EXPECT_GE(least, 0.04);
     EXPECT_LE(most, 0.96);
     EXPECT_GT(most, 2 * least) << "all places have the same share";
+}
+
+/// Root mean square, over places, of what samples of an emitter bring; of the environment as it is
+/// drawn in the region.
+double bringsOf(const Learnt& room, std::span<const core::Place> places, uint32_t region,
+                uint32_t emitter)
+{
+    constexpr size_t kEach = 64;
+    std::mt19937 random(23);
+    core::Bringing bringing(room.accel);
+    std::vector<float> brings(places.size() * kEach);
+    for (size_t i = 0; i < brings.size(); ++i) {
+        const core::Place& p = places[i / kEach];
+        const glm::vec2 u{unitOf(random), unitOf(random)};
+        shared::EmitterSample s;
+        if (shared::sampleEmitter(room.scene, room.settings, emitter, p.position, region, u, s))
+            bringing.add(p, s, 1 / (s.pdf > 0 ? s.pdf : 1), brings[i]);
+    }
+    bringing.trace();
+    double squares = 0;
+    for (const float b : brings) squares += double(b) * double(b);
+    return std::sqrt(squares / double(brings.size()));
+}
+
+/// Beside a lamp far away, of a tenth of the sky's power, the sky's share is that with the least
+/// variance.
+TEST(SkyRegions, SharesGoByWhatSkyAndLampsBring)
+{
+    SceneBuilder b;
+    b.quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, b.material(lambert(glm::vec3(0.5f))));
+    b.sphere({0, 1, 0}, 1, 3, b.material(lambert(glm::vec3(0.5f))));
+    b.camera({0, 1, 5}, {0, 1, 0}, 0.8);
+    addSky(b, false);
+    core::PunctualLight light;
+    light.kind = shared::kEmitterDirectional;
+    light.intensity = 1;
+    const glm::mat3 frame = shared::makeFrame(glm::normalize(glm::vec3(0.2f, 0.9f, 0.4f)));
+    b.light(light, glm::dmat4{glm::dmat3(frame)});
+    const Learnt court(b, SkyNeed::always);
+    ASSERT_NE(court.regions, nullptr);
+    ASSERT_EQ(court.settings.environmentEmitter, 1u);
+    ASSERT_NEAR(shared::pmfEmitter(court.scene, 0), 0.1f, 0.02f);
+    // Those that regions are made from.
+    std::map<uint32_t, std::vector<core::Place>> placesOf;
+    for (const core::Place& p : core::findPlaces(court.accel, 4096, 1))
+        placesOf[shared::findSkyRegion(court.scene, p.position, p.normal)].push_back(p);
+    int lit = 0;
+    for (const auto& [region, places] : placesOf) {
+        const double lamp = bringsOf(court, places, region, 0);
+        const double sky = bringsOf(court, places, region, 1), share = sky / (sky + lamp);
+        if (!(share < 0.9)) continue;  // shares end at 0.95
+        ++lit;
+        EXPECT_NEAR(double(shared::skyShare(court.scene, region)), share, 0.1 * share)
+            << places.size() << " places";
+    }
+    EXPECT_GT(lit, 10);
 }
 
 /// Of what is drawn on the floor, many times as much goes through the window.
