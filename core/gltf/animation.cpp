@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
+#include <utility>
 
 #include "core/gltf/parts.h"
 
@@ -183,13 +185,17 @@ private:
 
 }  // namespace
 
+/// What channels move: a property of a node.
+using Moved = std::set<std::pair<int, AnimationChannel::Path>>;
+
 /// Exporters write an animation for each object that moves: those that move nothing that `first`
 /// moves are played with it, and become a part of it. False where one does.
-static bool joins(Animation& first, Animation& other)
+static bool joins(Animation& first, Animation& other, Moved& moved)
 {
     for (const AnimationChannel& channel : other.channels)
-        for (const AnimationChannel& known : first.channels)
-            if (channel.node == known.node && channel.path == known.path) return false;
+        if (moved.contains({channel.node, channel.path})) return false;
+    for (const AnimationChannel& channel : other.channels)
+        moved.insert({channel.node, channel.path});
     first.duration = std::max(first.duration, other.duration);
     std::ranges::move(other.channels, std::back_inserter(first.channels));
     return true;
@@ -198,14 +204,19 @@ static bool joins(Animation& first, Animation& other)
 void readAnimations(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan)
 {
     Reader reader(load, accessors, plan);
+    std::vector<Animation>& animations = load.scene.animations;
+    Moved moved;
     for (size_t i = 0; i < countOf(load, "animations"); ++i) {
+        load.checkpoint();
         Animation animation = reader.read(topLevel(load, "animations", i));
         if (animation.channels.empty()) continue;
-        if (load.scene.animations.empty() || !joins(load.scene.animations.front(), animation)) {
-            if (!load.scene.animations.empty())
-                load.warn("ANIMATION_IGNORED", child("/animations", i),
-                          "moves what an earlier animation moves — only the first is played");
-            load.scene.animations.push_back(std::move(animation));
+        if (animations.empty()) {
+            animations.emplace_back().name = animation.name;
+            joins(animations.front(), animation, moved);
+        } else if (!joins(animations.front(), animation, moved)) {
+            load.warn("ANIMATION_IGNORED", child("/animations", i),
+                      "moves what an earlier animation moves — only the first is played");
+            animations.push_back(std::move(animation));
         }
     }
 }
