@@ -114,7 +114,7 @@ public:
     }
 
     /// The matrix of a vertex: the weighted mean of its joints'. It is divided by the sum of the
-    /// weights, which is 1 in single precision only: far from the origin that would show.
+    /// weights, which is 1 in single precision only: far from the middle that would show.
     glm::dmat4 matrix(size_t v) const
     {
         if (!skinned_) return matrices_.front();
