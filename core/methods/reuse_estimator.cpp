@@ -1,0 +1,278 @@
+// See reuse_estimator.h.
+#include "core/methods/reuse_estimator.h"
+
+#include <array>
+
+#include "core/methods/reuse_settings.h"
+
+namespace shared {
+
+bool traceWay(const SceneView& scene, vec3 origin, vec3 direction, uint seed, Hit& hit)
+{
+    return static_cast<const core::TracedScene&>(scene).accel->closest(
+        {origin, kInfinity, direction, seed}, hit);
+}
+
+bool wayIsOpen(const SceneView& scene, const ShadowRay& shadow, uint seed)
+{
+    return !static_cast<const core::TracedScene&>(scene).accel->occluded(
+        {shadow.origin, shadow.tMax, shadow.direction, seed});
+}
+
+}  // namespace shared
+
+namespace core {
+
+using glm::uvec2, glm::vec2, glm::vec3;
+
+void ReuseStore::reset(uvec2 newSize, const ReuseParams& params)
+{
+    const size_t count = size_t(newSize.x) * newSize.y;
+    pixels.resize(count);
+    maps.resize(count);
+    samples.resize(count * recordsKept(params));
+    lights.resize(count * lightsKept(params));
+    means.resize(shared::keepsMeans(uint32_t(params.reuse)) ? count : 0);
+    size = newSize;
+}
+
+static float keepNumber(const shared::SampleStream& stream, uint32_t dimension)
+{
+    return shared::streamFloat(shared::decisionStream(stream, shared::kPurposeResampling),
+                               dimension);
+}
+
+/// Samples that compete for the places of a store.
+template <class Record> struct ReuseEstimator::Competition {
+    std::array<Record, shared::kReuseMostScores> records;
+    std::array<vec2, shared::kReuseMostScores> worth;  // v, and what it brings
+    uint32_t count = 0;
+
+    void add(const Record& record, vec2 itsWorth)
+    {
+        records[count] = record;
+        worth[count++] = itsWorth;
+    }
+
+    /// Keeps `out.size()` of them by threshold resampling; `weight` is the member that is paid,
+    /// `mean` what all together have brought.
+    void keep(std::span<Record> out, float Record::*weight, const shared::ReuseSettings& settings,
+              vec3 mean, float xi) const
+    {
+        std::array<float, shared::kReuseMostScores> scores;
+        for (uint32_t i = 0; i < count; ++i)
+            scores[i] = shared::reuseScore(settings, worth[i].x, worth[i].y, mean);
+        const auto most = static_cast<uint32_t>(out.size());
+        const float kappa = shared::reuseThreshold(scores.data(), count, most);
+        float sum = 0;
+        uint32_t kept = 0;
+        for (uint32_t i = 0; i < count && kept < most; ++i) {
+            if (!shared::usableDensity(scores[i])) continue;
+            if (kappa > 0 && !shared::reuseKeep(sum, scores[i], kappa, xi)) continue;
+            out[kept] = records[i];
+            if (kappa > 0) out[kept].*weight *= shared::reuseKeepScale(scores[i], kappa);
+            ++kept;
+        }
+        for (; kept < most; ++kept) out[kept].*weight = 0;
+    }
+};
+
+/// What is known of a pixel while it is estimated.
+struct ReuseEstimator::Pixel {
+    size_t index;
+    shared::SampleStream stream;
+    shared::ReuseTally& tally;
+    shared::ReuseVertex v{};
+    shared::PathSettings path{};  // what paths from the first hit may do
+    ptrdiff_t source = -1;        // the pixel of the view before; -1: there is none
+    bool chained = false;         // seen over mirrors or through glass
+};
+
+ReuseEstimator::ReuseEstimator(const Accel& accel, const ReuseStore& before, ReuseStore& now,
+                               const shared::PathSettings& path,
+                               const shared::ReuseSettings& settings, uint32_t firstSample)
+    : scene_{sceneView(accel.world()), &accel}, before_(before), now_(now), path_(path),
+      settings_(settings), records_(shared::recordsOf(settings)),
+      lights_(shared::lightsOf(settings)), firstSample_(firstSample)
+{}
+
+shared::ReuseSums ReuseEstimator::estimate(uvec2 pixel, shared::ReuseTally& tally) const
+{
+    const size_t index = size_t(pixel.y) * now_.size.x + pixel.x;
+    shared::ReuseSums sums = shared::noReuseSums();
+    Pixel p{index,
+            shared::makeStream(path_.samplerKind, path_.seed, pixel, firstSample_,
+                               shared::kPurposePath),
+            tally};
+    if (!findVertex(pixel, p, sums)) {
+        if (keepsMeans()) now_.means[index] = sums.seen + sums.rest;
+        return sums;
+    }
+    std::array<shared::ReuseNew, shared::kReuseMostRays> fresh;
+    const uint32_t taken = shared::raysTaken(p.v.history, p.v.rays);
+    for (uint32_t k = 0; k < taken; ++k)
+        fresh[k] = shared::takePath(scene_, p.path, settings_, p.v, shared::pathFromHere(p.v),
+                                    shared::pathStream(p.stream, p.v.rays, k), tally);
+    now_.pixels[index].history = shared::packHistory(shared::grownHistory(
+        settings_, p.v.history, p.v.rays, taken, shared::narrowestLobe(p.v.vertex.bsdf)));
+    combine(p, std::span(fresh).first(taken), sums);
+    return sums;
+}
+
+/// The first hit of a pixel and its history, and what comes to the camera beside its light.
+/// False where nothing is scattered.
+bool ReuseEstimator::findVertex(uvec2 pixel, Pixel& p, shared::ReuseSums& sums) const
+{
+    shared::PathState ray = shared::pixelRay(now_.camera, path_, settings_, pixel, p.stream);
+    shared::ReusePixel& here = now_.pixels[p.index];
+    float t;
+    here = shared::findFirstHit(scene_, ray, p.stream, t);
+    shared::CameraData cameraBefore = before_.camera;
+    shared::ReuseChain chain = shared::noChain(ray.direction);
+    if ((scene_.accel->world().features & shared::kFeatureDelta) != 0)
+        chain = shared::followChain(scene_, path_, ray, t, p.stream, here, cameraBefore, p.tally);
+    p.chained = chain.bounces > 0;
+    if (p.chained) ray = shared::rayOfChain(scene_, chain, here);
+    sums.seen = chain.seen;
+    if (chain.restBounces > 0) sums.rest = takeRest(chain, p);
+    if (!shared::beginReuse(scene_, path_, ray, here, p.v, sums.seen)) return false;
+    p.path = shared::settingsAfter(path_, chain.bounces);
+    if (!p.chained)
+        chain.towardsBefore = shared::towardsCamera(cameraBefore, p.v.vertex.surface.position);
+    p.source = findHistory(p, chain, cameraBefore);
+    if (p.source >= 0) {
+        shared::takeHistory(scene_, settings_, chain.towardsBefore,
+                            before_.pixels[size_t(p.source)], p.v);
+    } else {
+        p.v.rays = shared::raysDue(settings_, p.v.history, 0);
+        p.v.history.credit = shared::firstCredit(p.stream);
+    }
+    sums.beta = p.v.beta;
+    sums.nominal = p.v.history.nominal;
+    sums.rays = p.v.rays;
+    return true;
+}
+
+vec3 ReuseEstimator::takeRest(const shared::ReuseChain& chain, Pixel& p) const
+{
+    const shared::SampleStream stream = shared::purposeStream(p.stream, shared::kPurposeRest);
+    return shared::takePath(scene_, shared::restSettings(path_), settings_, {},
+                            shared::restOfChain(chain), stream, p.tally)
+        .around;
+}
+
+/// The pixel of the view before whose history belongs to this first hit; -1: there is none.
+/// `cameraBefore` is the one of that view, or where it appears to be. What is seen through
+/// curved glass is not where a camera would see it without: it may be far away on the same
+/// surface.
+ptrdiff_t ReuseEstimator::findHistory(const Pixel& p, const shared::ReuseChain& chain,
+                                      const shared::CameraData& cameraBefore) const
+{
+    if (before_.size.x == 0 || settings_.strategy == shared::kReuseDiscard) return -1;
+    vec2 film;
+    const shared::SurfacePoint& surface = p.v.vertex.surface;
+    const vec3 here = surface.position;
+    if (!shared::projectToFilm(cameraBefore, vec2(before_.size), here, film)) return -1;
+    const float distance = glm::length(here - cameraBefore.position);
+    const glm::ivec2 middle =
+        shared::historyPixel(settings_.strategy, film, shared::tapNumbers(p.stream));
+    const float reach = p.chained
+                            ? shared::reachOfHistory(cameraBefore, float(before_.size.y), distance,
+                                                     chain.direction, surface.normal)
+                            : shared::kInfinity;
+    for (uint32_t k = 0; k < 9; ++k) {
+        const glm::ivec2 at = middle + shared::historyOffset(k);
+        if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
+            continue;
+        const ptrdiff_t source = ptrdiff_t(at.y) * before_.size.x + at.x;
+        vec3 position;
+        if (shared::historyFits(scene_, cameraBefore, before_.pixels[size_t(source)], surface,
+                                distance, reach, position))
+            return source;
+    }
+    return -1;
+}
+
+/// Old samples, and what is kept of them and the new ones.
+void ReuseEstimator::combine(Pixel& p, std::span<const shared::ReuseNew> fresh,
+                             shared::ReuseSums& sums) const
+{
+    Competition<shared::ReuseSample> samples;
+    Competition<shared::ReuseLight> lights;
+    if (p.source >= 0 && !keepsMeans()) lookAtOld(p, samples, lights, sums);
+    for (const shared::ReuseNew& n : fresh) {
+        shared::addReuseNew(sums, n);
+        if (n.record.u > 0) samples.add(n.record, {n.scale, n.scale * shared::luminance(n.around)});
+        if (n.light.v > 0)
+            lights.add(n.light, {n.light.v, n.light.v * shared::luminance(n.direct)});
+    }
+    if (keepsMeans()) {
+        vec3 before = p.source >= 0 ? before_.means[size_t(p.source)] : vec3(0);
+        // What is seen over mirrors or through glass has no other taps: it is not known where
+        // they would lie.
+        if (settings_.strategy == shared::kReuseSvgf && p.source >= 0 && !p.chained)
+            before = meanOfTaps(p.v.vertex.surface, before);
+        now_.means[p.index] = shared::naiveMean(sums, before);
+        return;
+    }
+    samples.keep({&now_.samples[p.index * records_], records_}, &shared::ReuseSample::u, settings_,
+                 sums.around, keepNumber(p.stream, 0));
+    lights.keep({&now_.lights[p.index * lights_], lights_}, &shared::ReuseLight::v, settings_,
+                sums.direct, keepNumber(p.stream, 1));
+}
+
+void ReuseEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,
+                               Competition<shared::ReuseLight>& lights,
+                               shared::ReuseSums& sums) const
+{
+    const auto source = size_t(p.source);
+    for (uint32_t i = 0; i < records_; ++i) {
+        shared::ReuseSample r = before_.samples[source * records_ + i];
+        shared::ReuseView view;
+        if (!shared::aimOldSample(scene_, settings_, p.v, r, view)) continue;
+        if (!shared::survivesRejection(shared::rejectionNumber(p.stream, i), view)) continue;
+        const bool hidden =
+            shared::oldSampleHides(scene_, settings_, p.v, view, p.stream, i, p.tally);
+        vec3 L = shared::unpackRgbe(r.radiance);
+        if (r.radiance == shared::kReuseEvaluated)
+            L = shared::evaluateArriving(scene_, p.path, p.v, r, view);
+        if (hidden) {
+            shared::dropOldSample(sums, view, L);
+            continue;
+        }
+        const float brings = shared::addOldSample(sums, view, L);
+        r.u = view.u * view.perPlace;
+        samples.add(r, {view.u * view.p, brings});
+    }
+    for (uint32_t i = 0; i < lights_; ++i) {
+        shared::ReuseLight r = before_.lights[source * lights_ + i];
+        if (!(r.v > 0)) continue;
+        const float brings =
+            shared::addOldLight(scene_, p.path, settings_, p.v, p.stream, i, r, sums, p.tally);
+        if (r.v > 0) lights.add(r, {r.v, brings});
+    }
+}
+
+/// Mean of the four pixels around where the first hit was before, of those whose history fits;
+/// `nearest` where none does.
+vec3 ReuseEstimator::meanOfTaps(const shared::SurfacePoint& s, vec3 nearest) const
+{
+    vec2 film;
+    shared::projectToFilm(before_.camera, vec2(before_.size), s.position, film);
+    const float distance = glm::length(s.position - before_.camera.position);
+    glm::vec4 sum(0);
+    for (uint32_t k = 0; k < 4; ++k) {
+        glm::ivec2 at;
+        const float weight = shared::historyTap(film, k, at);
+        if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
+            continue;
+        const size_t source = size_t(at.y) * before_.size.x + size_t(at.x);
+        vec3 position;
+        if (shared::historyFits(scene_, before_.camera, before_.pixels[source], s, distance,
+                                shared::kInfinity, position))
+            sum += weight * glm::vec4(before_.means[source], 1);
+    }
+    return sum.w > 0.01f ? vec3(sum) / sum.w : nearest;
+}
+
+}  // namespace core

@@ -1,0 +1,71 @@
+// What sample reuse does at one pixel, on the CPU, and what a view leaves to the next one. The
+// estimator is that of shaders/shared/reuse_path.h.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/methods/reuse_params.h"
+#include "core/trace/accel.h"
+#include "core/trace/scene_view.h"
+#include "shared/reuse_path.h"
+
+namespace core {
+
+/// What a view leaves to the next one.
+struct ReuseStore {
+    std::vector<shared::ReusePixel> pixels;
+    std::vector<shared::ReuseSample> samples;  // `records` per pixel
+    std::vector<shared::ReuseLight> lights;    // `lights` per pixel
+    std::vector<glm::vec3> means;              // of strategies that keep one
+    std::vector<shared::ReuseMapPixel> maps;
+    shared::CameraData camera{};
+    glm::uvec2 size{0};  // 0: there is nothing
+
+    /// Makes room for a picture of that size; what was there is no longer of use.
+    void reset(glm::uvec2 newSize, const ReuseParams& params);
+};
+
+/// The scene as the shared text reads it, and rays through it.
+struct TracedScene : shared::SceneView {
+    const Accel* accel = nullptr;
+};
+
+/// What all pixels of a pass have in common. Old samples are read from `before`, and what is kept
+/// is written to `now`, whose camera and size are those of the picture. Different pixels may be
+/// estimated at the same time.
+class ReuseEstimator {
+public:
+    /// Refers to all three, which must outlive it. `firstSample`: the index of the pass's first
+    /// sample.
+    ReuseEstimator(const Accel& accel, const ReuseStore& before, ReuseStore& now,
+                   const shared::PathSettings& path, const shared::ReuseSettings& settings,
+                   uint32_t firstSample);
+
+    /// What a pass finds at a pixel, and in the store what it leaves there; all but the map. Adds
+    /// its rays to `tally`.
+    shared::ReuseSums estimate(glm::uvec2 pixel, shared::ReuseTally& tally) const;
+
+private:
+    struct Pixel;
+    template <class Record> struct Competition;
+
+    bool findVertex(glm::uvec2 pixel, Pixel& p, shared::ReuseSums& sums) const;
+    ptrdiff_t findHistory(const Pixel& p, const shared::ReuseChain& chain,
+                          const shared::CameraData& cameraBefore) const;
+    glm::vec3 takeRest(const shared::ReuseChain& chain, Pixel& p) const;
+    void combine(Pixel& p, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums) const;
+    void lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,
+                   Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums) const;
+    glm::vec3 meanOfTaps(const shared::SurfacePoint& s, glm::vec3 nearest) const;
+    bool keepsMeans() const { return shared::keepsMeans(settings_.strategy); }
+
+    TracedScene scene_;
+    const ReuseStore& before_;
+    ReuseStore& now_;
+    shared::PathSettings path_;
+    shared::ReuseSettings settings_;
+    uint32_t records_, lights_, firstSample_;
+};
+
+}  // namespace core
