@@ -8,7 +8,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "app/base/read_value.h"
-#include "core/trace/embree_rays.h"
+#include "core/trace/accel.h"
 #include "core/trace/pick.h"
 
 namespace app::flight {
@@ -40,14 +40,11 @@ double targetDistance(const core::World& world, const core::Camera& camera, glm:
 }
 
 /// Whether nothing stands between any two neighbours of the places.
-bool isFree(const core::EmbreeRays& rays, const std::vector<dvec3>& places)
+bool isFree(const core::Accel& accel, const std::vector<dvec3>& places)
 {
-    std::vector<core::RaySegment> segments;
     for (size_t i = 0; i + 1 < places.size(); ++i)
-        segments.push_back({places[i], 0, places[i + 1] - places[i], 1});
-    std::vector<core::SegmentHit> hits(segments.size());
-    rays.any1(segments, hits);
-    return std::ranges::all_of(hits, [](const core::SegmentHit& hit) { return hit.triangle == 0; });
+        if (accel.occluded({places[i], 1, places[i + 1] - places[i]})) return false;
+    return true;
 }
 
 }  // namespace
@@ -60,7 +57,8 @@ Flight Flight::around(const std::shared_ptr<const core::World>& world, const cor
     flight.reach_ = targetDistance(*world, end, size);
     flight.target_ = end.position + flight.reach_ * end.forward;
     const dvec3 right = glm::normalize(glm::cross(end.forward, end.up));
-    const core::EmbreeRays rays(world);
+    // So few rays that a hierarchy which is quickly built is best.
+    const core::Accel accel(world, {}, {}, core::AccelQuality::medium);
     const double wished = std::min(std::max(kOpening, 0.55 * widest), 80.0);
     for (const double part : {1.0, 0.5, 0.25, 0.1, 0.03}) {
         // The circle lies to the right of the camera, to the left, above, below.
@@ -70,7 +68,7 @@ Flight Flight::around(const std::shared_ptr<const core::World>& world, const cor
             std::vector<dvec3> places;
             for (int i = 0; i <= kPieces; ++i)
                 places.push_back(flight.placeAt(glm::two_pi<double>() * i / kPieces));
-            if (isFree(rays, places)) return flight;
+            if (isFree(accel, places)) return flight;
         }
     }
     return flight;

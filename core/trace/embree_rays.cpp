@@ -61,6 +61,8 @@ struct EmbreeRays::Impl {
 
     explicit Impl(std::shared_ptr<const World> w) : world(std::move(w))
     {
+        // Vertices of prototypes are in spaces of their own.
+        CHECK(world->prototypes.empty());
         rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,

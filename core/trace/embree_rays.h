@@ -29,8 +29,8 @@ struct SegmentHit {
 static_assert(sizeof(SegmentHit) == 16);
 
 /// Embree over a world as the reference of measurements: rtcIntersect1, rtcOccluded1 and the
-/// packets of sixteen, not robust, spatial splits allowed, alpha ignored. All functions run on all
-/// cores.
+/// packets of sixteen, not robust, spatial splits allowed, alpha ignored. Of flat worlds only. All
+/// functions run on all cores.
 class EmbreeRays {
 public:
     explicit EmbreeRays(std::shared_ptr<const World> world);
