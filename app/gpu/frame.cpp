@@ -31,6 +31,7 @@ void Frame::drainCounters(FrameCounts& counts)
     counts.reuse.withHistory += found.withHistory;
     counts.reuse.weights += found.weightSum / double(shared::kCountedUnit);
     counts.reuse.paths += found.newPaths;
+    counts.reuse.asked += found.asked;
     counts.reuse.leaked += found.leaked / double(shared::kCountedBias);
     counts.reuse.lost += found.lost / double(shared::kCountedBias);
     counts.reuse.shares += found.shareSum / double(shared::kCountedUnit);

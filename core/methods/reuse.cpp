@@ -105,6 +105,7 @@ private:
         figures_.weights += figures.weights;
         figures_.shares += figures.shares;
         figures_.paths += figures.paths;
+        figures_.asked += figures.asked;
         figures_.leaked += figures.leaked;
         figures_.lost += figures.lost;
     }
@@ -132,8 +133,11 @@ private:
         figures.weights += double(sums.weightSum);
         figures.shares += double(sums.nominal / weight);
         figures.paths += paths;
-        figures.leaked += double(shared::biasShare(sums, sums.leaked));
-        figures.lost += double(shared::biasShare(sums, sums.lost));
+        if (passes_ == 0) {
+            figures.asked += scatters ? 1 : 0;
+            figures.leaked += double(shared::biasShare(sums, sums.leaked));
+            figures.lost += double(shared::biasShare(sums, sums.lost));
+        }
         tally.paths += paths;
         tally.rays += rays.closestRays + rays.shadowRays;
     }

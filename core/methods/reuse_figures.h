@@ -17,19 +17,20 @@ struct ReuseFigures {
     double weights = 0;  // of the sums of v: one each on average, less where directions are lost
     double shares = 0;   // of c
     double paths = 0;    // new ones, of all pixels
-    // Parts of a pixel's luminance, of those samples that were asked for visibility:
-    double leaked = 0;  // by old samples that are hidden now
-    double lost = 0;    // by new ones that had been
+    // Of the pass that begins a view, which alone looks at samples across a move:
+    double asked = 0;   // first hits that scatter,
+    double leaked = 0;  // and the parts of their luminance by old samples that are hidden now
+    double lost = 0;    // and by new ones that had been, of those that were asked for visibility
 
     /// What old samples bring too much and new ones too little, if visibility is never asked for;
     /// `visibility` is the share for which it was.
     double leak(double visibility) const
     {
-        return visibility > 0 ? leaked / count() / visibility : 0;
+        return visibility > 0 ? leaked / std::max(asked, 1.0) / visibility : 0;
     }
     double loss(double visibility) const
     {
-        return visibility > 0 ? lost / count() / visibility : 0;
+        return visibility > 0 ? lost / std::max(asked, 1.0) / visibility : 0;
     }
 
     std::vector<StatsDetail> details(const ReuseParams& params, float visibility, uint32_t records,

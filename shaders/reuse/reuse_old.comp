@@ -254,27 +254,29 @@ vec3 meanOfTaps(SurfacePoint s, vec3 nearest)
     return sum.w > 0.01 ? sum.xyz / sum.w : nearest;
 }
 
-/// What asking for visibility has cost and found.
-void countBias(ReuseSums sums, ReuseTally tally)
+/// What asking for visibility has cost, and what it has found across a move: in the pass that begins a view.
+void countVisibility(ReuseSums sums, bool begins, uint scatters, ReuseTally tally)
 {
     const uint rays = subgroupAdd(tally.shadowRays);
+    if (subgroupElect()) atomicAdd(counters.shadowRays, rays);
+    if (!begins) return;
     const uint leaked = subgroupAdd(uint(biasShare(sums, sums.leaked) * kCountedBias + 0.5));
     const uint lost = subgroupAdd(uint(biasShare(sums, sums.lost) * kCountedBias + 0.5));
     if (!subgroupElect()) return;
-    atomicAdd(counters.shadowRays, rays);
+    atomicAdd(counters.asked, scatters);
     atomicAdd(counters.leaked, leaked);
     atomicAdd(counters.lost, lost);
 }
 
 /// What is told of the picture.
-void count(ReuseSums sums, bool scatters, bool looks, ReuseTally tally)
+void count(ReuseSums sums, bool begins, bool scatters, bool looks, ReuseTally tally)
 {
     const float c = sums.nominal / (sums.nominal + sums.rays);
     const uint all = subgroupAdd(scatters ? 1u : 0u);
     const uint withHistory = subgroupAdd(looks ? 1u : 0u);
     const uint weights = subgroupAdd(uint(min(sums.weightSum, 64.0) * kCountedUnit + 0.5));
     const uint shares = subgroupAdd(uint(c * kCountedUnit + 0.5));
-    if (FEATURE(kFeatureAsksVisibility)) countBias(sums, tally);
+    if (FEATURE(kFeatureAsksVisibility)) countVisibility(sums, begins, all, tally);
     if (!subgroupElect()) return;
     atomicAdd(counters.scatters, all);
     atomicAdd(counters.withHistory, withHistory);
@@ -331,7 +333,7 @@ void main()
     } else {
         addToFilm(i, false, plain, plain * plain, 1.0);
     }
-    count(sums, scatters, looks, tally);
+    count(sums, begins, scatters, looks, tally);
     ReuseHistory history = noHistory();
     if (scatters) {
         history = grownHistory(push.settings, v.history, v.rays, fresh.count, narrowestLobe(v.vertex.bsdf));

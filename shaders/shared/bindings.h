@@ -186,7 +186,8 @@ struct Counters {
     uint weightSum;    // and over all of them the sum of v and that of c, in units of
     uint shareSum;     // 1 / kCountedUnit
     uint newPaths;     // of sample reuse, too
-    uint leaked;       // of sample reuse, too: biasShare, in units of 1 / kCountedBias
+    uint asked;        // and where visibility was asked for across a move: first hits that scatter,
+    uint leaked;       // biasShare, in units of 1 / kCountedBias
     uint lost;
 };
 SHARED_CONST float kCountedUnit = 256.0f;
@@ -199,7 +200,7 @@ SHARED_CONST uint kStateWords = 4u;
 SHARED_CONST uint kStateLaneBits = 18u;
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameData) == 188 && sizeof(QueueHead) == 16 && sizeof(Counters) == 48);
+static_assert(sizeof(FrameData) == 188 && sizeof(QueueHead) == 16 && sizeof(Counters) == 52);
 static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif
 

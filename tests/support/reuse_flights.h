@@ -61,12 +61,12 @@ protected:
     }
 
     /// The picture after a swing of `frames` views, `step` degrees apart, that ends at the scene's
-    /// own camera.
-    core::Estimate fly(const ReuseParams& params, uint32_t frames, double step)
+    /// own camera; each view has so many passes.
+    core::Estimate fly(const ReuseParams& params, uint32_t frames, double step, uint32_t passes = 1)
     {
         for (uint32_t i = 0; i < frames; ++i)
             look(swung(*world_, -step * (frames - 1 - i)), params,
-                 i == 0 ? core::Start::anew : core::Start::moved);
+                 i == 0 ? core::Start::anew : core::Start::moved, passes);
         return renderer_->read(core::Reading::everything);
     }
 

@@ -117,6 +117,26 @@ TEST_P(ReuseBias, ABoundOfTheBiasIsKept)
     EXPECT_LT(asked[1], 0.1);
 }
 
+/// The bound is one of moves: passes that follow in the same view find nothing hidden, and must not
+/// make it look as if there were less than there is.
+TEST_P(ReuseBias, PassesThatFollowDoNotLoosenTheBound)
+{
+    constexpr uint32_t kFlights = 16, kFrames = 12;
+    begin("cornell-diffuse", {24, 24});
+    tests::Moments visibility[2], wrong[2];
+    for (uint32_t flight = 0; flight < kFlights; ++flight)
+        for (const bool several : {false, true}) {
+            ReuseParams params = with(ReuseStrategy::ra, 6000 + flight);
+            params.bias = core::ReuseBias::bounded;
+            params.bound = 0.002f;
+            fly(params, kFrames, 6, several ? 8 : 1);
+            visibility[several ? 1 : 0].add(detail("visibility"));
+            wrong[several ? 1 : 0].add(detail("leak") + detail("loss"));
+        }
+    EXPECT_GT(visibility[1].mean(), 0.8 * visibility[0].mean());
+    EXPECT_NEAR(wrong[1].mean(), wrong[0].mean(), 0.3 * wrong[0].mean());
+}
+
 /// Below one path per pixel, those with a good history take turns: the mean stays, too, and so many
 /// are really spared.
 TEST_P(ReuseBias, FewPathsLeaveTheMeanAsItIs)
