@@ -203,10 +203,8 @@ std::vector<core::Image> ReusePasses::maps(glm::uvec2 size) const
     store.pixels.read(std::as_writable_bytes(std::span(pixels)));
     store.means.read(std::as_writable_bytes(std::span(maps)));
     return core::makeReuseMaps(
-        size, [&](size_t i) { return shared::unpackReusePixel(pixels[i]); },
-        [&](size_t i, float nominal) {
-            return shared::unpackReuseMap(maps[i], nominal, settings_.strategy);
-        });
+        size, settings_.strategy, [&](size_t i) { return shared::unpackReusePixel(pixels[i]); },
+        [&](size_t i) { return shared::unpackReuseMap(maps[i], settings_.strategy); });
 }
 
 void ReusePasses::commit(const shared::CameraData& camera)

@@ -63,8 +63,9 @@ public:
     {
         if (passes_ == 0) return {};
         return makeReuseMaps(
-            before_.size, [this](size_t i) { return before_.pixels[i]; },
-            [this](size_t i, float) { return before_.maps[i]; });
+            before_.size, static_cast<uint32_t>(params_.reuse),
+            [this](size_t i) { return before_.pixels[i]; },
+            [this](size_t i) { return before_.maps[i]; });
     }
 
 private:

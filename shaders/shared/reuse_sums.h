@@ -130,13 +130,20 @@ SHARED_FN float biasShare(IN(ReuseSums) s, float part)
 
 /// What views of a pixel's reuse show. `old`: the share of the picture that old samples answer for
 /// (alpha, averaged over directions); `c`: N / (N + n); `effective`: number of equal samples that
-/// would be as good as the weights are (Kong 1992); `taken`: new paths.
+/// would be as good as the weights are (Kong 1992), which of a mean is the history that it now has;
+/// `taken`: new paths.
 struct ReuseMapPixel {
     float old;
     float c;
     float effective;
     uint taken;
 };
+
+/// The same share of a mean: a pass that takes no path leaves it as it was.
+SHARED_FN float oldShareOfMean(float c, uint taken)
+{
+    return taken > 0u ? c : (c > 0.0f ? 1.0f : 0.0f);
+}
 
 SHARED_FN ReuseMapPixel reuseMap(IN(ReuseSums) s, uint strategy)
 {
@@ -145,10 +152,7 @@ SHARED_FN ReuseMapPixel reuseMap(IN(ReuseSums) s, uint strategy)
     m.old = s.oldShare;
     m.effective = s.weightSquares > 0.0f ? s.weightSum * s.weightSum / s.weightSquares : 0.0f;
     m.taken = s.taken;
-    if (keepsMeans(strategy)) {
-        m.old = s.taken > 0u ? m.c : (s.nominal > 0.0f ? 1.0f : 0.0f);
-        m.effective = s.nominal + float(s.taken);
-    }
+    if (keepsMeans(strategy)) m.old = oldShareOfMean(m.c, m.taken);
     return m;
 }
 
@@ -161,18 +165,14 @@ SHARED_FN vec4 packReuseMap(vec3 mean, ReuseMapPixel m, uint strategy)
     return vec4(mean, uintAsFloat(word));
 }
 
-SHARED_FN ReuseMapPixel unpackReuseMap(vec4 w, float nominal, uint strategy)
+SHARED_FN ReuseMapPixel unpackReuseMap(vec4 w, uint strategy)
 {
     const uint word = floatAsUint(w.w);
     ReuseMapPixel m;
     m.c = float(word & 0x3fffu) * (1.0f / 16383.0f);
     m.taken = (word >> 14u) & 15u;
-    m.old = w.x;
-    m.effective = w.y;
-    if (keepsMeans(strategy)) {
-        m.old = m.c;
-        m.effective = nominal;
-    }
+    m.old = keepsMeans(strategy) ? oldShareOfMean(m.c, m.taken) : w.x;
+    m.effective = keepsMeans(strategy) ? 0.0f : w.y;
     return m;
 }
 

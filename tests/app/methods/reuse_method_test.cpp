@@ -284,6 +284,33 @@ TEST_P(ReuseMethod, ItIsWhatTheCpuFinds)
     }
 }
 
+/// Where means are kept, too, and pixels take turns.
+TEST_P(ReuseMethod, MapsAreThoseOfTheCpu)
+{
+    begin("cornell-moderate", {40, 30});
+    for (const ReuseStrategy strategy :
+         {ReuseStrategy::ra, ReuseStrategy::naive, ReuseStrategy::svgf}) {
+        SCOPED_TRACE(core::enumName(strategy));
+        const auto mapsOf = [&](app::DeviceKind device) {
+            renderer_ = app::makeRenderer("reuse", {.device = device});
+            renderer_->setWorld(world_, {});
+            fly(with(strategy, 12, 0.25f), 14, 0.25);
+            return renderer_->maps();
+        };
+        const std::vector<core::Image> here = mapsOf(GetParam()),
+                                       there = mapsOf(app::DeviceKind::cpu);
+        ASSERT_EQ(here.size(), there.size());
+        for (size_t map = 0; map < here.size(); ++map) {
+            size_t off = 0;
+            for (size_t i = 0; i < here[map].pixels.size(); ++i) {
+                const float a = here[map].pixels[i], b = there[map].pixels[i];
+                off += std::abs(a - b) > 2e-4f * std::max(1.0f, b);
+            }
+            EXPECT_LT(off, here[map].pixels.size() / 50) << core::reuseMaps()[map].name;
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Device, ReuseMethod,
                          testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
                          DeviceName());
