@@ -54,7 +54,9 @@ public:
     {
         RenderStats stats = TiledRenderer::stats();
         const std::lock_guard lock(figuresMutex_);
-        const double pixels = double(film_.size().x) * film_.size().y * std::max(passes_, 1u);
+        // Figures are of the pass under way, too.
+        const double pixels =
+            double(film_.size().x) * film_.size().y * (passes_ + film_.progress().fraction);
         stats.details = figures_.details(params_, visibility_, recordsKept(params_), pixels);
         return stats;
     }

@@ -84,8 +84,9 @@ public:
         stats.compileSeconds = compileSeconds_;
         const core::ReuseFigures& figures = film_.counts().reuse;
         const double pixels = double(film_.frame().width()) * film_.frame().height();
+        // Figures are of the round under way, too.
         stats.details = figures.details(params_, visibility_, recordsOf(passes_.settings()),
-                                        pixels * std::max(rounds_, 1u));
+                                        pixels * (rounds_ + film_.progress().fraction));
         film_.addTo(stats);
         stats.paths = static_cast<uint64_t>(figures.paths);
         return stats;

@@ -180,6 +180,20 @@ TEST_P(ReuseMethod, MapsTellWhatWasReused)
     }
 }
 
+/// New paths are told per pixel that had some, while a pass is under way, too.
+TEST_P(ReuseMethod, NewPathsAreThoseOfThePixelsThatHadThem)
+{
+    begin("cornell-diffuse", {256, 192});
+    renderer_->setView({swung(*world_, 0), size_, with(ReuseStrategy::ra, 4)}, core::Start::anew);
+    renderer_->advance({.samples = 1, .seconds = 0}, {});
+    ASSERT_GT(renderer_->progress().fraction, 0);
+    ASSERT_LT(renderer_->progress().fraction, 0.9);
+    EXPECT_NEAR(detail("n"), 1, 0.05);
+    renderer_->advance({.samples = 1}, {});
+    ASSERT_EQ(renderer_->progress().fraction, 0);
+    EXPECT_NEAR(detail("n"), 1, 0.05);
+}
+
 TEST_P(ReuseMethod, OtherParametersAndScenesBeginAnew)
 {
     begin("cornell-glossy", {32, 24});
