@@ -34,13 +34,18 @@ std::string stripImage(const FlatlandPicture& picture, const FlatlandStrip& stri
     return drawing.element(kWidth, height, "Rendered: " + strip.name);
 }
 
+std::string biasText(const FlatlandStrip& strip)
+{
+    if (strip.biasSeen)
+        return "<span class=\"bad\">wrong on average by " + percent(strip.bias) + "</span>.";
+    return strip.unbiased ? "right on average, as far as can be seen."
+                          : "its error on average does not show in so few rows.";
+}
+
 std::string stripNumbers(const FlatlandStrip& strip)
 {
     if (strip.exact) return {};
-    return "<br>Grain " + percent(strip.noise) + " of the mean brightness; " +
-           (strip.biasSeen
-                ? "<span class=\"bad\">wrong on average by " + percent(strip.bias) + "</span>."
-                : "right on average, as far as can be seen.");
+    return "<br>Grain " + percent(strip.noise) + " of the mean brightness; " + biasText(strip);
 }
 
 std::string stripHtml(const FlatlandPicture& picture, const FlatlandStrip& strip)

@@ -381,6 +381,26 @@ TEST(LabPage, PictureShowsTheValuesOfTheRun)
     EXPECT_TRUE(contains(reportHtml(r), "would need 4.0 times as many"));
 }
 
+/// What is wrong and does not show is not called right.
+TEST(LabPage, PicturesDoNotCallTheWrongWayRight)
+{
+    const auto saying = [](const LabResults& r, const std::string& words) {
+        const std::string html = reportHtml(r);
+        size_t count = 0;
+        for (size_t at = html.find(words); at != std::string::npos; at = html.find(words, at + 1))
+            ++count;
+        return count;
+    };
+    LabResults r = someResults();
+    const size_t right = saying(r, "right on average, as far as can be seen");
+    EXPECT_EQ(saying(r, "its error on average does not show"), 0u);
+    FlatlandStrip& wrong = r.picture.strips.back();
+    ASSERT_FALSE(wrong.unbiased);
+    wrong.biasSeen = false;
+    EXPECT_EQ(saying(r, "right on average, as far as can be seen"), right);
+    EXPECT_EQ(saying(r, "its error on average does not show"), 1u);
+}
+
 TEST(LabPage, PictureIsRenderedByTheLaboratory)
 {
     const FlatlandPicture p = flatlandPicture(1);

@@ -51,6 +51,18 @@ TEST(LabReport, StoresAreATableOfDesignsBySpeed)
 
 // --- what is counted
 
+/// A mean whose variance is infinite proves nothing, however far away its standard error says it
+/// is.
+TEST(LabReport, InfiniteVariancesHaveNoScore)
+{
+    Cell cell = cellOf("D2", "F1", "reweighting", 1);
+    cell.mean = 1.5;
+    cell.standardError = 0.01;
+    EXPECT_NEAR(cell.z(), 50, 1e-9);
+    cell.expectedVariance = kInfinite;
+    EXPECT_EQ(cell.z(), 0);
+}
+
 TEST(LabReport, SummaryCountsWhatTheCellsSay)
 {
     LabResults r = someResults();
