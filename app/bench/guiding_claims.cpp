@@ -88,6 +88,12 @@ std::string onTraining(const Rows& rows)
     return text;
 }
 
+/// By what a row's variant weighs its iterations.
+core::Combine combineOf(const Row& row)
+{
+    return paramsOf(variantNamed(row.variant), {}, 1, row.spp).as<core::GuidedParams>().combine;
+}
+
 std::string onCombinations(const Rows& rows, const Claim& claim)
 {
     if (!rows.has({"combine-samples", "combine-last"}) || claim.rows.size() < 3) return {};
@@ -101,8 +107,10 @@ std::string onCombinations(const Rows& rows, const Claim& claim)
                        " against the last iteration alone.";
     const Row *ess = nullptr, *variance = nullptr;
     for (const Row* row : claim.rows) {
-        const bool isEss = row->variant.ends_with("ess");
-        const bool isVariance = row->variant.ends_with("variance");
+        const core::Combine by = combineOf(*row);
+        const bool isEss = by == core::Combine::ess;
+        const bool isVariance =
+            by == core::Combine::inverseVariance || by == core::Combine::meanInverseVariance;
         for (auto [is, of] : {std::pair{isEss, &ess}, {isVariance, &variance}})
             if (is && (*of == nullptr || row->relMse.value < (*of)->relMse.value)) *of = row;
     }

@@ -196,6 +196,13 @@ TEST(GuidingClaims, FollowFromTheRows)
     EXPECT_TRUE(contains(best, "The least variance: combine-variance"));
     EXPECT_TRUE(contains(best, "−50 % against weights by samples and −75 %"));
     EXPECT_TRUE(contains(best, "(combine-ess) has +50 %"));
+    const std::string inverse = saying({{"combine-samples", 2},
+                                        {"combine-last", 4},
+                                        {"combine-variance", 1},
+                                        {"combine-mean-inverse", 0.75},
+                                        {"combine-ess", 1.5}});
+    EXPECT_TRUE(contains(inverse, "(combine-ess) has +100 % variance against the best of inverse "
+                                  "variance (combine-mean-inverse)"));
     EXPECT_EQ(saying({{"combine-ess", 2}}), "");
     EXPECT_TRUE(contains(saying({{"depth-3", 2}, {"depth-3-balance", 1}, {"depth-6", 1}}),
                          "depth-6 has the least variance. Old records pay at 1 of 1 depths."));
