@@ -1,9 +1,6 @@
-// Interleaved rounds and medians, so that other work on the machine affects all alike.
+// See bench_throughput.h.
 #include "app/bench/bench_throughput.h"
 
-#include <algorithm>
-#include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -11,6 +8,7 @@
 
 #include "app/base/log.h"
 #include "app/bench/bench_clock.h"
+#include "app/bench/bench_figures.h"
 #include "app/bench/bench_rays.h"
 #include "app/files/load.h"
 #include "app/files/params_json.h"
@@ -24,30 +22,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kMinRounds = 5, kMaxRounds = 101;
-
-/// One figure: `run` does `amount` of work and returns the seconds.
-struct Figure {
-    std::string name;
-    double amount = 0;
-    std::function<double()> run;
-    std::vector<double> seconds;
-
-    double rate() const { return amount / median(seconds); }
-};
-
-/// Runs all figures in turns, at least five times and until each had `seconds`. The first round, in
-/// which drivers compile, does not count.
-void measure(std::vector<Figure>& figures, double seconds, Log& log)
+void measure(std::vector<BenchFigure>& figures, double seconds, Log& log)
 {
-    double slowest = 0;
-    for (Figure& f : figures) slowest = std::max(slowest, f.run());
-    const int rounds =
-        std::clamp(static_cast<int>(seconds / std::max(slowest, 1e-4)), kMinRounds, kMaxRounds);
-    for (int round = 0; round < rounds; ++round) {
-        for (Figure& f : figures) f.seconds.push_back(f.run());
-        log.progress("measuring", (round + 1.0) / rounds);
-    }
+    measureInTurns(figures, seconds, [&log](double done) { log.progress("measuring", done); });
 }
 
 /// The figures of one set of rays, by name: the GPU's and Embree's two.
@@ -59,7 +36,7 @@ Json measureRays(const std::string& set, std::span<const gpu::DeviceRay> rays, g
     device.setRays(rays);
     const double amount = static_cast<double>(rays.size());
     const auto trace = [&] { return any ? device.traceAny() : device.traceClosest(); };
-    std::vector<Figure> figures;
+    std::vector<BenchFigure> figures;
     figures.push_back(
         {"vulkan", amount, [&] { return software ? onHost([&] { trace(); }) : trace(); }, {}});
     figures.push_back(
@@ -78,7 +55,7 @@ Json measureRays(const std::string& set, std::span<const gpu::DeviceRay> rays, g
          {}});
     measure(figures, seconds, log);
     Json json{{"rays", rays.size()}, {"rounds", figures[0].seconds.size()}};
-    for (const Figure& f : figures) json[f.name] = f.rate();
+    for (const BenchFigure& f : figures) json[f.name] = f.rate();
     json["ratio1"] = figures[0].rate() / figures[1].rate();
     json["ratio16"] = figures[0].rate() / figures[2].rate();
     return json;
@@ -97,7 +74,7 @@ Json measureSamples(std::shared_ptr<const core::World> world, const core::View& 
     for (const DeviceKind device : {DeviceKind::vulkan, DeviceKind::cpu})
         if (whyNot(method, device).empty())
             all.push_back({device, makeRenderer(method, {device, deviceIndex})});
-    std::vector<Figure> figures;
+    std::vector<BenchFigure> figures;
     for (Made& made : all) {
         core::Renderer& r = *made.renderer;
         r.setWorld(world, {});
@@ -116,7 +93,7 @@ Json measureSamples(std::shared_ptr<const core::World> world, const core::View& 
     }
     measure(figures, seconds, log);
     Json json;
-    for (const Figure& f : figures) json[f.name] = f.rate();
+    for (const BenchFigure& f : figures) json[f.name] = f.rate();
     return json;
 }
 
