@@ -97,7 +97,6 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
     WindowLanding landing;
     std::shared_ptr<const Picture> shown = session_.picture();
     double scales = 0;
-    uint32_t pictures = 0;
     const core::Clock::time_point start = core::Clock::now();
     const double begun = now_;
     session_.track.play();
@@ -105,15 +104,15 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
         if (session_.picture() != shown) {
             shown = session_.picture();
             scales += double(shown->mean.width) / size_.x;
-            ++pictures;
+            ++landing.pictures;
         }
         return !session_.track.playing();
     });
+    // Pictures that are waited for from now on are not counted.
+    landing.seconds = now_ - begun;
+    landing.share = landing.seconds / core::secondsSince(start);
+    landing.scale = scales / std::max(landing.pictures, 1u);
     if (!flown || !land(landing)) return {};
-    const double seconds = now_ - begun;
-    landing.scale = scales / std::max(pictures, 1u);
-    landing.pictureSeconds = seconds / std::max(pictures, 1u);
-    landing.share = seconds / core::secondsSince(start);
     return landing;
 }
 

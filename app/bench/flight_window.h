@@ -3,6 +3,7 @@
 // other work takes its share of the machine, the clock goes slower, and pictures may take longer.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,10 +17,14 @@ namespace app::flight {
 
 /// What a flight has left on show, and what was seen on the way.
 struct WindowLanding {
-    core::Image picture;        // of the flight's last view, stretched over the window
-    double scale = 1;           // of a picture's sides to the window's, mean of the flight
-    double pictureSeconds = 0;  // of the slowed clock, from picture to picture, mean of the flight
-    double share = 1;           // seconds of that clock in a second
+    core::Image picture;    // of the flight's last view, stretched over the window
+    double scale = 1;       // of a picture's sides to the window's, mean of the flight
+    uint32_t pictures = 0;  // that were shown on the way
+    double seconds = 0;     // of the slowed clock, from the first key to the last
+    double share = 1;       // seconds of that clock in a second
+
+    /// From picture to picture, mean of the flight; its length where none was shown on the way.
+    double pictureSeconds() const { return seconds / std::max(pictures, 1u); }
 };
 
 class WindowPilot {

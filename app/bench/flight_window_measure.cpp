@@ -54,7 +54,7 @@ struct WindowCell {
     {
         errors.add(landing.picture);
         scales.push_back(landing.scale);
-        pictureSeconds.push_back(landing.pictureSeconds);
+        pictureSeconds.push_back(landing.pictureSeconds());
         shares.push_back(landing.share);
     }
 };
