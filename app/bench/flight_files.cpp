@@ -66,7 +66,10 @@ Json windowJson(const SceneResult& scene)
                         {"relmse_ratio_se", row.ratio.error},
                         {"trimmed_ratio", row.trimmedRatio.value},
                         {"trimmed_ratio_se", row.trimmedRatio.error}});
-    return {{"speed", scene.windowSpeed}, {"seconds", scene.windowSeconds}, {"rows", rows}};
+    return {{"speed", scene.windowSpeed},
+            {"seconds", scene.windowSeconds},
+            {"mean_reference", scene.windowRadiance},
+            {"rows", rows}};
 }
 
 Json sceneJson(const SceneResult& scene)

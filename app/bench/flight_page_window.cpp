@@ -29,8 +29,8 @@ std::string windowTable(const SceneResult& scene, double target)
                 numberCell(shortNumber(row.errors.relMse.value)) +
                 numberCell(measured(row.ratio.value, row.ratio.error)) +
                 numberCell(shortNumber(row.trimmedRatio.value)) +
-                numberCell(percent(bias.value / scene.radiance) + " ± " +
-                           percent(bias.error / scene.radiance)) +
+                numberCell(percent(bias.value / scene.windowRadiance) + " ± " +
+                           percent(bias.error / scene.windowRadiance)) +
                 "</tr>\n";
     }
     return tableMarkup("<th>strategy</th>" + numberHead("ms per picture") +

@@ -80,6 +80,7 @@ struct SceneResult {
     double shownStep = 0;     // of the shots
     std::vector<Shot> shots;
     double windowSpeed = 0, windowSeconds = 0;  // steps per second, of a flight
+    double windowRadiance = 0;                  // mean of what the window shows at rest
     std::vector<WindowRow> window;              // in the window's own loop; Discard first
 };
 

@@ -140,6 +140,7 @@ void Measurement::measureWindow(size_t index)
     SceneResult& result = results_.scenes.back();
     result.windowSpeed = speed;
     result.windowSeconds = seconds;
+    result.windowRadiance = truth->radiance;
     result.window = std::move(rows);
 }
 

@@ -1,4 +1,4 @@
-// Flights, errors against a noisy reference, equal time, swept values and the page: what
+// Flights, errors against a noisy reference, equal time, swept values, what is measured: what
 // `rekindle bench flythrough` is made of, on values that are known.
 #include "app/bench/flight.h"
 
@@ -8,14 +8,14 @@
 #include <gtest/gtest.h>
 
 #include <glm/gtc/constants.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 
-#include "app/bench/flight_files.h"
 #include "app/bench/flight_measure.h"
-#include "app/bench/flight_page.h"
 #include "app/bench/picture_error.h"
+#include "app/report/text.h"
 #include "core/gltf/load.h"
 #include "core/trace/pick.h"
-#include "tests/support/markup.h"
+#include "tests/support/instanced_scenes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -74,6 +74,58 @@ TEST(Flight, DoesNotLeaveTheRoom)
             const dvec3 p = flight.before(0.5, i).position;
             EXPECT_TRUE(glm::all(glm::greaterThan(p, low)) && glm::all(glm::lessThan(p, high)));
         }
+    }
+}
+
+/// A camera at `eye`, a wall that it looks at, and many small squares of one mesh about `shown`, in
+/// a plane across x.
+tests::SceneBuilder squares(const dvec3& eye, const dvec3& shown)
+{
+    constexpr int kSide = 8;  // squares; 6 m
+    tests::SceneBuilder builder;
+    const int white = builder.material(tests::lambert(glm::vec3(0.5f)));
+    builder.quad(glm::vec3(eye) - glm::vec3(5, 5, 4), {10, 0, 0}, {0, 10, 0}, white);
+    // The corners of all: the world's origin is in the middle of it.
+    for (const float corner : {-50.0f, 50.0f})
+        builder.quad(glm::vec3(corner), {-0.01f * corner, 0, 0}, {0, -0.01f * corner, 0}, white);
+    std::vector<glm::vec3> positions;
+    std::vector<glm::uvec3> triangles;
+    for (uint32_t i = 0; i < 9; ++i)
+        positions.push_back(0.375f * glm::vec3(0, float(i % 3) - 1, float(i / 3) - 1));
+    for (const uint32_t i : {0u, 1u, 3u, 4u}) {
+        triangles.emplace_back(i, i + 1, i + 4);
+        triangles.emplace_back(i, i + 4, i + 3);
+    }
+    const int mesh = builder.looseMesh(positions, triangles, white);
+    for (int y = 0; y < kSide; ++y)
+        for (int z = 0; z < kSide; ++z) {
+            const dvec3 cell(0, y - 0.5 * (kSide - 1), z - 0.5 * (kSide - 1));
+            builder.node(glm::translate(glm::dmat4(1), shown + 0.75 * cell), {mesh});
+        }
+    builder.camera(eye, eye - dvec3(0, 0, 4), 0.8);
+    return builder;
+}
+
+/// Meshes that are stored once stand in the way where they are shown, and not where they are in
+/// the space of their own, which is about the origin. The circle that is tried first lies on the
+/// right.
+TEST(Flight, SeesInstancesWhereTheyAre)
+{
+    const dvec3 far(30, 0, 0), near(-0.05, 0, 0);
+    for (const bool blocked : {true, false}) {
+        const tests::SceneBuilder scene =
+            blocked ? squares(far, far + dvec3(0.5, 0, 0)) : squares(near, far);
+        const auto kept = tests::worldOf(scene, core::Instancing::kept),
+                   flat = tests::worldOf(scene, core::Instancing::flat);
+        ASSERT_FALSE(kept->prototypes.empty());
+        ASSERT_EQ(kept->placement.centre, dvec3(0));
+        const core::Camera end = kept->cameras.front();
+        const Flight a = Flight::around(kept, end, {32, 32}, 1),
+                     b = Flight::around(flat, end, {32, 32}, 1);
+        EXPECT_EQ(a.words(), b.words());
+        for (const uint32_t i : {1u, 5u, 20u})
+            EXPECT_LT(glm::length(a.before(0.5, i).position - b.before(0.5, i).position), 1e-4);
+        EXPECT_EQ(a.before(0.5, 20).position.x < end.position.x, blocked);
     }
 }
 
@@ -171,13 +223,6 @@ TEST(FlightErrors, KnowTheNoiseOfTheReferenceAndTheirOwn)
     EXPECT_GT(mseZ, 0.7);
 }
 
-Row discardRow(uint32_t n, double seconds, double relMse)
-{
-    Row row{.strategy = "discard", .samples = n, .seconds = seconds};
-    row.errors.relMse.value = relMse;
-    return row;
-}
-
 TEST(FlightTime, IsComparedAlongWhatDiscardWouldReach)
 {
     const std::vector<Reached> known{{1, 1}, {2, 0.5}, {4, 0.25}};
@@ -221,81 +266,6 @@ TEST(FlightSweep, ChangesOneParameterWithinItsRange)
         EXPECT_EQ(standard, 1u) << name;
     }
     EXPECT_LT(sweptValues(usual, true).at("history").size(), swept.at("history").size());
-}
-
-/// Every value that a measurement can have, in a result of every part.
-Results hostileResults()
-{
-    const double odd[] = {kUnknown, HUGE_VAL, -HUGE_VAL, 0, -1, 1e300, 1e-300};
-    size_t i = 0;
-    const auto next = [&] { return odd[i++ % std::size(odd)]; };
-    const auto errors = [&] {
-        PictureErrors e;
-        for (Measured* m : {&e.mse, &e.relMse, &e.signedError}) *m = {next(), next()};
-        e.variance = next();
-        e.trimmed = {next(), next()};
-        return e;
-    };
-    Results r;
-    r.version = "<0>";
-    r.strategies = {"discard", "naive", "ra", "of tomorrow"};
-    r.leftOut = {{"x&y", "needs <more>"}};
-    r.params = core::ReuseParams{};
-    r.steps = {0.25, 4};
-    r.frames = {1, 4, 30};
-    r.seeds = 2;
-    r.quick = r.interrupted = true;
-    for (const char* name : {"a<b", "\"c\"&d"}) {
-        SceneResult scene;
-        scene.name = name;
-        scene.unit = "degrees";
-        scene.shownStep = 4;
-        scene.radiance = next();
-        for (const std::string& strategy : r.strategies)
-            for (const double step : r.steps)
-                for (const uint32_t frame : r.frames)
-                    scene.rows.push_back({.strategy = strategy,
-                                          .step = step,
-                                          .distance = next(),
-                                          .frame = frame,
-                                          .rays = next(),
-                                          .seconds = next(),
-                                          .errors = errors(),
-                                          .ratio = {next(), next()},
-                                          .trimmedRatio = {next(), next()},
-                                          .mseRatio = next(),
-                                          .timeRatio = next(),
-                                          .trimmedTimeRatio = next()});
-        scene.atRest = {discardRow(1, next(), next())};
-        scene.shots = {{"reference", 1, 0, next(), "none.png", "none.png"},
-                       {"ra", 4, next(), next(), "none.png", "none.png"}};
-        r.scenes.push_back(scene);
-    }
-    for (const double value : {0.0, 1.0, 4.0})
-        r.sweeps.push_back({"history",
-                            value,
-                            4,
-                            value == 1,
-                            next(),
-                            errors(),
-                            {next(), next()},
-                            {next(), next()}});
-    return r;
-}
-
-TEST(FlightPage, StaysWellFormedWhateverItIsGiven)
-{
-    const tests::TemporaryFolder folder;
-    for (const Results& results : {hostileResults(), Results{}}) {
-        const std::string page = tests::withoutPictures(resultsPage(results, folder.path()));
-        const tests::Markup markup = tests::readMarkup(page);
-        EXPECT_EQ(markup.problem, "");
-        const size_t nan = page.find("nan");
-        EXPECT_EQ(nan, std::string::npos) << page.substr(nan < 60 ? 0 : nan - 60, 120);
-        EXPECT_FALSE(resultsJson(results).empty());
-        rowsCsv(results);
-        resultsTable(results);
-    }
 }
 
 }  // namespace

@@ -1,0 +1,126 @@
+// The page on flights, and its numbers: well-formed whatever was measured, and what it says of
+// errors and of paths is what they were.
+#include "app/bench/flight_page.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/bench/flight_files.h"
+#include "tests/support/markup.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace app::flight;
+using app::Measured, app::PictureErrors;
+
+bool contains(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+Row discardRow(uint32_t n, double seconds, double relMse)
+{
+    Row row{.strategy = "discard", .samples = n, .seconds = seconds};
+    row.errors.relMse.value = relMse;
+    return row;
+}
+
+/// Every value that a measurement can have, in a result of every part.
+Results hostileResults()
+{
+    const double odd[] = {kUnknown, HUGE_VAL, -HUGE_VAL, 0, -1, 1e300, 1e-300};
+    size_t i = 0;
+    const auto next = [&] { return odd[i++ % std::size(odd)]; };
+    const auto errors = [&] {
+        PictureErrors e;
+        for (Measured* m : {&e.mse, &e.relMse, &e.signedError}) *m = {next(), next()};
+        e.variance = next();
+        e.trimmed = {next(), next()};
+        return e;
+    };
+    Results r;
+    r.version = "<0>";
+    r.strategies = {"discard", "naive", "ra", "of tomorrow"};
+    r.leftOut = {{"x&y", "needs <more>"}};
+    r.params = core::ReuseParams{};
+    r.steps = {0.25, 4};
+    r.frames = {1, 4, 30};
+    r.seeds = 2;
+    r.quick = r.interrupted = true;
+    for (const char* name : {"a<b", "\"c\"&d"}) {
+        SceneResult scene;
+        scene.name = name;
+        scene.unit = "degrees";
+        scene.shownStep = 4;
+        scene.radiance = next();
+        for (const std::string& strategy : r.strategies)
+            for (const double step : r.steps)
+                for (const uint32_t frame : r.frames)
+                    scene.rows.push_back({.strategy = strategy,
+                                          .step = step,
+                                          .distance = next(),
+                                          .frame = frame,
+                                          .rays = next(),
+                                          .seconds = next(),
+                                          .errors = errors(),
+                                          .ratio = {next(), next()},
+                                          .trimmedRatio = {next(), next()},
+                                          .mseRatio = next(),
+                                          .timeRatio = next(),
+                                          .trimmedTimeRatio = next()});
+        scene.atRest = {discardRow(1, next(), next())};
+        scene.shots = {{"reference", 1, 0, next(), "none.png", "none.png"},
+                       {"ra", 4, next(), next(), "none.png", "none.png"}};
+        r.scenes.push_back(scene);
+    }
+    for (const double value : {0.0, 1.0, 4.0})
+        r.sweeps.push_back({"history",
+                            value,
+                            4,
+                            value == 1,
+                            next(),
+                            errors(),
+                            {next(), next()},
+                            {next(), next()}});
+    return r;
+}
+
+TEST(FlightPage, StaysWellFormedWhateverItIsGiven)
+{
+    const tests::TemporaryFolder folder;
+    for (const Results& results : {hostileResults(), Results{}}) {
+        const std::string page = tests::withoutPictures(resultsPage(results, folder.path()));
+        const tests::Markup markup = tests::readMarkup(page);
+        EXPECT_EQ(markup.problem, "");
+        const size_t nan = page.find("nan");
+        EXPECT_EQ(nan, std::string::npos) << page.substr(nan < 60 ? 0 : nan - 60, 120);
+        EXPECT_FALSE(resultsJson(results).empty());
+        rowsCsv(results);
+        resultsTable(results);
+    }
+}
+
+TEST(FlightPage, TellsErrorsOfTheWindowByWhatTheWindowShows)
+{
+    Results results;
+    results.strategies = {"discard"};
+    results.frames = {2};
+    SceneResult scene;
+    scene.name = "x";
+    scene.radiance = 2;
+    scene.windowRadiance = 1;
+    scene.window = {{.strategy = "discard", .target = 0.1}};
+    scene.window[0].errors.signedError = {0.01, 0.001};
+    results.scenes = {scene};
+    const std::string page = resultsPage(results, {});
+    EXPECT_TRUE(contains(page, "1.0 %")) << page.substr(page.find("In the window's own loop"));
+    EXPECT_FALSE(contains(page, "0.50 %"));
+    const auto json = nlohmann::json::parse(resultsJson(results));
+    EXPECT_EQ(json.at("scenes")[0].at("window").at("mean_reference"), 1);
+}
+
+}  // namespace
