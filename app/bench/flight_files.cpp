@@ -170,7 +170,8 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
     for (const WindowRow& row : scene.window)
         text +=
             "  " +
-            padded(row.strategy + (row.paths == 1 ? "" : ", rays " + numberText(row.paths)), 24) +
+            padded(row.strategy + (row.paths == 1 ? "" : ", rays " + printed("%g", row.paths)),
+                   24) +
             padded(printed("%.0f", 1e3 * row.target), 11) +
             padded(printed("%.0f", 1e3 * row.pictureSeconds), 12) +
             padded(printed("%.2f", row.scale), 7) +

@@ -41,6 +41,7 @@ Measurement::Measurement(const FlightBenchOptions& options, const BenchTools& to
     // One place in the pixel for all frames and their reference: they measure the same picture.
     if (params.jitter == core::PixelJitter::settled) params.jitter = core::PixelJitter::never;
     results_.params = params;
+    results_.rays = static_cast<double>(params.rays);
     results_.steps = options.steps;
     results_.frames = measuredFrames(options.frames, options.quick ? 4 : 2);
     results_.seeds = options.seeds;

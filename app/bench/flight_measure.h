@@ -23,7 +23,8 @@ public:
     void measureScene(size_t index);
 
     /// Flights in the window's own loop through the scene `index`, which was measured last; into
-    /// its result. Throws core::Error.
+    /// its result. Where they cannot be, it warns and leaves the rest as it is. Throws core::Error
+    /// when it is interrupted or the device is lost.
     void measureWindow(size_t index);
 
     /// Flights with one parameter changed, through the scene that was measured last.
@@ -54,6 +55,7 @@ private:
     bool measureDiscard(double step, uint32_t frame, std::vector<double>& seconds);
     void finishScene();
     std::optional<FlightReference> windowReference(size_t index);
+    void flyInWindow(size_t index);
     void takeShots(const Cells& cells);
     void addShot(const std::string& name, uint32_t samples, const Landing& landing);
     std::optional<Landing> fly(core::ReuseParams params, double step, uint32_t frames,
@@ -77,6 +79,16 @@ private:
     glm::uvec2 corner_{0}, part_{0};  // of the shots, what is shown larger
     SceneResult scene_;
 };
+
+/// What flies in the window's own loop: a strategy with so many paths per pixel.
+struct Crew {
+    core::ReuseStrategy strategy;
+    float rays;
+};
+
+/// Of the strategies that were measured those that are of interest in a window, Discard first, with
+/// `rays` paths per pixel; of Reweighting-Augmentation with fewer, too.
+std::vector<Crew> crewsOf(const std::vector<std::string>& strategies, float rays);
 
 /// The parameters of reuse that a sweep changes, with their values: halved and doubled from
 /// `params` on, as far as their range allows, ascending. What decides what is seen and not how well

@@ -33,6 +33,20 @@ std::string signedText(const SceneResult& scene, const Measured& e)
     return fixedNumber(value, 2) + " ± " + fixedNumber(error, 2) + " %";
 }
 
+/// New paths of a pixel in a frame.
+std::string pathsText(const Results& r)
+{
+    if (r.rays == 1) return "one new path per pixel";
+    if (r.rays > 1) return printed("%g", r.rays) + " new paths per pixel";
+    return "one new path per pixel, or " + printed("%g", r.rays) + " where the history is good";
+}
+
+/// How many rays the others may have where they are compared with discard.
+std::string raysText(const Results& r)
+{
+    return r.rays >= 1 ? "at equal rays" : "which traces a path for every pixel";
+}
+
 /// More than four standard errors away from nothing.
 bool isBiased(const Measured& e)
 {
@@ -102,10 +116,9 @@ std::string tiles(const Results& r)
         }
     std::string html;
     if (best != nullptr)
-        html +=
-            tile(shortNumber(1 / best->trimmedRatio.value, 2) + "×",
-                 "less error than discard at equal rays, fireflies left out: " + best->strategy +
-                     " in " + bestScene->name + ", no bias seen");
+        html += tile(shortNumber(1 / best->trimmedRatio.value, 2) + "×",
+                     "less error than discard " + raysText(r) + ", fireflies left out: " +
+                         best->strategy + " in " + bestScene->name + ", no bias seen");
     if (quickest != nullptr)
         html += tile(shortNumber(1 / quickest->trimmedTimeRatio, 2) + "×",
                      "less error at equal time, fireflies left out: " + quickest->strategy +
@@ -135,13 +148,13 @@ std::string summarySection(const Results& r)
 {
     const std::string after = "after " + std::to_string(r.longest()) + " frames";
     std::string html = paragraph(
-        "A camera flies through a scene, and each frame may trace one new path per pixel. "
-        "<b>discard</b> throws everything else away; the others go on with samples of the frames "
+        "A camera flies through a scene, and each frame may trace " + pathsText(r) +
+        ". <b>discard</b> throws everything else away; the others go on with samples of the frames "
         "before, each with its own idea of what they are still worth. All flights end in the same "
         "view, which is then compared with a reference. Numbers below 1 are better than discard.");
     html += paragraph("What becomes of old samples: " + escapeMarkup(strategiesHelp()) + '.');
     html += tiles(r);
-    html += "<h3>Error (relMSE) over that of discard at equal rays, " + after + "</h3>\n" +
+    html += "<h3>Error (relMSE) over that of discard " + raysText(r) + ", " + after + "</h3>\n" +
             summaryTable(r, equalRays);
     html += "<h3>The same without fireflies</h3>\n" + summaryTable(r, equalRaysTrimmed);
     html += "<h3>Without fireflies, at equal time</h3>\n" +
@@ -184,11 +197,11 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
 }
 
 /// Discard with more paths, which is what equal time is read from.
-std::string atRestText(const SceneResult& scene)
+std::string atRestText(const Results& r, const SceneResult& scene)
 {
     std::string text;
     for (const Row& row : scene.atRest)
-        text += (text.empty() ? "" : ", ") + std::to_string(row.samples) + ": relMSE " +
+        text += (text.empty() ? "" : ", ") + printed("%g", r.pathsOf(row.samples)) + ": relMSE " +
                 shortNumber(row.errors.relMse.value) + " in " + shortNumber(1e3 * row.seconds) +
                 " ms";
     return "<p class=\"small\">discard by paths per pixel and frame — " + text +
@@ -207,9 +220,9 @@ std::string sceneSection(const Results& r, const SceneResult& scene, size_t inde
                   escapeMarkup(scene.way) + ". Table and pictures: the last of " +
                   std::to_string(r.longest()) + " frames with steps of " +
                   stepText(scene, scene.shownStep) + metres + ".") +
-        scenePlots(r, scene) + morePlots(r, scene) + sceneTable(r, scene) + atRestText(scene);
+        scenePlots(r, scene) + morePlots(r, scene) + sceneTable(r, scene) + atRestText(r, scene);
     html += windowMarkup(r, scene);
-    if (!scene.shots.empty()) html += shotsMarkup(scene, folder);
+    if (!scene.shots.empty()) html += shotsMarkup(r, scene, folder);
     return section("scene-" + std::to_string(index + 1), scene.name, html);
 }
 
@@ -234,6 +247,14 @@ std::string sweepsSection(const Results& r)
             sweepPlots(r));
 }
 
+std::string equalRaysText(const Results& r)
+{
+    if (r.rays >= 1) return "Equal rays: " + pathsText(r) + " and frame for everyone.";
+    return "Rays are not equal: discard traces one new path per pixel and frame, the others as few "
+           "as " +
+           printed("%g", r.rays) + " where the history is good.";
+}
+
 std::string methodSection(const Results& r)
 {
     return section(
@@ -256,8 +277,13 @@ std::string methodSection(const Results& r)
             "<li>All flights end in the same view, whatever their length and step. Discard depends "
             "on neither and was measured once for each of them, so that it is the best known "
             "number of all.</li>\n"
-            "<li>Equal rays: one new path per pixel and frame for everyone. Equal time: Discard's "
-            "error after as much time, from what it reaches with 1, 2 and 4 paths per pixel, "
+            "<li>" +
+            equalRaysText(r) +
+            " Equal time: Discard's error after as much time, from what it "
+            "reaches with " +
+            printed("%g", r.pathsOf(1)) + ", " + printed("%g", r.pathsOf(2)) + " and " +
+            printed("%g", r.pathsOf(4)) +
+            " paths per pixel, "
             "between and beyond as a power of the time.</li>\n"
             "<li>Times are those of the last frame, in " +
             escapeMarkup(r.clock) +

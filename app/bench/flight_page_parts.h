@@ -21,7 +21,8 @@ std::string morePlots(const Results& results, const SceneResult& scene);
 std::string sweepPlots(const Results& results);
 
 /// The pictures side by side, and under each the part of it that is shown larger.
-std::string shotsMarkup(const SceneResult& scene, const std::filesystem::path& folder);
+std::string shotsMarkup(const Results& results, const SceneResult& scene,
+                        const std::filesystem::path& folder);
 
 /// What the window's own loop showed; nothing where that was not measured.
 std::string windowMarkup(const Results& results, const SceneResult& scene);

@@ -10,18 +10,20 @@ namespace {
 
 using namespace report;
 
-std::string caption(const Shot& shot)
+std::string caption(const Results& r, const Shot& shot)
 {
     std::string text = "<b>" + escapeMarkup(shot.name) + "</b>";
     if (shot.name == "reference") return text;
-    if (shot.samples > 1) text += ", " + std::to_string(shot.samples) + " paths per pixel";
+    if (shot.samples > 1)
+        text += ", " + printed("%g", r.pathsOf(shot.samples)) + " paths per pixel";
     return text + "<br>" + shortNumber(1e3 * shot.seconds) + " ms, relMSE " +
            shortNumber(shot.relMse);
 }
 
 }  // namespace
 
-std::string shotsMarkup(const SceneResult& scene, const std::filesystem::path& folder)
+std::string shotsMarkup(const Results& results, const SceneResult& scene,
+                        const std::filesystem::path& folder)
 {
     std::string html = paragraph(
         "The last frame of one flight each, all as bright as each other, and below each the part "
@@ -30,8 +32,8 @@ std::string shotsMarkup(const SceneResult& scene, const std::filesystem::path& f
     html += "<div class=\"shots\">\n";
     for (const Shot& shot : scene.shots)
         html += "<figure>" + embeddedPng(folder / shot.file, scene.name + ": " + shot.name) +
-                embeddedPng(folder / shot.part, "part of it") + "<figcaption>" + caption(shot) +
-                "</figcaption></figure>\n";
+                embeddedPng(folder / shot.part, "part of it") + "<figcaption>" +
+                caption(results, shot) + "</figcaption></figure>\n";
     return html + "</div>\n";
 }
 

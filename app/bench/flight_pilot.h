@@ -16,7 +16,7 @@ namespace app::flight {
 struct Plan {
     double step = 1;
     uint32_t frames = 1;   // the last one shows the flight's end
-    uint32_t samples = 1;  // paths per pixel and frame
+    uint32_t samples = 1;  // passes of each frame
     core::ReuseParams params;
 };
 

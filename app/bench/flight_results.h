@@ -1,6 +1,7 @@
 // What flights have shown: what JSON, tables and pages are made of.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -20,7 +21,7 @@ using app::kUnknown;
 /// A strategy after `frame` frames, `step` between two.
 struct Row {
     std::string strategy;
-    uint32_t samples = 1;  // n: paths per pixel and frame
+    uint32_t samples = 1;  // n: passes of each frame, of pathsOf(n) paths per pixel
     double step = 0;       // 0: the first view of a flight
     double distance = 0;   // of one step, metres
     uint32_t frame = 1;
@@ -89,6 +90,7 @@ struct Results {
     std::vector<std::string> strategies;
     std::vector<std::pair<std::string, std::string>> leftOut;  // name, why
     core::AnyParams params;
+    double rays = 1;  // of them: new paths per pixel and frame; below one, where history is good
     std::vector<double> steps;
     std::vector<uint32_t> frames;  // after which a flight is looked at
     uint32_t seeds = 0;
@@ -101,6 +103,10 @@ struct Results {
     std::vector<SweepPoint> sweeps;
 
     uint32_t longest() const { return frames.empty() ? 0 : frames.back(); }
+
+    /// Paths per pixel and frame of Discard in so many passes. It has no history: its first pass
+    /// takes at least one, and each that follows takes one.
+    double pathsOf(uint32_t passes) const { return std::max(rays, 1.0) + passes - 1; }
 };
 
 /// The row of a strategy; null when there is none.

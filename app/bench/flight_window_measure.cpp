@@ -1,5 +1,6 @@
 // Flights in the window's own loop: every strategy, and fewer paths than pixels, at the same rates
 // of pictures. Part of Measurement, see flight_measure.h.
+#include <algorithm>
 #include <cmath>
 
 #include "app/bench/bench_scenes.h"
@@ -68,8 +69,10 @@ double mean(const std::vector<double>& values)
 
 WindowRow rowOf(const Crew& crew, double target, const WindowCell& cell)
 {
+    // Without a history there is no pixel that could do with fewer than one.
+    const bool remembers = crew.strategy != core::ReuseStrategy::discard;
     return {.strategy = std::string(core::enumName(crew.strategy)),
-            .paths = static_cast<double>(crew.rays),
+            .paths = static_cast<double>(remembers ? crew.rays : std::max(crew.rays, 1.0f)),
             .target = target,
             .pictureSeconds = mean(cell.pictureSeconds),
             .scale = mean(cell.scales),

@@ -123,4 +123,31 @@ TEST(FlightPage, TellsErrorsOfTheWindowByWhatTheWindowShows)
     EXPECT_EQ(json.at("scenes")[0].at("window").at("mean_reference"), 1);
 }
 
+TEST(FlightPage, TellsHowManyPathsThereWere)
+{
+    Results results;
+    results.strategies = {"discard"};
+    results.frames = {2};
+    SceneResult scene;
+    scene.name = "x";
+    scene.radiance = 1;
+    for (const uint32_t n : {1u, 2u, 4u}) scene.atRest.push_back(discardRow(n, n, 1.0 / n));
+    results.scenes = {scene};
+    const auto page = [&](double rays) {
+        results.rays = rays;
+        return resultsPage(results, {});
+    };
+    const std::string usual = page(1), more = page(3), fewer = page(0.25);
+    EXPECT_TRUE(contains(usual, "Equal rays: one new path per pixel and frame for everyone"));
+    EXPECT_TRUE(contains(usual, "with 1, 2 and 4 paths per pixel"));
+    EXPECT_TRUE(contains(more, "Equal rays: 3 new paths per pixel and frame for everyone"));
+    EXPECT_TRUE(contains(more, "each frame may trace 3 new paths per pixel."));
+    EXPECT_TRUE(contains(more, "with 3, 4 and 6 paths per pixel"));
+    EXPECT_TRUE(contains(more, ", 4: relMSE "));
+    EXPECT_FALSE(contains(more, "one new path"));
+    EXPECT_TRUE(contains(fewer, "Rays are not equal"));
+    EXPECT_TRUE(contains(fewer, "as few as 0.25"));
+    EXPECT_FALSE(contains(fewer, "at equal rays"));
+}
+
 }  // namespace
