@@ -1,7 +1,6 @@
 // Flights in the window's own loop: every strategy, and fewer paths than pixels, at the same rates
 // of pictures. Part of Measurement, see flight_measure.h.
 #include <algorithm>
-#include <cmath>
 
 #include "app/bench/bench_scenes.h"
 #include "app/bench/flight_measure.h"
@@ -18,29 +17,6 @@ constexpr double kSeconds = 2, kQuickSeconds = 1.2;  // of a flight
 constexpr double kTargets[] = {0.033, 0.1};          // seconds from picture to picture
 constexpr float kFewerPaths[] = {0.5f, 0.25f};
 constexpr uint64_t kLeastSpp = 64;  // of the reference, whose pictures are larger than the others'
-
-/// What flies: a strategy with so many paths per pixel.
-struct Crew {
-    core::ReuseStrategy strategy;
-    float rays;
-};
-
-std::vector<Crew> crewsOf(const std::vector<core::ReuseStrategy>& strategies, float rays)
-{
-    using enum core::ReuseStrategy;
-    std::vector<Crew> crews;
-    for (const core::ReuseStrategy strategy : strategies) {
-        // The others are of interest for theory, and not for a window.
-        if (strategy != discard && strategy != naive && strategy != svgf && strategy != mis &&
-            strategy != ra)
-            continue;
-        crews.push_back({strategy, rays});
-        if (strategy != ra) continue;
-        for (const float fewer : kFewerPaths)
-            if (fewer < rays) crews.push_back({strategy, fewer});
-    }
-    return crews;
-}
 
 /// All that is known of one crew at one rate.
 struct WindowCell {
@@ -82,6 +58,23 @@ WindowRow rowOf(const Crew& crew, double target, const WindowCell& cell)
 
 }  // namespace
 
+std::vector<Crew> crewsOf(const std::vector<std::string>& strategies, float rays)
+{
+    using enum core::ReuseStrategy;
+    std::vector<Crew> crews;
+    // The others are of interest for theory, and not for a window.
+    for (const core::ReuseStrategy strategy : {discard, naive, mis, ra, svgf}) {
+        const bool measured =
+            std::ranges::find(strategies, core::enumName(strategy)) != strategies.end();
+        if (!measured) continue;
+        crews.push_back({strategy, rays});
+        if (strategy != ra) continue;
+        for (const float fewer : kFewerPaths)
+            if (fewer < rays) crews.push_back({strategy, fewer});
+    }
+    return crews;
+}
+
 /// What the window shows when the camera rests: first hits anywhere in the pixel.
 std::optional<FlightReference> Measurement::windowReference(size_t index)
 {
@@ -102,6 +95,17 @@ std::optional<FlightReference> Measurement::windowReference(size_t index)
 
 void Measurement::measureWindow(size_t index)
 {
+    try {
+        flyInWindow(index);
+    } catch (const core::Error& error) {
+        const core::ExitCode code = error.code();
+        if (code == core::ExitCode::interrupted || code == core::ExitCode::deviceLost) throw;
+        tools_.warn(scene_.name + ": no flights in the window's loop: " + error.what());
+    }
+}
+
+void Measurement::flyInWindow(size_t index)
+{
     const double seconds = o_.quick ? kQuickSeconds : kSeconds;
     const double wished = o_.path.empty() ? kDegreesPerSecond : kFramesPerSecond;
     const double speed = speedThatFits(*flight_, wished, seconds);
@@ -111,7 +115,8 @@ void Measurement::measureWindow(size_t index)
     }
     const std::optional<FlightReference> truth = windowReference(index);
     if (!truth) return;
-    const std::vector<Crew> crews = crewsOf(o_.strategies, o_.params.as<core::ReuseParams>().rays);
+    const std::vector<Crew> crews =
+        crewsOf(results_.strategies, o_.params.as<core::ReuseParams>().rays);
     const CameraTrack track = lastSeconds(*flight_, speed, seconds),
                       warmUp = lastSeconds(*flight_, speed, 0.3);
     WindowPilot window(o_.scenes[index], {.device = o_.device, .deviceIndex = o_.deviceIndex},

@@ -145,6 +145,11 @@ TEST(Flight, FollowsAPathToItsEnd)
     EXPECT_NE(flight.whyNot(4, 5), "");
 }
 
+bool contains(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
 core::Image image(uint32_t width, uint32_t height, float value)
 {
     core::Image result(width, height, 3);
@@ -266,6 +271,57 @@ TEST(FlightSweep, ChangesOneParameterWithinItsRange)
         EXPECT_EQ(standard, 1u) << name;
     }
     EXPECT_LT(sweptValues(usual, true).at("history").size(), swept.at("history").size());
+}
+
+TEST(FlightMeasurement, WindowsAreFlownByWhatWasMeasured)
+{
+    const auto crews = [](const std::vector<std::string>& names, float rays) {
+        std::string text;
+        for (const Crew& crew : crewsOf(names, rays))
+            text += std::string(core::enumName(crew.strategy)) + ' ' +
+                    app::report::printed("%g", double(crew.rays)) + ',';
+        return text;
+    };
+    EXPECT_EQ(crews({"discard", "naive", "reweighting", "ra", "svgf"}, 1),
+              "discard 1,naive 1,ra 1,ra 0.5,ra 0.25,svgf 1,");
+    EXPECT_EQ(crews({"discard", "naive"}, 0.3f), "discard 0.3,naive 0.3,");
+}
+
+/// What was measured of a scene stays when its window cannot be opened.
+TEST(FlightMeasurement, OutlivesAWindowThatCannotBe)
+{
+    const tests::TemporaryFolder folder;
+    const std::filesystem::path assets = REKINDLE_SOURCE_DIR "/assets/";
+    for (const char* name : {"cornell-diffuse.gltf", "cornell-diffuse.bin"})
+        std::filesystem::copy_file(assets / name, folder.path() / name);
+    app::FlightBenchOptions options;
+    options.scenes.resize(1);
+    options.scenes[0].file = folder.path() / "cornell-diffuse.gltf";
+    options.output = folder.path();
+    options.device = app::DeviceKind::cpu;
+    options.size = glm::uvec2(16, 16);
+    options.frames = 2;
+    options.steps = {1};
+    options.seeds = 2;
+    options.referenceSpp = 2;
+    options.window = glm::uvec2(16, 16);
+    options.strategies = {core::ReuseStrategy::discard};
+    options.params = core::ReuseParams{};
+    std::string warnings;
+    Measurement measurement(options, {.progress = [](const std::string&) {},
+                                      .warn = [&](const std::string& w) { warnings += w; },
+                                      .loading = {},
+                                      .stop = {}});
+    measurement.measureScene(0);
+    ASSERT_EQ(measurement.results().scenes.size(), 1u);
+    EXPECT_EQ(warnings, "");
+    std::filesystem::remove(options.scenes[0].file);
+    measurement.measureWindow(0);
+    EXPECT_TRUE(contains(warnings, "no flights in the window's loop")) << warnings;
+    EXPECT_TRUE(contains(warnings, "cornell-diffuse.gltf")) << warnings;
+    ASSERT_EQ(measurement.results().scenes.size(), 1u);
+    EXPECT_FALSE(measurement.results().scenes[0].rows.empty());
+    EXPECT_TRUE(measurement.results().scenes[0].window.empty());
 }
 
 }  // namespace
