@@ -1,13 +1,13 @@
 // KHR_draco_mesh_compression: what a primitive's accessors say against what its stream holds.
 #include "core/gltf/compression.h"
 #include "core/gltf/draco_mesh.h"
+#include "core/gltf/geometry.h"
 
 namespace core::gltf {
 
 namespace {
 
 constexpr const char* kExtension = "KHR_draco_mesh_compression";
-constexpr uint64_t kTriangles = 4, kStrip = 5;
 
 /// An attribute that is in the stream and that the primitive has.
 struct Wanted {

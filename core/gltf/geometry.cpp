@@ -49,7 +49,6 @@ uint32_t packHalf2(float a, float b)
 
 std::vector<glm::uvec3> assembleTriangles(uint64_t mode, const uint32_t* indices, size_t count)
 {
-    constexpr uint64_t kStrip = 5, kFan = 6;
     const auto vertex = [&](size_t i) { return indices ? indices[i] : static_cast<uint32_t>(i); };
     std::vector<glm::uvec3> triangles;
     if (mode != kStrip && mode != kFan) {

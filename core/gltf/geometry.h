@@ -7,6 +7,9 @@
 
 namespace core::gltf {
 
+// Modes of primitives; below are points and lines.
+inline constexpr uint64_t kTriangles = 4, kStrip = 5, kFan = 6;
+
 /// Vertices as floats; every array is empty or as long as `positions`.
 struct Primitive {
     std::vector<glm::vec3> positions, normals;

@@ -6,6 +6,7 @@
 #include "core/gltf/compression.h"
 #include "core/gltf/deformation.h"
 #include "core/gltf/geometry.h"
+#include "core/gltf/topology.h"
 
 namespace core::gltf {
 
@@ -40,12 +41,6 @@ std::vector<glm::vec2> coordinatesIn(const shared::TextureReference& use, const 
     return uv;
 }
 
-/// Triangles as the file orders them, with vertex numbers starting at `first`.
-struct Topology {
-    std::vector<glm::uvec3> triangles;
-    uint64_t first = 0, count = 0;  // the range of vertices in use
-};
-
 class Reader {
 public:
     Reader(Load& load, const std::vector<Accessor>& accessors, const MaterialPlan& materials)
@@ -76,7 +71,13 @@ public:
                        "is of points or lines — skipped");
             return std::nullopt;
         }
-        std::optional<Topology> topology = readTopology(primitive, mode, indices, *position);
+        const Accessor* source = nullptr;
+        if (decoded_)
+            source = &decoded_->indices;
+        else if (indices >= 0)
+            source = &usable(load_, accessors_, indices);
+        std::optional<Topology> topology =
+            readTopology(load_, primitive, decoded_ ? kTriangles : mode, source, *position);
         if (!topology) return std::nullopt;
 
         const int material = materialOf(primitive);
@@ -97,8 +98,6 @@ public:
     }
 
 private:
-    static constexpr uint64_t kTriangles = 4, kFan = 6;
-
     struct Range {
         uint64_t first = 0, count = 0;
     };
@@ -109,65 +108,6 @@ private:
     }
 
     const DecodedPrimitive* decoded() const { return decoded_ ? &*decoded_ : nullptr; }
-
-    std::optional<Topology> readTopology(const Object& primitive, uint64_t mode, int indices,
-                                         const Accessor& position)
-    {
-        Topology result;
-        if (indices < 0 && !decoded_) {
-            if (position.count > std::numeric_limits<uint32_t>::max())
-                load_.refuse("ACCESSOR_TOO_LONG", primitive.pointer(),
-                             "has more than 2^32 vertices");
-            load_.reserveMemory(12 * position.count, primitive.pointer());
-            warnIncomplete(primitive, mode, position.count);
-            result.triangles = assembleTriangles(mode, nullptr, position.count);
-            result.count = position.count;
-        } else {
-            const Accessor& source =
-                decoded_ ? decoded_->indices : usable(load_, accessors_, indices);
-            if (decoded_) mode = kTriangles;
-            const bool unsignedType = source.componentType == kUnsignedByte ||
-                                      source.componentType == kUnsignedShort ||
-                                      source.componentType == kUnsignedInt;
-            if (!unsignedType || source.components != 1 || source.normalized)
-                load_.refuse(
-                    "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT", primitive.at("indices"),
-                    "accessor " + std::to_string(indices) + " must hold unsigned integer scalars");
-            load_.reserveMemory(16 * source.count, primitive.pointer());
-            const std::vector<uint32_t> values = readIndices(source);
-            const auto [low, high] = std::minmax_element(values.begin(), values.end());
-            if (*high >= position.count)
-                load_.refuse("ACCESSOR_INDEX_OOB",
-                             child("/accessors", static_cast<size_t>(indices)),
-                             "index " + std::to_string(high - values.begin()) + " is " +
-                                 std::to_string(*high) + ", there are " +
-                                 std::to_string(position.count) + " vertices");
-            if (*high == restartIndex(source))
-                load_.refuse("ACCESSOR_INDEX_PRIMITIVE_RESTART",
-                             child("/accessors", static_cast<size_t>(indices)),
-                             "index " + std::to_string(high - values.begin()) + " is " +
-                                 std::to_string(*high) +
-                                 ", which means a restart and no vertex of this type");
-            warnIncomplete(primitive, mode, values.size());
-            result.first = *low;
-            result.count = *high - *low + 1;
-            result.triangles = assembleTriangles(mode, values.data(), values.size());
-            if (result.first > 0)
-                for (glm::uvec3& t : result.triangles)
-                    t -= glm::uvec3(static_cast<uint32_t>(result.first));
-        }
-        if (result.triangles.empty()) return std::nullopt;
-        return result;
-    }
-
-    void warnIncomplete(const Object& primitive, uint64_t mode, uint64_t count)
-    {
-        const bool complete = mode == kTriangles ? count % 3 == 0 : count >= 3;
-        if (!complete)
-            load_.warn("MESH_PRIMITIVE_INCOMPATIBLE_MODE", primitive.pointer(),
-                       "has " + std::to_string(count) +
-                           " vertices, which are no whole triangles — the rest is dropped");
-    }
 
     int materialOf(const Object& primitive)
     {
