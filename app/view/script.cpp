@@ -102,7 +102,7 @@ bool Script::step(Session& session, AppRequests& app, Window& window, double sec
     s.now = seconds;
     if (s.firstStep < 0) {
         s.firstStep = seconds;
-        s.load.emplace();  // the program's own first scene
+        s.load = State::Load{};  // the program's own first scene
     }
     s.observe(session);
     bool acted = false;
