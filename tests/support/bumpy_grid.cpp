@@ -99,4 +99,17 @@ void expectGrid(const core::Mesh& mesh, const BumpyGrid& grid, float position, f
     EXPECT_EQ(found, expected);
 }
 
+bool refusesDamaged(const std::string& text, const core::LoadOptions& options)
+{
+    try {
+        const auto scene = core::loadGltfFromMemory(bytesOf(text), "damaged", options);
+        for (const core::Mesh& mesh : scene->meshes)
+            for (const glm::uvec3& t : mesh.triangles)
+                EXPECT_LT(std::max({t.x, t.y, t.z}), mesh.positions.size());
+        return false;
+    } catch (const core::LoadError&) {
+        return true;
+    }
+}
+
 }  // namespace test

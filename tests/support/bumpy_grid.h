@@ -31,4 +31,8 @@ Document plainGrid(const BumpyGrid& grid);
 void expectGrid(const core::Mesh& mesh, const BumpyGrid& grid, float position, float normal,
                 float coordinate);
 
+/// Whether the loader refuses a damaged document. Expects of one that it takes that all triangles
+/// have vertices.
+bool refusesDamaged(const std::string& text, const core::LoadOptions& options = {});
+
 }  // namespace test

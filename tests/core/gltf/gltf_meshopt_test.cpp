@@ -299,14 +299,7 @@ TEST(GltfMeshopt, DamagedStreamsLoadOrAreRefused)
         const size_t edits = 1 + random() % 4;
         for (size_t k = 0; k < edits; ++k)
             compressed.document.bin[first + random() % size] = static_cast<std::byte>(random());
-        try {
-            const auto scene = core::loadGltfFromMemory(test::bytesOf(compressed.text()), "m", {});
-            for (const core::Mesh& mesh : scene->meshes)
-                for (const glm::uvec3& t : mesh.triangles)
-                    ASSERT_LT(std::max({t.x, t.y, t.z}), mesh.positions.size());
-        } catch (const core::LoadError&) {
-            ++refused;
-        }
+        refused += test::refusesDamaged(compressed.text()) ? 1u : 0u;
     }
     EXPECT_GT(refused, kCount / 10);
     EXPECT_LT(refused, kCount * 19 / 20);
