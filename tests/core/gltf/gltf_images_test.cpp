@@ -2,8 +2,6 @@
 #include "tests/support/gltf_fixture.h"
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include <glm/gtc/packing.hpp>
 
