@@ -18,6 +18,40 @@ layout(set = kSetKernel, binding = kBindPixelsNow, scalar) buffer PixelsNowBlock
 // What the frame before has left lies in texels: on software devices a fetch is much faster than a load from a buffer.
 layout(set = kSetKernel, binding = kBindPixelsBefore) uniform usamplerBuffer pixelsBefore;
 
+// Pieces that have moved (shared/motion.h), where the triangles of the hierarchy's moving part were, and the slot in
+// which each of these lies now: a part that is built anew has others.
+layout(set = kSetKernel, binding = kBindMovedPieces) uniform usamplerBuffer movedPieceWords;
+layout(set = kSetKernel, binding = kBindTrianglesBefore) uniform samplerBuffer trianglesBefore;
+layout(set = kSetKernel, binding = kBindSlotsNow) uniform usamplerBuffer slotsNow;
+
+MovedPiece fetchMovedPiece(SceneView view, uint i)
+{
+    const uvec4 low = texelFetch(movedPieceWords, int(kMovedPieceWords * i));
+    const uvec4 high = texelFetch(movedPieceWords, int(kMovedPieceWords * i + 1u));
+    return MovedPiece(uintBitsToFloat(low.xyz), low.w, uintBitsToFloat(high.xyz), high.w);
+}
+
+Triangle fetchTriangleBefore(SceneView view, uint slot)
+{
+    const int at = int(3u * slot);
+    return Triangle(texelFetch(trianglesBefore, at), texelFetch(trianglesBefore, at + 1),
+                    texelFetch(trianglesBefore, at + 2));
+}
+
+/// The slot of a triangle that was in `slot` in the frame before.
+uint slotNow(uint slot)
+{
+    if (movedPieces(push.settings) == 0u || slot >= uint(textureSize(slotsNow))) return slot;
+    return texelFetch(slotsNow, int(slot)).x;
+}
+
+ReusePixel loadPixelBefore(uint source)
+{
+    ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
+    before.slot = slotNow(before.slot);
+    return before;
+}
+
 bool traceWay(SceneView view, vec3 origin, vec3 direction, uint seed, out Hit hit)
 {
     return traceClosest(Ray(origin, 0.0, direction, kInfinity), seed, hit);
@@ -41,6 +75,12 @@ bool lanesPixel(out uint lane, out uvec2 pixel)
 SampleStream pixelStream(uvec2 pixel)
 {
     return makeStream(kSampler, frame.settings.seed, pixel, push.batch.firstSample, kPurposePath);
+}
+
+/// How the surface at a first hit has moved since the frame before.
+SurfaceMotion motionOf(ReusePixel here)
+{
+    return motionAt(scene, movedPieces(push.settings), here.slot, here.barycentrics);
 }
 
 /// Of the picture that left the history.
@@ -94,22 +134,24 @@ bool firstVertex(uvec2 pixel, uint lane, SampleStream stream, uvec4 here, inout 
         L += chain.seen;
     }
     const bool scatters = beginReuse(scene, path, ray, found, v, L);
-    if (bounces == 0u) towardsBefore = towardsCamera(push.cameraBefore, v.vertex.surface.position);
+    if (bounces == 0u) {
+        const CameraData cameraBefore = movedCamera(push.cameraBefore, motionOf(found));
+        towardsBefore = towardsCamera(cameraBefore, v.vertex.surface.position);
+    }
     path = settingsAfter(path, bounces);
     return scatters;
 }
 
-/// Takes over the history of the pixel that `word`, the last of a pixel, names; false where there is none.
-bool lookBack(uint word, vec3 towardsBefore, SampleStream stream, inout ReuseVertex v)
+/// Takes over the history of the pixel that the last word of `here` names; false where there is none.
+bool lookBack(uvec4 here, vec3 towardsBefore, SampleStream stream, inout ReuseVertex v)
 {
-    const uint source = word & ~kChained;
+    const uint source = here.w & ~kChained;
     if (source == kNoSource) {
         v.rays = raysDue(push.settings, v.history, 0.0);
         v.history.credit = firstCredit(stream);
         return false;
     }
-    const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-    takeHistory(scene, push.settings, towardsBefore, before, v);
+    takeHistory(scene, push.settings, towardsBefore, loadPixelBefore(source), motionOf(unpackReusePixel(here)), v);
     return true;
 }
 #endif

@@ -32,8 +32,18 @@ ReusePasses::ReusePasses(Context& context)
       new_(context.device, k_reuse_new, &context.layouts),
       old_(context.device, k_reuse_old, &context.layouts),
       hitsSets_(twoSets(context.device, hits_)), newSets_(twoSets(context.device, new_)),
-      oldSets_(twoSets(context.device, old_))
+      oldSets_(twoSets(context.device, old_)), motion_(context.device)
 {}
+
+bool ReusePasses::takeMotion(const GpuScene& scene, const core::World& before,
+                             const core::Bvh& hierarchyBefore,
+                             std::span<const shared::MovedPiece> pieces)
+{
+    std::vector<DescriptorSet*> sets;
+    for (auto* two : {&hitsSets_, &newSets_, &oldSets_})
+        for (DescriptorSet& set : *two) sets.push_back(&set);
+    return motion_.take(scene, before, hierarchyBefore, pieces, sets);
+}
 
 void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
                           bool chains)
@@ -181,7 +191,7 @@ double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseCo
                         const shared::Batch& batch, uint32_t flags)
 {
     shared::ReuseBatch push{batch, settings_, camera_};
-    push.settings.flags = flags;
+    push.settings.flags = flags | (motion_.count() << shared::kReuseMovedShift);
     const glm::uvec2 before = stores_[1 - side_].size;
     push.settings.sizeBefore = (before.x - 1) | ((before.y - 1) << 16);
     if (settings_.strategy == shared::kReuseDiscard) push.cameraBefore = {};
@@ -210,6 +220,7 @@ std::vector<core::Image> ReusePasses::maps(glm::uvec2 size) const
 void ReusePasses::commit(const shared::CameraData& camera)
 {
     camera_ = camera;
+    motion_.rest();
     side_ = 1 - side_;
     makeStore(side_);  // it may be that of a smaller picture
 }

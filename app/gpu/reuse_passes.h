@@ -8,6 +8,7 @@
 
 #include "app/gpu/base/batch_pace.h"
 #include "app/gpu/context.h"
+#include "app/gpu/reuse_motion.h"
 #include "app/gpu/tiled_film.h"
 #include "core/image/image.h"
 
@@ -25,7 +26,18 @@ public:
     explicit ReusePasses(Context& context);
 
     /// Forgets what is kept.
-    void forget() { camera_ = {}; }
+    void forget()
+    {
+        camera_ = {};
+        motion_.rest();
+    }
+
+    /// Nothing has moved since the last whole pass.
+    void rest() { motion_.rest(); }
+
+    /// These pieces have moved since `before`, of which what is kept is; see ReuseMotion::take.
+    bool takeMotion(const GpuScene& scene, const core::World& before,
+                    const core::Bvh& hierarchyBefore, std::span<const shared::MovedPiece> pieces);
 
     /// Makes room for a picture of that size and so many tiles, and takes settings; what is kept is
     /// lost when there are to be more or fewer records, and stays when the size changes. Fewer
@@ -76,6 +88,7 @@ private:
     // By which store is written.
     std::array<DescriptorSet, 2> hitsSets_, newSets_, oldSets_;
     std::array<Store, 2> stores_;
+    ReuseMotion motion_;
     Buffer newSamples_, waiting_, waitingHead_, firstNew_, chains_;
     shared::ReuseSettings settings_{};
     shared::CameraData camera_{};        // of what is kept; all zero: nothing is

@@ -141,6 +141,12 @@ void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
     }
 }
 
+std::vector<glm::uvec4> GpuScene::movingTriangles(const core::World& pose) const
+{
+    CHECK(bvh_ && core::sameTopology(pose, world_));
+    return listedWords(pose, bvh_->moving.slots);
+}
+
 /// Where slots that belong to instances lead.
 void GpuScene::uploadInstances(const core::World& world, const core::Bvh* bvh)
 {

@@ -37,6 +37,13 @@ public:
     uint32_t features() const;
     glm::vec3 gridLow() const { return bvh_->gridLow; }
     glm::vec3 gridScale() const { return bvh_->gridScale; }
+    /// Of a scene that is traced.
+    const core::Bvh& hierarchy() const { return *bvh_; }
+    /// The same, to be kept.
+    std::shared_ptr<const core::Bvh> sharedHierarchy() const { return bvh_; }
+    /// The triangles of the hierarchy's moving part where `pose`, one of the same topology, has
+    /// them: three words each (kBindTriangles), in the order of their slots.
+    std::vector<glm::uvec4> movingTriangles(const core::World& pose) const;
     /// How the hierarchy was come by.
     void addTo(core::RenderStats& stats) const;
     uint64_t bytes() const;

@@ -11,6 +11,7 @@
 #include "core/methods/reuse_maps.h"
 #include "core/methods/reuse_settings.h"
 #include "core/methods/tiled_renderer.h"
+#include "core/scene/moved_pieces.h"
 
 namespace core {
 
@@ -20,7 +21,8 @@ class SampleReuse : public TiledRenderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
-        before_ = {};
+        if (!before_.world || !sameTopology(*before_.world, *world)) before_ = {};
+        world_ = world;
         TiledRenderer::setWorld(std::move(world), progress);
     }
 
@@ -31,7 +33,7 @@ public:
         TiledRenderer::setView(view, start);
         passes_ = 0;
         figures_ = {};
-        if (start == Start::anew || !(last == params_)) {
+        if (start == Start::anew || !(last == params_) || !takeMotion()) {
             before_ = {};
             visibility_ = askedVisibility(params_, 0, {});
         }
@@ -73,17 +75,30 @@ public:
 private:
     void setParams(const AnyParams& params) override { params_ = params.as<ReuseParams>(); }
 
+    /// Finds what has moved since the last whole pass; false where nothing of it may be kept.
+    bool takeMotion()
+    {
+        moved_.clear();
+        if (!before_.world || before_.world == world_) return true;
+        if (!followsMotion(params_)) return false;
+        std::optional<std::vector<shared::MovedPiece>> moved = movedPieces(*before_.world, *world_);
+        if (moved) moved_ = std::move(*moved);
+        return moved.has_value();
+    }
+
     /// One pass over the picture, or what a budget allows of it.
     void pass(const Budget& budget, const std::stop_token& stop)
     {
         now_.reset(film_.size(), params_);
         now_.camera = frameCamera();
+        now_.world = world_;
         shared::PathSettings path = frameSettings();
         setPathSettings(params_, path);
         shared::ReuseSettings settings = reuseSettings(params_);
         settings.visibility = visibility_;
-        settings.flags = reuseFlags(params_, passes_);
-        const ReuseEstimator estimator(*accel_, before_, now_, path, settings, samplesBefore_);
+        settings.flags = reuseFlags(params_, passes_, mayMove(*world_));
+        const ReuseEstimator estimator(*accel_, before_, now_, moved_, path, settings,
+                                       samplesBefore_);
         const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop, [&](const Tile& tile, uint32_t, uint32_t, Film& film) {
             TileTally tally;
@@ -96,6 +111,7 @@ private:
         });
         if (film_.progress().samples == had) return;
         std::swap(before_, now_);
+        moved_.clear();
         ++passes_;
         samplesBefore_ += samplesPerPass(params_);
     }
@@ -148,7 +164,9 @@ private:
     bool keepsMeans() const { return shared::keepsMeans(static_cast<uint32_t>(params_.reuse)); }
 
     ReuseParams params_;
+    std::shared_ptr<const World> world_;
     ReuseStore before_, now_;
+    std::vector<shared::MovedPiece> moved_;  // from that of `before_`
     float visibility_ = 0;
     uint32_t passes_ = 0;         // of this view
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew

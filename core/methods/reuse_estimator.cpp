@@ -19,6 +19,20 @@ bool wayIsOpen(const SceneView& scene, const ShadowRay& shadow, uint seed)
         {shadow.origin, shadow.tMax, shadow.direction, seed});
 }
 
+MovedPiece fetchMovedPiece(const SceneView& scene, uint i)
+{
+    return static_cast<const core::TracedScene&>(scene).moved[i];
+}
+
+/// Slots are triangles here, those of both poses.
+Triangle fetchTriangleBefore(const SceneView& scene, uint slot)
+{
+    const core::World& before = *static_cast<const core::TracedScene&>(scene).worldBefore;
+    const WorldTriangle& t = before.triangles[slot];
+    const auto vertex = [&](uint index) { return vec4(before.positions[index], 0.0f); };
+    return {vertex(t.v0), vertex(t.v1), vertex(t.v2)};
+}
+
 }  // namespace shared
 
 namespace core {
@@ -86,15 +100,19 @@ struct ReuseEstimator::Pixel {
     shared::PathSettings path{};  // what paths from the first hit may do
     ptrdiff_t source = -1;        // the pixel of the view before; -1: there is none
     bool chained = false;         // seen over mirrors or through glass
+    shared::SurfaceMotion motion = shared::noMotion();
 };
 
 ReuseEstimator::ReuseEstimator(const Accel& accel, const ReuseStore& before, ReuseStore& now,
+                               std::span<const shared::MovedPiece> moved,
                                const shared::PathSettings& path,
                                const shared::ReuseSettings& settings, uint32_t firstSample)
-    : scene_{sceneView(accel.world()), &accel}, before_(before), now_(now), path_(path),
-      settings_(settings), records_(shared::recordsOf(settings)),
+    : scene_{sceneView(accel.world()), &accel, before.world.get(), moved}, before_(before),
+      now_(now), path_(path), settings_(settings), records_(shared::recordsOf(settings)),
       lights_(shared::lightsOf(settings)), firstSample_(firstSample)
-{}
+{
+    settings_.flags |= static_cast<uint32_t>(moved.size()) << shared::kReuseMovedShift;
+}
 
 shared::ReuseSums ReuseEstimator::estimate(uvec2 pixel, shared::ReuseTally& tally) const
 {
@@ -130,19 +148,24 @@ bool ReuseEstimator::findVertex(uvec2 pixel, Pixel& p, shared::ReuseSums& sums) 
     shared::CameraData cameraBefore = before_.camera;
     shared::ReuseChain chain = shared::noChain(ray.direction);
     if ((scene_.accel->world().features & shared::kFeatureDelta) != 0)
-        chain = shared::followChain(scene_, path_, ray, t, p.stream, here, cameraBefore, p.tally);
+        chain = shared::followChain(scene_, path_, settings_, ray, t, p.stream, here, cameraBefore,
+                                    p.tally);
     p.chained = chain.bounces > 0;
     if (p.chained) ray = shared::rayOfChain(scene_, chain, here);
     sums.seen = chain.seen;
     if (chain.restBounces > 0) sums.rest = takeRest(chain, p);
     if (!shared::beginReuse(scene_, path_, ray, here, p.v, sums.seen)) return false;
     p.path = shared::settingsAfter(path_, chain.bounces);
-    if (!p.chained)
+    p.motion =
+        shared::motionAt(scene_, shared::movedPieces(settings_), here.slot, here.barycentrics);
+    if (!p.chained) {
+        cameraBefore = shared::movedCamera(cameraBefore, p.motion);
         chain.towardsBefore = shared::towardsCamera(cameraBefore, p.v.vertex.surface.position);
+    }
     p.source = findHistory(p, chain, cameraBefore);
     if (p.source >= 0) {
         shared::takeHistory(scene_, settings_, chain.towardsBefore,
-                            before_.pixels[size_t(p.source)], p.v);
+                            before_.pixels[size_t(p.source)], p.motion, p.v);
     } else {
         p.v.rays = shared::raysDue(settings_, p.v.history, 0);
         p.v.history.credit = shared::firstCredit(p.stream);
@@ -168,7 +191,9 @@ vec3 ReuseEstimator::takeRest(const shared::ReuseChain& chain, Pixel& p) const
 ptrdiff_t ReuseEstimator::findHistory(const Pixel& p, const shared::ReuseChain& chain,
                                       const shared::CameraData& cameraBefore) const
 {
-    if (before_.size.x == 0 || settings_.strategy == shared::kReuseDiscard) return -1;
+    if (before_.size.x == 0 || settings_.strategy == shared::kReuseDiscard ||
+        !(cameraBefore.tanHalfHeight > 0))
+        return -1;
     vec2 film;
     const shared::SurfacePoint& surface = p.v.vertex.surface;
     const vec3 here = surface.position;
@@ -185,9 +210,8 @@ ptrdiff_t ReuseEstimator::findHistory(const Pixel& p, const shared::ReuseChain& 
         if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
             continue;
         const ptrdiff_t source = ptrdiff_t(at.y) * before_.size.x + at.x;
-        vec3 position;
-        if (shared::historyFits(scene_, cameraBefore, before_.pixels[size_t(source)], surface,
-                                distance, reach, position))
+        if (shared::historyFits(scene_, settings_, cameraBefore, before_.pixels[size_t(source)],
+                                surface, p.motion.piece, distance, reach))
             return source;
     }
     return -1;
@@ -211,7 +235,7 @@ void ReuseEstimator::combine(Pixel& p, std::span<const shared::ReuseNew> fresh,
         // What is seen over mirrors or through glass has no other taps: it is not known where
         // they would lie.
         if (settings_.strategy == shared::kReuseSvgf && p.source >= 0 && !p.chained)
-            before = meanOfTaps(p.v.vertex.surface, before);
+            before = meanOfTaps(p, before);
         now_.means[p.index] = shared::naiveMean(sums, before);
         return;
     }
@@ -234,8 +258,11 @@ void ReuseEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& sampl
         const bool hidden =
             shared::oldSampleHides(scene_, settings_, p.v, view, p.stream, i, p.tally);
         vec3 L = shared::unpackRgbe(r.radiance);
-        if (r.radiance == shared::kReuseEvaluated)
+        if (r.radiance == shared::kReuseEvaluated) {
+            const vec3 place = p.v.vertex.surface.position + view.distance * view.direction;
+            if (!shared::arrivingIsOld(scene_, settings_, place, r)) continue;
             L = shared::evaluateArriving(scene_, p.path, p.v, r, view);
+        }
         if (hidden) {
             shared::dropOldSample(sums, view, L);
             continue;
@@ -255,11 +282,13 @@ void ReuseEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& sampl
 
 /// Mean of the four pixels around where the first hit was before, of those whose history fits;
 /// `nearest` where none does.
-vec3 ReuseEstimator::meanOfTaps(const shared::SurfacePoint& s, vec3 nearest) const
+vec3 ReuseEstimator::meanOfTaps(const Pixel& p, vec3 nearest) const
 {
+    const shared::SurfacePoint& s = p.v.vertex.surface;
+    const shared::CameraData cameraBefore = shared::movedCamera(before_.camera, p.motion);
     vec2 film;
-    shared::projectToFilm(before_.camera, vec2(before_.size), s.position, film);
-    const float distance = glm::length(s.position - before_.camera.position);
+    shared::projectToFilm(cameraBefore, vec2(before_.size), s.position, film);
+    const float distance = glm::length(s.position - cameraBefore.position);
     glm::vec4 sum(0);
     for (uint32_t k = 0; k < 4; ++k) {
         glm::ivec2 at;
@@ -267,9 +296,8 @@ vec3 ReuseEstimator::meanOfTaps(const shared::SurfacePoint& s, vec3 nearest) con
         if (at.x < 0 || at.y < 0 || at.x >= int(before_.size.x) || at.y >= int(before_.size.y))
             continue;
         const size_t source = size_t(at.y) * before_.size.x + size_t(at.x);
-        vec3 position;
-        if (shared::historyFits(scene_, before_.camera, before_.pixels[source], s, distance,
-                                shared::kInfinity, position))
+        if (shared::historyFits(scene_, settings_, cameraBefore, before_.pixels[source], s,
+                                p.motion.piece, distance, shared::kInfinity))
             sum += weight * glm::vec4(before_.means[source], 1);
     }
     return sum.w > 0.01f ? vec3(sum) / sum.w : nearest;

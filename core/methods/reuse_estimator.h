@@ -2,6 +2,7 @@
 // estimator is that of shaders/shared/reuse_path.h.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace core {
 
 /// What a view leaves to the next one.
 struct ReuseStore {
+    std::shared_ptr<const World> world;  // as it was then
     std::vector<shared::ReusePixel> pixels;
     std::vector<shared::ReuseSample> samples;  // `records` per pixel
     std::vector<shared::ReuseLight> lights;    // `lights` per pixel
@@ -26,9 +28,12 @@ struct ReuseStore {
     void reset(glm::uvec2 newSize, const ReuseParams& params);
 };
 
-/// The scene as the shared text reads it, and rays through it.
+/// The scene as the shared text reads it, rays through it, and what has moved since the view
+/// before.
 struct TracedScene : shared::SceneView {
     const Accel* accel = nullptr;
+    const World* worldBefore = nullptr;
+    std::span<const shared::MovedPiece> moved;
 };
 
 /// What all pixels of a pass have in common. Old samples are read from `before`, and what is kept
@@ -36,11 +41,11 @@ struct TracedScene : shared::SceneView {
 /// estimated at the same time.
 class ReuseEstimator {
 public:
-    /// Refers to all three, which must outlive it. `firstSample`: the index of the pass's first
-    /// sample.
+    /// Refers to all three and to `moved`, which must outlive it: what of the scene has moved since
+    /// `before`. `firstSample`: the index of the pass's first sample.
     ReuseEstimator(const Accel& accel, const ReuseStore& before, ReuseStore& now,
-                   const shared::PathSettings& path, const shared::ReuseSettings& settings,
-                   uint32_t firstSample);
+                   std::span<const shared::MovedPiece> moved, const shared::PathSettings& path,
+                   const shared::ReuseSettings& settings, uint32_t firstSample);
 
     /// What a pass finds at a pixel, and in the store what it leaves there; all but the map. Adds
     /// its rays to `tally`.
@@ -57,7 +62,7 @@ private:
     void combine(Pixel& p, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums) const;
     void lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,
                    Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums) const;
-    glm::vec3 meanOfTaps(const shared::SurfacePoint& s, glm::vec3 nearest) const;
+    glm::vec3 meanOfTaps(const Pixel& p, glm::vec3 nearest) const;
     bool keepsMeans() const { return shared::keepsMeans(settings_.strategy); }
 
     TracedScene scene_;

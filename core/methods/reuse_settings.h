@@ -39,12 +39,20 @@ inline shared::ReuseSettings reuseSettings(const ReuseParams& params)
     return s;
 }
 
-/// The flags of a view's pass number `pass`, from 0.
-inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass)
+/// Whether samples may be kept when something in the scene has moved: what light does beyond the
+/// second surface is then taken for what it was, which no bound is known for.
+inline bool followsMotion(const ReuseParams& params)
+{
+    return params.bias == ReuseBias::fast || shared::keepsMeans(uint32_t(params.reuse));
+}
+
+/// The flags of a view's pass number `pass`, from 0; `mayMove`: the scene has other poses.
+inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass, bool mayMove)
 {
     const bool jitters =
         params.jitter == PixelJitter::always || (params.jitter == PixelJitter::settled && pass > 0);
-    return (jitters ? shared::kReuseJitters : 0) | (pass > 0 ? shared::kReuseFollows : 0);
+    return (jitters ? shared::kReuseJitters : 0) | (pass > 0 ? shared::kReuseFollows : 0) |
+           (mayMove && followsMotion(params) ? shared::kReuseMoves : 0);
 }
 
 /// Indices of samples that a pass uses up.

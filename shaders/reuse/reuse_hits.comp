@@ -34,8 +34,8 @@ layout(set = kSetKernel, binding = kBindChainsNow, scalar) writeonly buffer Chai
 
 /// The first of nine pixels whose first hit belongs to the surface at s; kNoSource where there is none.
 /// What is seen through curved glass is not where a camera would see it without: it may be far away on the same
-/// surface.
-uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, SampleStream stream)
+/// surface. `piece`: the moved one that the surface belongs to.
+uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, uint piece, SampleStream stream)
 {
     const ivec2 size = ivec2(sizeBefore());
     vec2 film;
@@ -48,9 +48,8 @@ uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, Sampl
         const ivec2 at = middle + historyOffset(k);
         if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
         const uint source = uint(at.y * size.x + at.x);
-        vec3 position;
-        const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-        if (historyFits(scene, cameraBefore, before, s, away, reach, position)) return source;
+        if (historyFits(scene, push.settings, cameraBefore, loadPixelBefore(source), s, piece, away, reach))
+            return source;
     }
     return kNoSource;
 }
@@ -102,7 +101,7 @@ void main()
         CameraData cameraBefore = push.cameraBefore;
         ReuseChain chain = noChain(ray.direction);
         if (FEATURE(kFeatureDelta)) {
-            chain = followChain(scene, frame.settings, ray, t, stream, here, cameraBefore, tally);
+            chain = followChain(scene, frame.settings, push.settings, ray, t, stream, here, cameraBefore, tally);
             if (chain.bounces > 0u) {
                 for (uint i = 0u; i < kReuseChainWords; ++i)
                     chainsNow[kReuseChainWords * lane + i] = packChain(chain, i);
@@ -114,8 +113,12 @@ void main()
         alone = here.slot == kNone ? 1u : 0u;
         if (here.slot != kNone) {
             const SurfacePoint s = makeSurfacePoint(scene, Hit(0.0, here.barycentrics, here.slot), chain.direction);
-            if (cameraBefore.tanHalfHeight > 0.0) words.w = findSource(cameraBefore, chain, s, stream);
-            if (chain.bounces == 0u) chain.towardsBefore = towardsCamera(cameraBefore, s.position);
+            const SurfaceMotion motion = motionOf(here);
+            if (chain.bounces == 0u) {
+                cameraBefore = movedCamera(cameraBefore, motion);
+                chain.towardsBefore = towardsCamera(cameraBefore, s.position);
+            }
+            if (cameraBefore.tanHalfHeight > 0.0) words.w = findSource(cameraBefore, chain, s, motion.piece, stream);
             count = pathsOf(words.w, chain.direction, chain.towardsBefore, stream);
         }
         if (chain.bounces > 0u) words.w |= kChained;

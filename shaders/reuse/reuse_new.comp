@@ -49,7 +49,7 @@ void main()
             stream = purposeStream(stream, kPurposeRest);
             goes = true;
         } else if (goes) {
-            lookBack(here.w, towardsBefore, stream, v);
+            lookBack(here, towardsBefore, stream, v);
             stream = pathStream(stream, v.rays, which);
         }
         if (goes) found = takePath(scene, path, push.settings, v, ray, stream, tally);

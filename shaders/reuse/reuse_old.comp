@@ -83,7 +83,9 @@ ReuseNew loadNew(uint which)
 ReuseSample oldSample(uint source, uint i)
 {
     const int at = int(recordIndex(sizeBefore(), source, i));
-    return unpackReuseSample(texelFetch(placesBefore, at), uvec4(0u));
+    ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), uvec4(0u));
+    r.slot = slotNow(r.slot);
+    return r;
 }
 
 /// Adds an old sample by which radiance L comes; one that is hidden loses its weight.
@@ -135,12 +137,18 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         const uint i = uint(findLSB(evaluated));
         evaluated &= evaluated - 1u;
         const int at = int(recordIndex(sizeBefore(), source, i));
-        const ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), texelFetch(arrivingBefore, at));
+        ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), texelFetch(arrivingBefore, at));
+        r.slot = slotNow(r.slot);
         ReuseView view;
         vec3 n;
+        uint triangle;
         view.distance = kInfinity;
         view.perPlace = 1.0;
-        if (wayToPlace(scene, r, v.vertex.surface.position, view.direction, n)) {
+        if (wayToPlace(scene, r, v.vertex.surface.position, view.direction, n, triangle)) {
+            if (!arrivingIsOld(scene, push.settings, v.vertex.surface.position + view.direction, r)) {
+                weights[i] = 0.0;
+                continue;
+            }
             view.distance = length(view.direction);
             view.direction /= view.distance;
             view.perPlace = view.distance * view.distance / abs(dot(n, view.direction));
@@ -170,6 +178,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         const int at = int(recordIndex(sizeBefore(), source, min(i, most - 1u)));
         const uint which = fresh.first + i - most;
         uvec4 place = i < most ? texelFetch(placesBefore, at) : newWord(which, 0u);
+        if (i < most) place.x = slotNow(place.x);
         place.z = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
@@ -234,21 +243,21 @@ void addToFilm(uint pixel, bool begins, vec3 L, vec3 squares, float weight)
 
 /// Mean of the four pixels around where the first hit was before, of those whose history fits; `nearest` where none
 /// does.
-vec3 meanOfTaps(SurfacePoint s, vec3 nearest)
+vec3 meanOfTaps(SurfacePoint s, SurfaceMotion motion, vec3 nearest)
 {
+    const CameraData cameraBefore = movedCamera(push.cameraBefore, motion);
     const ivec2 size = ivec2(sizeBefore());
     vec2 film;
-    projectToFilm(push.cameraBefore, vec2(size), s.position, film);
-    const float away = length(s.position - push.cameraBefore.position);
+    projectToFilm(cameraBefore, vec2(size), s.position, film);
+    const float away = length(s.position - cameraBefore.position);
     vec4 sum = vec4(0.0);
     for (uint k = 0u; k < 4u; ++k) {
         ivec2 at;
         const float weight = historyTap(film, k, at);
         if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
         const uint source = uint(at.y * size.x + at.x);
-        vec3 position;
-        const ReusePixel before = unpackReusePixel(texelFetch(pixelsBefore, int(source)));
-        if (historyFits(scene, push.cameraBefore, before, s, away, kInfinity, position))
+        const ReusePixel before = loadPixelBefore(source);
+        if (historyFits(scene, push.settings, cameraBefore, before, s, motion.piece, away, kInfinity))
             sum += weight * vec4(texelFetch(meansBefore, int(source)).xyz, 1.0);
     }
     return sum.w > 0.01 ? sum.xyz / sum.w : nearest;
@@ -300,7 +309,7 @@ void main()
     vec3 towardsBefore;
     PathSettings path = frame.settings;
     const bool scatters = firstVertex(pixel, lane, stream, here, path, v, towardsBefore, sums.seen);
-    const bool looks = scatters && lookBack(here.w, towardsBefore, stream, v);
+    const bool looks = scatters && lookBack(here, towardsBefore, stream, v);
     const uint source = here.w & ~kChained;
     NewPaths fresh = newPathsOf(texelFetch(firstNew, int(lane)).x);
     if (scatters) {
@@ -322,7 +331,8 @@ void main()
     if (keepsMeans(strategy)) {
         vec3 before = looks ? texelFetch(meansBefore, int(source)).xyz : vec3(0.0);
         // What is seen over mirrors or through glass has no other taps: it is not known where they would lie.
-        if (strategy == kReuseSvgf && looks && (here.w & kChained) == 0u) before = meanOfTaps(v.vertex.surface, before);
+        if (strategy == kReuseSvgf && looks && (here.w & kChained) == 0u)
+            before = meanOfTaps(v.vertex.surface, motionOf(unpackReusePixel(here)), before);
         L = naiveMean(sums, before);
         squares = L * L;
     }

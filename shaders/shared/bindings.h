@@ -78,12 +78,15 @@ SHARED_CONST uint kBindPlacesNow = 11u;
 SHARED_CONST uint kBindArrivingNow = 12u;
 SHARED_CONST uint kBindLightsNow = 13u;
 SHARED_CONST uint kBindMeansNow = 14u;
-SHARED_CONST uint kBindNewSamples = 15u;   // ReuseNew per new path, kReuseNewWords each
-SHARED_CONST uint kBindWaiting = 16u;      // lanes that get a new path, with its number above
-SHARED_CONST uint kBindWaitingHead = 17u;  // QueueHead of these
-SHARED_CONST uint kBindFirstNew = 18u;     // per lane: which of them are the pixel's
-SHARED_CONST uint kBindChainsNow = 19u;    // ReuseChain per lane, where there is one,
-SHARED_CONST uint kBindChains = 20u;       // and as it is read
+SHARED_CONST uint kBindNewSamples = 15u;       // ReuseNew per new path, kReuseNewWords each
+SHARED_CONST uint kBindWaiting = 16u;          // lanes that get a new path, with its number above
+SHARED_CONST uint kBindWaitingHead = 17u;      // QueueHead of these
+SHARED_CONST uint kBindFirstNew = 18u;         // per lane: which of them are the pixel's
+SHARED_CONST uint kBindChainsNow = 19u;        // ReuseChain per lane, where there is one,
+SHARED_CONST uint kBindChains = 20u;           // and as it is read
+SHARED_CONST uint kBindMovedPieces = 21u;      // MovedPiece, two texels each
+SHARED_CONST uint kBindTrianglesBefore = 22u;  // three texels each
+SHARED_CONST uint kBindSlotsNow = 23u;         // uint per slot of the frame before
 
 // Set 2 of bench_closest and bench_any.
 SHARED_CONST uint kBindRays = 0u;  // texels, two per ray

@@ -37,6 +37,7 @@ SHARED_CONST uint kFeatureGridChanges = 1u << 21;     // a hierarchy of more tha
 SHARED_CONST uint kFeatureInstances = 1u << 22;       // meshes that are stored once, shown often
 // An environment that most places see through openings
 SHARED_CONST uint kFeatureSkyRegions = 1u << 23;
+SHARED_CONST uint kFeatureMoves = 1u << 24;  // sample reuse, of a scene whose poses differ
 
 SHARED_CONST uint kNone = 0xffffffffu;
 

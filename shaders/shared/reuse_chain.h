@@ -106,10 +106,11 @@ SHARED_FN ReuseWay wayOf(IN(Vertex) vertex, vec3 wi, vec3 beta)
 
 /// Follows the ray of a pixel, whose first hit is `pixel` at distance `t`, to the first surface
 /// that has a density: `pixel` becomes the hit there, or none. `cameraBefore` becomes where that
-/// of the frame before appears to be from there.
-SHARED_FN ReuseChain followChain(IN(SceneView) scene, PathSettings path, PathState ray, float t,
-                                 SampleStream stream, INOUT(ReusePixel) pixel,
-                                 INOUT(CameraData) cameraBefore, INOUT(ReuseTally) tally)
+/// of the frame before appears to be from there, and nothing where a mirror or a pane has moved.
+SHARED_FN ReuseChain followChain(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                                 PathState ray, float t, SampleStream stream,
+                                 INOUT(ReusePixel) pixel, INOUT(CameraData) cameraBefore,
+                                 INOUT(ReuseTally) tally)
 {
     ReuseChain chain = noChain(ray.direction);
     const SampleStream selection = decisionStream(stream, kPurposeSelection);
@@ -138,6 +139,8 @@ SHARED_FN ReuseChain followChain(IN(SceneView) scene, PathSettings path, PathSta
         if (!(maxComponent(taken.beta) > 0.0f)) break;
         chain.seen += seen;
         ++chain.bounces;
+        if (movedPieceOf(scene, movedPieces(settings), vertex.surface.triangle) != kNone)
+            cameraBefore.tanHalfHeight = 0.0f;
         const float weight = maxComponent(other.beta);
         sum += weight;
         if (weight > 0.0f && streamFloat(selection, 48u + chain.bounces) * sum < weight) {
@@ -172,6 +175,8 @@ SHARED_FN ReuseChain followChain(IN(SceneView) scene, PathSettings path, PathSta
     chain.restBeta *= sum;
     if (pixel.slot != kNone) {
         const vec3 position = pointOfTriangle(scene, pixel.slot, pixel.barycentrics);
+        cameraBefore = movedCamera(
+            cameraBefore, motionAt(scene, movedPieces(settings), pixel.slot, pixel.barycentrics));
         chain.towardsBefore = unpackOct(packOct(towardsCamera(cameraBefore, position)));
     }
     return chain;

@@ -8,6 +8,7 @@
 #define REKINDLE_SHARED_REUSE_HISTORY_H
 
 #include "layout.h"
+#include "motion.h"
 #include "reuse_records.h"
 #include "surface.h"
 
@@ -80,14 +81,6 @@ SHARED_FN float historyTap(vec2 film, uint k, OUT(ivec2) at)
     return ((k & 1u) != 0u ? f.x : 1.0f - f.x) * ((k >> 1u) != 0u ? f.y : 1.0f - f.y);
 }
 
-/// A point of a triangle.
-SHARED_FN vec3 pointOfTriangle(IN(SceneView) scene, uint slot, vec2 barycentrics)
-{
-    const Triangle t = triangleInSlot(scene, slot);
-    const vec3 a = xyz(t.v0);
-    return a + barycentrics.x * (xyz(t.v1) - a) + barycentrics.y * (xyz(t.v2) - a);
-}
-
 /// How far from each other two first hits of neighbouring pixels may be, of which one was met in
 /// `direction` at some distance from the camera.
 SHARED_FN float reachOfHistory(CameraData camera, float height, float distance, vec3 direction,
@@ -99,24 +92,22 @@ SHARED_FN float reachOfHistory(CameraData camera, float height, float distance, 
 }
 
 /// Whether the first hit `before` of a camera belongs to the surface at `s` and is on the same side
-/// of it, no farther away than `reach`; `distance` is that of the camera. `position` becomes the
-/// hit's.
-SHARED_FN bool historyFits(IN(SceneView) scene, CameraData cameraBefore, ReusePixel before,
-                           IN(SurfacePoint) s, float distance, float reach, OUT(vec3) position)
+/// of it, no farther away than `reach`; `distance` is that of the camera, which has moved along
+/// with `piece`, the moved one that the surface belongs to (motion.h). All of it as it lies now.
+SHARED_FN bool historyFits(IN(SceneView) scene, ReuseSettings settings, CameraData cameraBefore,
+                           ReusePixel before, IN(SurfacePoint) s, uint piece, float distance,
+                           float reach)
 {
-    position = s.position;
     if (before.slot == kNone || !(unpackHistory(before.history).nominal > 0.0f)) return false;
     const Triangle t = triangleInSlot(scene, before.slot);
-    const vec3 a = xyz(t.v0);
-    const vec3 e1 = xyz(t.v1) - a;
-    const vec3 e2 = xyz(t.v2) - a;
-    position = a + before.barycentrics.x * e1 + before.barycentrics.y * e2;
+    const vec3 position = pointOn(t, before.barycentrics);
     const uint material = floatAsUint(t.v1.w) & ~kTriangleAlphaBit;
-    const vec3 n = normalize(cross(e1, e2));
+    const vec3 n = normalize(cross(xyz(t.v1) - xyz(t.v0), xyz(t.v2) - xyz(t.v0)));
     const bool behind = dot(n, towardsCamera(cameraBefore, position)) < 0.0f;
     return material == s.material && length(position - s.position) <= reach &&
            behind == (s.backFace != 0u) && dot(n, s.normal) >= kHistoryLeastCosine &&
-           abs(dot(position - s.position, s.normal)) <= kHistoryPlaneDistance * distance;
+           abs(dot(position - s.position, s.normal)) <= kHistoryPlaneDistance * distance &&
+           movedPieceOf(scene, movedPieces(settings), floatAsUint(t.v0.w)) == piece;
 }
 
 SHARED_END

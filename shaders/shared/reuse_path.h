@@ -127,6 +127,7 @@ SHARED_FN uint candidatesFor(ReuseSettings settings, IN(ReuseVertex) v)
 struct ReusePlace {
     vec3 position;
     vec3 normal;
+    uint triangle;
     vec3 leaving;      // radiance towards the first hit by emission and connection
     vec3 throughput;   // of the place, for what arrives from further on
     float grey;        // of the path after it; 0: the path has ended
@@ -146,6 +147,7 @@ SHARED_FN ReusePlace noReusePlace()
     ReusePlace place;
     place.position = vec3(0.0f);
     place.normal = vec3(0.0f);
+    place.triangle = kNone;
     place.leaving = vec3(0.0f);
     place.throughput = vec3(0.0f);
     place.grey = 0.0f;
@@ -204,6 +206,9 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
         if (alpha > 0.0f)
             alpha *= reconnection(way, place.normal, v.vertex.surface.position, v.positionBefore);
     }
+    if (alpha > 0.0f && !(wayIsOld(scene, settings, v, way, ends, place.triangle) &&
+                          arrivingIsOld(scene, settings, place.position, result.record)))
+        alpha = 0.0f;
     const float whole = draw.mean / (draw.omega * v.rays);
     result.around = draw.next.weight * L;
     if (alpha > 0.0f && newSampleHid(scene, settings, v, way, ends, stream, tally)) {
@@ -247,7 +252,7 @@ SHARED_FN void keepNewLight(IN(SceneView) scene, ReuseSettings settings, IN(Reus
                             IN(ShadowRay) shadow, uint emitter, uint grid, SampleStream stream,
                             INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
 {
-    float share = lightShare(settings, v, shadow.wi);
+    float share = lightShare(scene, settings, v, shadow);
     if (share > 0.0f && newLightHid(scene, settings, v, shadow, stream, tally)) {
         result.lost += share / v.rays * luminance(shadow.contribution);
         share = 0.0f;
@@ -275,6 +280,8 @@ SHARED_FN void connectNew(IN(SceneView) scene, PathSettings path, ReuseSettings 
     const ShadowRay shadow = connectTo(scene, path, emitter, pmf, u, ray, vertex);
     if (!(maxComponent(shadow.contribution) > 0.0f)) return;
     ++tally.shadowRays;
+    if (keepsArrivals(settings) && ray.depth == 1u)
+        result.record.lightDirection = packOct(shadow.wi);
     if (!wayIsOpen(scene, shadow, alphaSeed(stream, ray.depth, 1u))) return;
     if (ray.depth == 0u) {
         keepNewLight(scene, settings, v, shadow, emitter, grid, stream, result, tally);
@@ -311,9 +318,10 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings se
     record.place = packNumbers(hit.barycentrics);
     place.position = vertex.surface.position;
     place.normal = vertex.surface.normal;
+    place.triangle = vertex.surface.triangle;
     const bool emits = vertex.surface.emitter != kNone || maxComponent(gathered) > 0.0f;
-    if (emits || (scatters && (isUnbiased(settings) || !isRough(vertex.bsdf))))
-        record.radiance = kReuseEvaluated;
+    const bool exact = isUnbiased(settings) || keepsArrivals(settings) || !isRough(vertex.bsdf);
+    if (emits || (scatters && exact)) record.radiance = kReuseEvaluated;
     return scatters;
 }
 

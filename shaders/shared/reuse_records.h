@@ -23,6 +23,9 @@ SHARED_CONST uint kReuseSvgf = 7u;       // as naive, of four pixels, and forget
 
 SHARED_CONST uint kReuseJitters = 1u;  // first hits lie anywhere in the pixel, not at its centre
 SHARED_CONST uint kReuseFollows = 2u;  // adds to a picture that has begun; else begins it
+SHARED_CONST uint kReuseMoves = 4u;    // later frames may be of other poses
+// Behind these flags: how many pieces of the scene have moved since the frame before (motion.h).
+SHARED_CONST uint kReuseMovedShift = 8u;
 
 /// Whether what is kept of a pixel is the mean of what was seen there, and no samples.
 SHARED_FN bool keepsMeans(uint strategy)
@@ -37,7 +40,7 @@ struct ReuseSettings {
     float rays;        // n: new paths per pixel and pass
     float cap;         // of the nominal number N of samples that the kept ones stand for
     float protection;  // eta: how much a sample's brightness counts when the store is cut down
-    uint flags;        // kReuseJitters, kReuseFollows
+    uint flags;        // kReuseJitters, kReuseFollows, kReuseMoves, kReuseMovedShift
     uint
         sizeBefore;  // of the picture that left the history: width - 1 in 16 bits, height - 1 above
     float visibility;  // share of samples whose visibility is asked for again; 1: unbiased
@@ -47,6 +50,18 @@ struct ReuseSettings {
 SHARED_FN bool isUnbiased(ReuseSettings settings)
 {
     return settings.visibility >= 1.0f;
+}
+
+/// Whether it is kept over which ways light arrives at the place of a sample, on every surface.
+SHARED_FN bool keepsArrivals(ReuseSettings settings)
+{
+    return FEATURE(kFeatureMoves) && (settings.flags & kReuseMoves) != 0u;
+}
+
+/// Pieces of the scene that have moved since the frame before.
+SHARED_FN uint movedPieces(ReuseSettings settings)
+{
+    return FEATURE(kFeatureMoves) ? settings.flags >> kReuseMovedShift : 0u;
 }
 
 SHARED_FN uint packCounts(uint records, uint lights, uint candidates)

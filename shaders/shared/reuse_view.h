@@ -27,12 +27,13 @@ SHARED_CONST float kReuseRough = 0.25f;
 struct ReuseVertex {
     Vertex vertex;
     uint medium;             // through which the camera sees it
+    uint moved;              // the moved piece that it lies on (motion.h); kNone: it rests
     mat3 frameBefore;        // of the surface where the frame before met it
     vec3 woBefore;           // from there towards its camera, in that frame
     vec3 normalBefore;       // geometric, on the side of that camera
     Bsdf bsdfBefore;         // of the surface there: textures differ from place to place
     LobeChoice lobesBefore;  // at woBefore
-    vec3 positionBefore;     // of the first hit that the history belongs to
+    vec3 positionBefore;     // of the first hit that the history belongs to, in that frame
     vec3 beta;               // of the way from the camera
     ReuseHistory history;
     float rays;  // n: new paths that are due
@@ -44,6 +45,7 @@ struct ReuseVertex {
 SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray, ReusePixel pixel,
                           OUT(ReuseVertex) v, INOUT(vec3) L)
 {
+    v.moved = kNone;
     v.frameBefore = mat3(1.0f);
     v.woBefore = vec3(0.0f);
     v.normalBefore = vec3(0.0f);
@@ -73,9 +75,9 @@ SHARED_FN bool beginReuse(IN(SceneView) scene, PathSettings path, PathState ray,
 }
 
 /// Takes over the history of a pixel of the frame before, which fits; `towardsBefore` points to
-/// where that frame's camera is, or appears to be.
+/// where that frame's camera is, or appears to be, and has moved along with the surface (`motion`).
 SHARED_FN void takeHistory(IN(SceneView) scene, ReuseSettings settings, vec3 towardsBefore,
-                           ReusePixel before, INOUT(ReuseVertex) v)
+                           ReusePixel before, SurfaceMotion motion, INOUT(ReuseVertex) v)
 {
     v.positionBefore = pointOfTriangle(scene, before.slot, before.barycentrics);
     // Where a surface curves or has textures, its lobes change from pixel to pixel. Old samples are
@@ -95,6 +97,12 @@ SHARED_FN void takeHistory(IN(SceneView) scene, ReuseSettings settings, vec3 tow
     const vec3 towards = toLocal(v.vertex.surface.frame, towardsBefore);
     v.rays = raysDue(settings, v.history, length(v.vertex.wo - towards));
     v.c = v.history.nominal / (v.history.nominal + v.rays);
+    if (!FEATURE(kFeatureMoves) || motion.piece == kNone) return;
+    // So far all of it as it lies now. What surrounds the surface has not moved along.
+    v.moved = motion.piece;
+    v.positionBefore = pointOn(fetchTriangleBefore(scene, before.slot), before.barycentrics);
+    v.frameBefore = transpose(motion.turn) * v.frameBefore;
+    v.normalBefore = transpose(motion.turn) * v.normalBefore;
 }
 
 /// Width of the narrowest lobe of a surface that has a density; 1 without.
@@ -133,6 +141,37 @@ SHARED_FN float reconnection(vec3 toPlace, vec3 n, vec3 position, vec3 positionB
     const float then = dot(toPlaceBefore, n) * d2 * sqrt(d2);
     if (!(now * then > 0.0f) || abs(then) > kReuseMostStretch * abs(now)) return 0.0f;
     return min(abs(then) / abs(now), 1.0f);
+}
+
+/// Whether a way from a first hit is what it was in the frame before, as far as motion goes: to its
+/// end at `way` from the hit, on triangle `triangle`, or (kNone) on for ever. What is not is left
+/// to new samples, on both sides alike. Ways past the mesh that the hit itself lies on count as
+/// they were, as those past meshes that rest do.
+SHARED_FN bool wayIsOld(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v, vec3 way,
+                        bool ends, uint triangle)
+{
+    const uint pieces = movedPieces(settings);
+    if (pieces == 0u) return true;
+    if (triangle != kNone && movedPieceOf(scene, pieces, triangle) != kNone) return false;
+    if (passesMoved(scene, pieces, v.vertex.surface.position, way, ends, v.moved)) return false;
+    if (v.moved == kNone) return true;
+    const vec3 before = ends ? way + (v.vertex.surface.position - v.positionBefore) : way;
+    return dot(before, v.normalBefore) * dot(way, v.normalBefore) > 0.0f &&
+           !passesMoved(scene, pieces, v.positionBefore, before, ends, v.moved);
+}
+
+/// The same of the ways over which light arrives at the place of a sample, as they are stored,
+/// dark ones too.
+SHARED_FN bool arrivingIsOld(IN(SceneView) scene, ReuseSettings settings, vec3 place, ReuseSample r)
+{
+    const uint pieces = movedPieces(settings);
+    if (pieces == 0u || r.slot == kNone) return true;
+    bool old = true;
+    if (r.lightDirection != 0u)
+        old = !passesMoved(scene, pieces, place, unpackOct(r.lightDirection), false, kNone);
+    if (old && r.nextDirection != 0u)
+        old = !passesMoved(scene, pieces, place, unpackOct(r.nextDirection), false, kNone);
+    return old;
 }
 
 /// What the surface of the frame before did to a direction (world): f and the density with which it
@@ -196,15 +235,18 @@ struct ReuseView {
     float survival;  // probability to be kept: 1 but for Rejection-Augmentation
 };
 
-/// Way from a position to the place of a sample: true where that is a triangle, of normal n.
+/// Way from a position to the place of a sample: true where that is a triangle, of normal n and
+/// number `triangle`.
 SHARED_FN bool wayToPlace(IN(SceneView) scene, ReuseSample r, vec3 position, OUT(vec3) way,
-                          OUT(vec3) n)
+                          OUT(vec3) n, OUT(uint) triangle)
 {
     n = vec3(0.0f);
+    triangle = kNone;
     way = unpackOct(r.place);
     if (r.slot == kNone) return false;
     const vec2 barycentrics = unpackNumbers(r.place);
     const Triangle t = triangleInSlot(scene, r.slot);
+    triangle = floatAsUint(t.v0.w);
     const vec3 a = xyz(t.v0);
     const vec3 e1 = xyz(t.v1) - a;
     const vec3 e2 = xyz(t.v2) - a;
@@ -227,8 +269,11 @@ SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(Reus
     if (!(r.u > 0.0f)) return false;
     float share = 1.0f;
     vec3 n;
+    uint triangle;
     const vec3 position = v.vertex.surface.position;
-    if (wayToPlace(scene, r, position, view.direction, n)) {
+    const bool ends = wayToPlace(scene, r, position, view.direction, n, triangle);
+    if (!wayIsOld(scene, settings, v, view.direction, ends, triangle)) return false;
+    if (ends) {
         share = reconnection(view.direction, n, position, v.positionBefore);
         if (!(share > 0.0f)) return false;
         const float d2 = dot(view.direction, view.direction);
@@ -289,17 +334,22 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, IN(Reuse
     return L;
 }
 
-/// The share of direct light from a direction (world) that old connections answer for: all of
-/// N / (N + n), since an emitter's density does not depend on the camera; nothing where the ray
-/// that an old one would need is as good as a new one, and where the old surface was dark: a
-/// connection that brings nothing is not kept.
-SHARED_FN float lightShare(ReuseSettings settings, IN(ReuseVertex) v, vec3 wi)
+/// The share of a connection that old ones answer for: all of N / (N + n), since an emitter's
+/// density does not depend on the camera; nothing where the ray that an old one would need is as
+/// good as a new one, where the old surface was dark (a connection that brings nothing is not
+/// kept), and where something has moved.
+SHARED_FN float lightShare(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                           IN(ShadowRay) shadow)
 {
     if (isUnbiased(settings)) return 0.0f;
     vec3 f;
     float q;
-    evaluateBefore(v, wi, f, q);
-    return maxComponent(f) > 0.0f ? v.c : 0.0f;
+    evaluateBefore(v, shadow.wi, f, q);
+    if (!(maxComponent(f) > 0.0f)) return 0.0f;
+    const bool ends = shadow.tMax < 1.0f;
+    const vec3 end = shadow.origin + shadow.direction;
+    const vec3 way = ends ? end - v.vertex.surface.position : shadow.wi;
+    return wayIsOld(scene, settings, v, way, ends, kNone) ? v.c : 0.0f;
 }
 
 /// A connection of a first hit to an emitter, drawn again from its numbers; its contribution has no

@@ -126,7 +126,7 @@ SHARED_FN float addOldLight(IN(SceneView) scene, PathSettings path, ReuseSetting
 {
     const ShadowRay shadow = viewLight(scene, path, v, r);
     const vec3 F = shadow.contribution;
-    r.v *= lightShare(settings, v, shadow.wi);
+    r.v *= lightShare(scene, settings, v, shadow);
     const float brings = r.v * luminance(F);
     if (brings > 0.0f && asksAgain(settings, stream, kAskOldLight + i)) {
         ++tally.shadowRays;

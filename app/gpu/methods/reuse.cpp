@@ -5,6 +5,7 @@
 #include "core/base/check.h"
 #include "core/base/time.h"
 #include "core/methods/reuse_settings.h"
+#include "core/scene/moved_pieces.h"
 
 namespace gpu {
 
@@ -19,8 +20,10 @@ public:
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
         film_.drop();
+        if (takeWorld(scene_, world_, std::move(world), context_, progress)) return;
         passes_.forget();
-        if (!takeWorld(scene_, world_, std::move(world), context_, progress)) batchPace_.restart();
+        kept_ = {};
+        batchPace_.restart();
     }
 
     void setView(const core::View& view, core::Start start) override
@@ -29,7 +32,7 @@ public:
         const core::ReuseParams& params = view.params.as<core::ReuseParams>();
         if (start == core::Start::anew) samplesBefore_ = 0;
         visibility_ = core::askedVisibility(params_, visibility_, film_.counts().reuse);
-        if (start == core::Start::anew || !(params == params_)) {
+        if (start == core::Start::anew || !(params == params_) || !takeMotion(params)) {
             passes_.forget();
             visibility_ = core::askedVisibility(params, 0, {});
         }
@@ -45,6 +48,8 @@ public:
         constants_.features =
             scene_->features() & ~(shared::kFeatureEmitterTree | shared::kFeaturePanes);
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
+        if (core::mayMove(*world_) && core::followsMotion(params))
+            constants_.features |= shared::kFeatureMoves;
         if (params.bias != core::ReuseBias::fast)
             constants_.features |= shared::kFeatureAsksVisibility;
         constants_.sampler = static_cast<uint32_t>(params.sampler);
@@ -93,15 +98,33 @@ public:
     }
 
 private:
+    /// The pose that what is kept belongs to.
+    struct Kept {
+        std::shared_ptr<const core::World> world;
+        std::shared_ptr<const core::Bvh> hierarchy;
+    };
+
+    /// Finds what has moved since the last whole round; false where nothing of it may be kept.
+    bool takeMotion(const core::ReuseParams& params)
+    {
+        passes_.rest();
+        if (!kept_.world || kept_.world == world_) return true;
+        if (!core::followsMotion(params)) return false;
+        const auto pieces = core::movedPieces(*kept_.world, *world_);
+        return pieces && passes_.takeMotion(*scene_, *kept_.world, *kept_.hierarchy, *pieces);
+    }
+
     void trace(shared::Batch batch)
     {
         const uint32_t lanes = batch.tileCount * shared::kGroupSize;
         const bool last = batch.firstTile + batch.tileCount == film_.frame().tileCount();
         batch.firstSample = samplesBefore_;
-        batchPace_.measured(lanes, passes_.run(*scene_, film_.frame(), constants_, batch,
-                                               core::reuseFlags(params_, rounds_)));
+        batchPace_.measured(
+            lanes, passes_.run(*scene_, film_.frame(), constants_, batch,
+                               core::reuseFlags(params_, rounds_, core::mayMove(*world_))));
         if (!last) return;
         passes_.commit(film_.frame().data().camera);
+        kept_ = {world_, scene_->sharedHierarchy()};
         ++rounds_;
         samplesBefore_ += core::samplesPerPass(params_);
     }
@@ -111,6 +134,7 @@ private:
     ReusePasses passes_;
     std::unique_ptr<GpuScene> scene_;
     std::shared_ptr<const core::World> world_;
+    Kept kept_;
     core::ReuseParams params_;
     ReuseConstants constants_;
     core::Pace pace_;
