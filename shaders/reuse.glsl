@@ -100,9 +100,10 @@ const uint kNoSource = 0x7fffffffu;
 const uint kChained = 0x80000000u;  // its first hit is seen over mirrors or through glass
 
 // The number of a path that follows a way which mirrors and glass have not taken.
-const uint kRestPath = 15u;
+const uint kRestPath = 0xffffu;
 
-/// What waits for a new path: its lane, and the number of the path.
+/// What waits for a new path: its lane, and the number of the path; of `full` the number of paths, which are taken one
+/// after the other.
 uint packWaiting(uint lane, uint which)
 {
     return lane | (which << 16u);
@@ -142,13 +143,13 @@ bool firstVertex(uvec2 pixel, uint lane, SampleStream stream, uvec4 here, inout 
     return scatters;
 }
 
-/// Takes over the history of the pixel that the last word of `here` names; false where there is none.
-bool lookBack(uvec4 here, vec3 towardsBefore, SampleStream stream, inout ReuseVertex v)
+/// Takes over the history of the pixel that the last word of `here` names, but for its credit; false where there is
+/// none.
+bool lookBack(uvec4 here, vec3 towardsBefore, inout ReuseVertex v)
 {
     const uint source = here.w & ~kChained;
     if (source == kNoSource) {
         v.rays = raysDue(push.settings, v.history, 0.0);
-        v.history.credit = firstCredit(stream);
         return false;
     }
     takeHistory(scene, push.settings, towardsBefore, loadPixelBefore(source), motionOf(unpackReusePixel(here)), v);

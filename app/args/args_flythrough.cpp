@@ -50,11 +50,13 @@ std::vector<core::ReuseStrategy> readStrategies(const std::string& text)
     return chosen;
 }
 
-std::vector<core::ReuseStrategy> allStrategies()
+/// All, but for a quick look: `full` takes longer than all others together.
+std::vector<core::ReuseStrategy> usualStrategies(bool quick)
 {
     std::vector<core::ReuseStrategy> all;
     for (size_t i = 0; i < core::enumNames<core::ReuseStrategy>().size(); ++i)
         all.push_back(static_cast<core::ReuseStrategy>(i));
+    if (quick) std::erase(all, core::ReuseStrategy::full);
     return all;
 }
 
@@ -74,7 +76,8 @@ void addFlightOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
     addValue(app, group, "--camera", o.camera,
              "where flights end: name or index of a camera of the scene, or a JSON file");
     addRead(app, group, "--strategies", "LIST", o.strategies, readStrategies,
-            "strategies to measure (default: all of --method reuse)");
+            "strategies to measure (default: all of --method reuse; quick: all but full, the "
+            "ceiling, which takes longer than the others together)");
 }
 
 void addAmountOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
@@ -117,7 +120,7 @@ FlightBenchOptions finished(FlightBenchOptions o, const Given& given)
     o.frames = given.frames.value_or(usual.frames);
     o.seeds = given.seeds.value_or(usual.seeds);
     o.referenceSpp = given.referenceSpp.value_or(usual.referenceSpp);
-    if (o.strategies.empty()) o.strategies = allStrategies();
+    if (o.strategies.empty()) o.strategies = usualStrategies(o.quick);
     o.steps = !given.steps.empty() ? given.steps
               : o.path.empty()     ? usual.degrees
                                    : std::vector<double>{1};

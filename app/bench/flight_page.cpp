@@ -15,6 +15,8 @@ namespace {
 
 using namespace report;
 
+const std::string kFull(core::enumName(core::ReuseStrategy::full));
+
 const Row* shownRow(const Results& r, const SceneResult& scene, const std::string& strategy)
 {
     return rowOf(scene, strategy, scene.shownStep, r.longest());
@@ -103,7 +105,7 @@ std::string tiles(const Results& r)
                 worstScene = &scene;
             }
             if (strategy == r.strategies.front() || isBiased(row->errors.signedError)) continue;
-            if (row->trimmedRatio.value > 0 &&
+            if (strategy != kFull && row->trimmedRatio.value > 0 &&
                 (best == nullptr || row->trimmedRatio.value < best->trimmedRatio.value)) {
                 best = row;
                 bestScene = &scene;
@@ -153,6 +155,9 @@ std::string summarySection(const Results& r)
         "before, each with its own idea of what they are still worth. All flights end in the same "
         "view, which is then compared with a reference. Numbers below 1 are better than discard.");
     html += paragraph("What becomes of old samples: " + escapeMarkup(strategiesHelp()) + '.');
+    if (std::ranges::find(r.strategies, kFull) != r.strategies.end())
+        html += paragraph("<b>full</b> is no rival but the ceiling: in every frame it traces anew "
+                          "as many paths as the history would stand for, and the new ones.");
     html += tiles(r);
     html += "<h3>Error (relMSE) over that of discard " + raysText(r) + ", " + after + "</h3>\n" +
             summaryTable(r, equalRays);

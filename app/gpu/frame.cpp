@@ -35,6 +35,8 @@ void Frame::drainCounters(FrameCounts& counts)
     counts.reuse.leaked += found.leaked / double(shared::kCountedBias);
     counts.reuse.lost += found.lost / double(shared::kCountedBias);
     counts.reuse.shares += found.shareSum / double(shared::kCountedUnit);
+    for (size_t i = 0; i < shared::kDeviationBins; ++i)
+        counts.reuse.deviations[i] += found.deviations[i];
 }
 
 void Frame::clearCounters()

@@ -19,6 +19,17 @@ namespace {
 constexpr uint32_t kMaxLanes =
     1u << 16;  // of a batch: what kernels leave to each other stays small
 constexpr uint64_t kWord = 16;
+constexpr uint32_t kMostPaths = 5 * kMaxLanes;  // that wait for a batch: 26 MiB
+
+/// Places for paths that a lane may need.
+uint32_t placesOfLane(const shared::ReuseSettings& settings)
+{
+    if (settings.strategy == shared::kReuseFull) return 1;
+    const bool allocates = (settings.flags & shared::kReuseAllocates) != 0;
+    const float rays = settings.rays * (allocates ? shared::kReuseMostPart : 1.0f);
+    // Credit may make one of a part.
+    return static_cast<uint32_t>(std::ceil(std::max(rays, 1.0f)));
+}
 
 std::array<DescriptorSet, 2> twoSets(Device& device, const KernelBase& kernel)
 {
@@ -46,7 +57,7 @@ bool ReusePasses::takeMotion(const GpuScene& scene, const core::World& before,
 }
 
 void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
-                          bool chains)
+                          float perDeviation, bool chains)
 {
     const uint64_t pixels = uint64_t(size.x) * size.y;
     shared::ReuseSettings wanted = settings;
@@ -62,10 +73,11 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
         stores_ = {};
     }
     settings_ = wanted;
+    perDeviation_ = perDeviation;
     size_ = size;
     makeStore(side_);
     if (stores_[1 - side_].size.x == 0) makeStore(1 - side_);
-    makeScratch(tiles, static_cast<uint32_t>(std::ceil(std::max(settings.rays, 1.0f))), chains);
+    makeScratch(tiles, placesOfLane(settings), chains);
 }
 
 /// Makes a store one of the present size; larger than needed is good enough.
@@ -111,13 +123,15 @@ void ReusePasses::bindStore(uint32_t side)
     reads.bind(shared::kBindArrivingBefore, store.arriving);
     reads.bind(shared::kBindLightsBefore, store.lights);
     reads.bind(shared::kBindMeansBefore, store.means);
+    hitsSets_[1 - side].bind(shared::kBindMeansBefore, store.means);
 }
 
 void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays, bool chains)
 {
     if (chains) ++rays;  // the way not taken
     const uint32_t lanes =
-        std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, kMaxLanes));
+        std::min(std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, kMaxLanes)),
+                 std::bit_floor(kMostPaths / rays));
     const bool hasChains = chains_.bytes() > kWord;
     if (lanes_ >= lanes && mostRays_ >= rays && (hasChains || !chains)) return;
     lanes_ = 0;
@@ -128,8 +142,8 @@ void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays, bool chains)
     };
     make(newSamples_, paths * shared::kReuseNewWords * kWord, VK_FORMAT_R32G32B32A32_UINT);
     make(waiting_, paths * sizeof(uint32_t), VK_FORMAT_UNDEFINED);
-    make(waitingHead_, sizeof(shared::QueueHead), VK_FORMAT_UNDEFINED);
-    make(firstNew_, lanes * sizeof(uint32_t), VK_FORMAT_R32_UINT);
+    make(waitingHead_, sizeof(shared::WaitingHead), VK_FORMAT_UNDEFINED);
+    make(firstNew_, lanes * sizeof(glm::uvec2), VK_FORMAT_R32G32_UINT);
     make(chains_, chains ? uint64_t(lanes) * shared::kReuseChainWords * kWord : kWord,
          VK_FORMAT_R32G32B32A32_UINT);
     for (uint32_t side = 0; side < 2; ++side) {
@@ -153,8 +167,8 @@ void ReusePasses::record(VkCommandBuffer commands, const GpuScene& scene, const 
                          const ReuseConstants& constants, const shared::ReuseBatch& push,
                          uint32_t groups)
 {
-    constexpr shared::QueueHead kNobody{0, 1, 1, 0};
-    vk.CmdUpdateBuffer(commands, waitingHead_.get(), 0, sizeof(kNobody), &kNobody);
+    const shared::WaitingHead nobody{{0, 1, 1, 0}, perDeviation_};
+    vk.CmdUpdateBuffer(commands, waitingHead_.get(), 0, sizeof(nobody), &nobody);
     barrier(commands);
     const auto sets = [&](const std::array<DescriptorSet, 2>& own) {
         return KernelSets{&scene.set(), &frame.set(), &own[side_]};
@@ -194,7 +208,7 @@ double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseCo
     push.settings.flags = flags | (motion_.count() << shared::kReuseMovedShift);
     const glm::uvec2 before = stores_[1 - side_].size;
     push.settings.sizeBefore = (before.x - 1) | ((before.y - 1) << 16);
-    if (settings_.strategy == shared::kReuseDiscard) push.cameraBefore = {};
+    if (!shared::looksBack(settings_)) push.cameraBefore = {};
     return context_.device.submit(
         [&](VkCommandBuffer commands) {
             record(commands, scene, frame, constants, push, batch.tileCount);

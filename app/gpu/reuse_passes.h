@@ -43,8 +43,9 @@ public:
     /// lost when there are to be more or fewer records, and stays when the size changes. Fewer
     /// records than asked for are kept where a buffer of the device cannot hold them.
     /// `chains`: there are surfaces without a density.
+    /// `perDeviation`: see shared::allocatedPart.
     void prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
-                 bool chains);
+                 float perDeviation, bool chains);
 
     /// What the settings have become.
     const shared::ReuseSettings& settings() const { return settings_; }
@@ -91,6 +92,7 @@ private:
     ReuseMotion motion_;
     Buffer newSamples_, waiting_, waitingHead_, firstNew_, chains_;
     shared::ReuseSettings settings_{};
+    float perDeviation_ = 0;
     shared::CameraData camera_{};        // of what is kept; all zero: nothing is
     glm::uvec2 size_{0};                 // of the present picture
     uint32_t lanes_ = 0, mostRays_ = 0;  // that the scratch is for: paths per lane

@@ -68,8 +68,9 @@ void TiledFilm::begin(const Buffer& radiance)
     ready_ = true;
 }
 
-void TiledFilm::begin(DescriptorSet& set)
+void TiledFilm::begin(DescriptorSet& set, uint32_t pathsOfLane)
 {
+    pathsOfLane_ = pathsOfLane;
     film_.bindTo(set);
     frame_.clearCounters();
     ready_ = true;
@@ -117,7 +118,7 @@ bool TiledFilm::advanceRound(const std::function<bool()>& over,
         trace({nextTile_, count, static_cast<uint32_t>(samples_), roundSamples_}, accumulate_);
         nextTile_ += count;
         ++version_;
-        undrained += uint64_t(count) * shared::kGroupSize * roundSamples_;
+        undrained += uint64_t(count) * shared::kGroupSize * roundSamples_ * pathsOfLane_;
         if (undrained >= mostUndrained) {
             frame_.drainCounters(counts_);
             undrained = 0;

@@ -45,8 +45,9 @@ public:
     /// they find.
     void begin(const Buffer& radiance);
 
-    /// The same for a method whose own kernels add to the film, which is shown to `set`.
-    void begin(DescriptorSet& set);
+    /// The same for a method whose own kernels add to the film, which is shown to `set`; a lane
+    /// takes up to so many paths.
+    void begin(DescriptorSet& set, uint32_t pathsOfLane = 1);
 
     /// As core::Renderer::advance; pieces are batches. `lanes` says how many lanes a batch may have
     /// now, `beforeRound` is called where no round is under way.
@@ -79,6 +80,7 @@ private:
         film_.accumulate(commands, frame_, batch);
     };
     bool ready_ = false;
+    uint32_t pathsOfLane_ = 1;
     uint64_t samples_ = 0, version_ = 0;
     // The round under way: its samples (0: none) and the first tile that has not had them.
     uint32_t roundSamples_ = 0, nextTile_ = 0;

@@ -30,12 +30,14 @@ public:
     {
         const ReuseParams last = params_;
         visibility_ = askedVisibility(last, visibility_, figures_);
+        perDeviation_ = partPerDeviation(last, perDeviation_, figures_);
         TiledRenderer::setView(view, start);
         passes_ = 0;
         figures_ = {};
         if (start == Start::anew || !(last == params_) || !takeMotion()) {
             before_ = {};
             visibility_ = askedVisibility(params_, 0, {});
+            perDeviation_ = 0;
         }
         if (start == Start::anew) samplesBefore_ = 0;
     }
@@ -98,7 +100,7 @@ private:
         settings.visibility = visibility_;
         settings.flags = reuseFlags(params_, passes_, mayMove(*world_));
         const ReuseEstimator estimator(*accel_, before_, now_, moved_, path, settings,
-                                       samplesBefore_);
+                                       perDeviation_, samplesBefore_);
         const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop, [&](const Tile& tile, uint32_t, uint32_t, Film& film) {
             TileTally tally;
@@ -112,21 +114,14 @@ private:
         if (film_.progress().samples == had) return;
         std::swap(before_, now_);
         moved_.clear();
+        samplesBefore_ += samplesOfPass(params_, passes_);
         ++passes_;
-        samplesBefore_ += samplesPerPass(params_);
     }
 
     void count(const ReuseFigures& figures)
     {
         const std::lock_guard lock(figuresMutex_);
-        figures_.scatters += figures.scatters;
-        figures_.withHistory += figures.withHistory;
-        figures_.weights += figures.weights;
-        figures_.shares += figures.shares;
-        figures_.paths += figures.paths;
-        figures_.asked += figures.asked;
-        figures_.leaked += figures.leaked;
-        figures_.lost += figures.lost;
+        figures_.add(figures);
     }
 
     void addPixel(const ReuseEstimator& estimator, glm::uvec2 pixel, Film& film, TileTally& tally,
@@ -136,7 +131,6 @@ private:
         shared::ReuseTally rays{1, 0};
         const shared::ReuseSums sums = estimator.estimate(pixel, rays);
         const float weight = sums.nominal + sums.rays;
-        now_.maps[i] = shared::reuseMap(sums, static_cast<uint32_t>(params_.reuse));
         if (passes_ > 0) {
             film.add(i, shared::plainRadiance(sums), tally.counters);
         } else if (keepsMeans()) {
@@ -152,6 +146,7 @@ private:
         figures.weights += double(sums.weightSum);
         figures.shares += double(sums.nominal / weight);
         figures.paths += paths;
+        if (sums.noise >= 0) ++figures.deviations[shared::deviationBin(sums.noise)];
         if (passes_ == 0) {
             figures.asked += scatters ? 1 : 0;
             figures.leaked += double(shared::biasShare(sums, sums.leaked));
@@ -168,6 +163,7 @@ private:
     ReuseStore before_, now_;
     std::vector<shared::MovedPiece> moved_;  // from that of `before_`
     float visibility_ = 0;
+    float perDeviation_ = 0;
     uint32_t passes_ = 0;         // of this view
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     mutable std::mutex figuresMutex_;
@@ -203,6 +199,9 @@ std::span<const MethodPreset> reusePresets()
                      "the balance heuristic between old and new samples: nearly as good, cheaper"},
         MethodPreset{"fresh", ReuseParams{.reuse = ReuseStrategy::discard},
                      "nothing is kept: what the others are measured against"},
+        MethodPreset{"ceiling", ReuseParams{.reuse = ReuseStrategy::full},
+                     "as many fresh paths as the history stands for: the best that reuse could be, "
+                     "at many times the cost"},
     };
     return kPresets;
 }

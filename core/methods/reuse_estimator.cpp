@@ -106,10 +106,12 @@ struct ReuseEstimator::Pixel {
 ReuseEstimator::ReuseEstimator(const Accel& accel, const ReuseStore& before, ReuseStore& now,
                                std::span<const shared::MovedPiece> moved,
                                const shared::PathSettings& path,
-                               const shared::ReuseSettings& settings, uint32_t firstSample)
+                               const shared::ReuseSettings& settings, float perDeviation,
+                               uint32_t firstSample)
     : scene_{sceneView(accel.world()), &accel, before.world.get(), moved}, before_(before),
-      now_(now), path_(path), settings_(settings), records_(shared::recordsOf(settings)),
-      lights_(shared::lightsOf(settings)), firstSample_(firstSample)
+      now_(now), path_(path), settings_(settings), perDeviation_(perDeviation),
+      records_(shared::recordsOf(settings)), lights_(shared::lightsOf(settings)),
+      firstSample_(firstSample)
 {
     settings_.flags |= static_cast<uint32_t>(moved.size()) << shared::kReuseMovedShift;
 }
@@ -122,19 +124,63 @@ shared::ReuseSums ReuseEstimator::estimate(uvec2 pixel, shared::ReuseTally& tall
             shared::makeStream(path_.samplerKind, path_.seed, pixel, firstSample_,
                                shared::kPurposePath),
             tally};
-    if (!findVertex(pixel, p, sums)) {
-        if (keepsMeans()) now_.means[index] = sums.seen + sums.rest;
-        return sums;
+    float deviation = shared::kNoDeviation;
+    if (findVertex(pixel, p, sums)) {
+        float part = 1;
+        if (p.source >= 0) {
+            deviation = before_.maps[size_t(p.source)].deviation;
+            sums.noise = deviationAround(size_t(p.source));
+            part = shared::allocatedPart(settings_, perDeviation_, sums.noise);
+        }
+        const uint32_t taken = shared::takeRays(settings_, p.v.rays * part, p.v.history);
+        sums.part = shared::partOfPath(p.v.rays, taken);
+        takePaths(p, taken, sums);
+        deviation = shared::grownDeviation(sums, p.v.history.nominal, deviation);
+        now_.pixels[index].history = shared::packHistory(shared::grownHistory(
+            settings_, p.v.history, p.v.rays, shared::narrowestLobe(p.v.vertex.bsdf)));
+    } else if (keepsMeans()) {
+        now_.means[index] = sums.seen + sums.rest;
     }
-    std::array<shared::ReuseNew, shared::kReuseMostRays> fresh;
-    const uint32_t taken = shared::raysTaken(p.v.history, p.v.rays);
-    for (uint32_t k = 0; k < taken; ++k)
-        fresh[k] = shared::takePath(scene_, p.path, settings_, p.v, shared::pathFromHere(p.v),
-                                    shared::pathStream(p.stream, p.v.rays, k), tally);
-    now_.pixels[index].history = shared::packHistory(shared::grownHistory(
-        settings_, p.v.history, p.v.rays, taken, shared::narrowestLobe(p.v.vertex.bsdf)));
-    combine(p, std::span(fresh).first(taken), sums);
+    now_.maps[index] = shared::reuseMap(sums, settings_.strategy, deviation);
     return sums;
+}
+
+/// New paths, what old samples add to them, and what is kept of both.
+void ReuseEstimator::takePaths(Pixel& p, uint32_t taken, shared::ReuseSums& sums) const
+{
+    std::array<shared::ReuseNew, shared::kReuseMostRays> fresh;
+    for (uint32_t k = 0; k < taken; ++k) {
+        shared::ReuseNew found =
+            shared::takePath(scene_, p.path, settings_, p.v, shared::pathFromHere(p.v),
+                             shared::pathStream(settings_, p.stream, p.v.rays, k), p.tally);
+        shared::countAsPart(sums.part, found);
+        if (keepsSamples()) {
+            fresh[k] = found;
+        } else {
+            shared::addReuseNew(sums, found);
+        }
+    }
+    if (keepsSamples()) keepSamples(p, std::span(fresh).first(taken), sums);
+    if (keepsMeans()) keepMean(p, sums);
+}
+
+/// Mean deviation of the pixels around one of the view before.
+float ReuseEstimator::deviationAround(size_t source) const
+{
+    if (!shared::allocatesPaths(settings_)) return shared::kNoDeviation;
+    const glm::ivec2 size(before_.size);
+    const glm::ivec2 middle(int(source) % size.x, int(source) / size.x);
+    float sum = 0, count = 0;
+    for (uint32_t k = 0; k < 9; ++k) {
+        const glm::ivec2 at = middle + shared::historyOffset(k);
+        if (at.x < 0 || at.y < 0 || at.x >= size.x || at.y >= size.y) continue;
+        const float deviation =
+            before_.maps[size_t(at.y) * before_.size.x + size_t(at.x)].deviation;
+        if (!(deviation >= 0)) continue;
+        sum += deviation;
+        ++count;
+    }
+    return count > 0 ? sum / count : shared::kNoDeviation;
 }
 
 /// The first hit of a pixel and its history, and what comes to the camera beside its light.
@@ -171,7 +217,7 @@ bool ReuseEstimator::findVertex(uvec2 pixel, Pixel& p, shared::ReuseSums& sums) 
         p.v.history.credit = shared::firstCredit(p.stream);
     }
     sums.beta = p.v.beta;
-    sums.nominal = p.v.history.nominal;
+    sums.nominal = p.v.c > 0 ? p.v.history.nominal : 0;
     sums.rays = p.v.rays;
     return true;
 }
@@ -191,8 +237,7 @@ vec3 ReuseEstimator::takeRest(const shared::ReuseChain& chain, Pixel& p) const
 ptrdiff_t ReuseEstimator::findHistory(const Pixel& p, const shared::ReuseChain& chain,
                                       const shared::CameraData& cameraBefore) const
 {
-    if (before_.size.x == 0 || settings_.strategy == shared::kReuseDiscard ||
-        !(cameraBefore.tanHalfHeight > 0))
+    if (before_.size.x == 0 || !shared::looksBack(settings_) || !(cameraBefore.tanHalfHeight > 0))
         return -1;
     vec2 film;
     const shared::SurfacePoint& surface = p.v.vertex.surface;
@@ -217,32 +262,34 @@ ptrdiff_t ReuseEstimator::findHistory(const Pixel& p, const shared::ReuseChain& 
     return -1;
 }
 
-/// Old samples, and what is kept of them and the new ones.
-void ReuseEstimator::combine(Pixel& p, std::span<const shared::ReuseNew> fresh,
-                             shared::ReuseSums& sums) const
+/// Adds up old samples and new ones, and keeps some of both.
+void ReuseEstimator::keepSamples(Pixel& p, std::span<const shared::ReuseNew> fresh,
+                                 shared::ReuseSums& sums) const
 {
     Competition<shared::ReuseSample> samples;
     Competition<shared::ReuseLight> lights;
-    if (p.source >= 0 && !keepsMeans()) lookAtOld(p, samples, lights, sums);
+    if (p.source >= 0) lookAtOld(p, samples, lights, sums);
     for (const shared::ReuseNew& n : fresh) {
         shared::addReuseNew(sums, n);
         if (n.record.u > 0) samples.add(n.record, {n.scale, n.scale * shared::luminance(n.around)});
         if (n.light.v > 0)
             lights.add(n.light, {n.light.v, n.light.v * shared::luminance(n.direct)});
     }
-    if (keepsMeans()) {
-        vec3 before = p.source >= 0 ? before_.means[size_t(p.source)] : vec3(0);
-        // What is seen over mirrors or through glass has no other taps: it is not known where
-        // they would lie.
-        if (settings_.strategy == shared::kReuseSvgf && p.source >= 0 && !p.chained)
-            before = meanOfTaps(p, before);
-        now_.means[p.index] = shared::naiveMean(sums, before);
-        return;
-    }
     samples.keep({&now_.samples[p.index * records_], records_}, &shared::ReuseSample::u, settings_,
                  sums.around, keepNumber(p.stream, 0));
     lights.keep({&now_.lights[p.index * lights_], lights_}, &shared::ReuseLight::v, settings_,
                 sums.direct, keepNumber(p.stream, 1));
+}
+
+/// The mean of old light and new.
+void ReuseEstimator::keepMean(const Pixel& p, const shared::ReuseSums& sums) const
+{
+    vec3 before = p.source >= 0 ? before_.means[size_t(p.source)] : vec3(0);
+    // What is seen over mirrors or through glass has no other taps: it is not known where they
+    // would lie.
+    if (settings_.strategy == shared::kReuseSvgf && p.source >= 0 && !p.chained)
+        before = meanOfTaps(p, before);
+    now_.means[p.index] = shared::naiveMean(sums, before);
 }
 
 void ReuseEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,

@@ -42,13 +42,14 @@ struct TracedScene : shared::SceneView {
 class ReuseEstimator {
 public:
     /// Refers to all three and to `moved`, which must outlive it: what of the scene has moved since
-    /// `before`. `firstSample`: the index of the pass's first sample.
+    /// `before`. `perDeviation`: see allocatedPart; `firstSample`: the index of the pass's first
+    /// sample.
     ReuseEstimator(const Accel& accel, const ReuseStore& before, ReuseStore& now,
                    std::span<const shared::MovedPiece> moved, const shared::PathSettings& path,
-                   const shared::ReuseSettings& settings, uint32_t firstSample);
+                   const shared::ReuseSettings& settings, float perDeviation, uint32_t firstSample);
 
-    /// What a pass finds at a pixel, and in the store what it leaves there; all but the map. Adds
-    /// its rays to `tally`.
+    /// What a pass finds at a pixel, and in the store what it leaves there. Adds its rays to
+    /// `tally`.
     shared::ReuseSums estimate(glm::uvec2 pixel, shared::ReuseTally& tally) const;
 
 private:
@@ -58,18 +59,24 @@ private:
     bool findVertex(glm::uvec2 pixel, Pixel& p, shared::ReuseSums& sums) const;
     ptrdiff_t findHistory(const Pixel& p, const shared::ReuseChain& chain,
                           const shared::CameraData& cameraBefore) const;
+    float deviationAround(size_t source) const;
+    void takePaths(Pixel& p, uint32_t taken, shared::ReuseSums& sums) const;
     glm::vec3 takeRest(const shared::ReuseChain& chain, Pixel& p) const;
-    void combine(Pixel& p, std::span<const shared::ReuseNew> fresh, shared::ReuseSums& sums) const;
+    void keepSamples(Pixel& p, std::span<const shared::ReuseNew> fresh,
+                     shared::ReuseSums& sums) const;
+    void keepMean(const Pixel& p, const shared::ReuseSums& sums) const;
     void lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,
                    Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums) const;
     glm::vec3 meanOfTaps(const Pixel& p, glm::vec3 nearest) const;
     bool keepsMeans() const { return shared::keepsMeans(settings_.strategy); }
+    bool keepsSamples() const { return shared::keepsSamples(settings_.strategy); }
 
     TracedScene scene_;
     const ReuseStore& before_;
     ReuseStore& now_;
     shared::PathSettings path_;
     shared::ReuseSettings settings_;
+    float perDeviation_;
     uint32_t records_, lights_, firstSample_;
 };
 

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "core/methods/renderer.h"
 #include "core/methods/reuse_params.h"
-#include "shared/reuse_records.h"
+#include "core/methods/reuse_settings.h"
+#include "shared/reuse_allocation.h"
 
 namespace core {
 
@@ -21,6 +23,18 @@ struct ReuseFigures {
     double asked = 0;   // first hits that scatter,
     double leaked = 0;  // and the parts of their luminance by old samples that are hidden now
     double lost = 0;    // and by new ones that had been, of those that were asked for visibility
+    // How many have a deviation of single paths in a bin: shared::deviationBin.
+    std::array<double, shared::kDeviationBins> deviations{};
+
+    void add(const ReuseFigures& other)
+    {
+        for (double ReuseFigures::*sum :
+             {&ReuseFigures::scatters, &ReuseFigures::withHistory, &ReuseFigures::weights,
+              &ReuseFigures::shares, &ReuseFigures::paths, &ReuseFigures::asked,
+              &ReuseFigures::leaked, &ReuseFigures::lost})
+            this->*sum += other.*sum;
+        for (size_t i = 0; i < deviations.size(); ++i) deviations[i] += other.deviations[i];
+    }
 
     /// What old samples bring too much and new ones too little, if visibility is never asked for;
     /// `visibility` is the share for which it was.
@@ -55,8 +69,9 @@ private:
 
     static std::string_view biasOf(const ReuseParams& params)
     {
-        if (params.reuse == ReuseStrategy::discard) return "none";
-        if (shared::keepsMeans(uint32_t(params.reuse))) return "old light as it was";
+        const auto strategy = static_cast<uint32_t>(params.reuse);
+        if (shared::keepsMeans(strategy)) return "old light as it was";
+        if (!shared::keepsSamples(strategy)) return "none";
         if (params.bias == ReuseBias::unbiased) return "none";
         return params.bias == ReuseBias::bounded ? "visibility of old samples, bounded"
                                                  : "visibility of old samples";
@@ -70,8 +85,7 @@ private:
 inline float askedVisibility(const ReuseParams& params, float now, const ReuseFigures& found)
 {
     constexpr float kFirst = 0.25f, kLeast = 1.0f / 16, kMost = 0.95f;
-    const bool looksAtSamples =
-        params.reuse != ReuseStrategy::discard && !shared::keepsMeans(uint32_t(params.reuse));
+    const bool looksAtSamples = shared::keepsSamples(static_cast<uint32_t>(params.reuse));
     if (params.bias == ReuseBias::fast || !looksAtSamples) return 0;
     if (params.bias == ReuseBias::unbiased) return 1;
     if (!(now > 0)) return kFirst;
@@ -79,6 +93,35 @@ inline float askedVisibility(const ReuseParams& params, float now, const ReuseFi
     const double wrong = found.leak(double(now)) + found.loss(double(now));
     const double wanted = wrong > double(params.bound) ? 1 - double(params.bound) / wrong : 0;
     return std::clamp(0.5f * (now + static_cast<float>(wanted)), kLeast, kMost);
+}
+
+/// What shared::allocatedPart multiplies deviations by, so that the mean over the picture is one as
+/// far as the view before tells, in which they were as `found`; `now` is what it was there.
+inline float partPerDeviation(const ReuseParams& params, float now, const ReuseFigures& found)
+{
+    if (!allocatesPaths(params)) return 0;
+    double count = 0, largest = 0;
+    for (uint32_t bin = 0; bin < shared::kDeviationBins; ++bin) {
+        count += found.deviations[bin];
+        if (found.deviations[bin] > 0) largest = double(shared::deviationOfBin(bin));
+    }
+    if (!(largest > 0)) return count > 0 ? 0 : now;
+    const double least = 1 / double(params.rays), most = double(shared::kReuseMostPart);
+    const auto meanPart = [&](double scale) {
+        double sum = 0;
+        for (uint32_t bin = 0; bin < shared::kDeviationBins; ++bin)
+            sum += found.deviations[bin] *
+                   std::min(least + scale * double(shared::deviationOfBin(bin)), most);
+        return sum / count;
+    };
+    // Where next to all is in the first bin, the others cannot have the rest: the bound is theirs.
+    double low = 0, high = most / largest;
+    for (int i = 0; i < 64 && meanPart(high) < 1; ++i) high *= 2;
+    for (int i = 0; i < 48; ++i) {
+        const double middle = 0.5 * (low + high);
+        (meanPart(middle) < 1 ? low : high) = middle;
+    }
+    return static_cast<float>(high);
 }
 
 }  // namespace core

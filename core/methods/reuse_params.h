@@ -15,12 +15,20 @@ enum class ReuseStrategy : uint32_t {
     ra,
     rejectionAugmentation,
     restirGi,
-    svgf
+    svgf,
+    full
 };
 template <> struct EnumNames<ReuseStrategy> {
-    static constexpr std::array<std::string_view, 8> names{
+    static constexpr std::array<std::string_view, 9> names{
         "discard",   "naive", "reweighting", "mis", "ra", "rejection-augmentation",
-        "restir-gi", "svgf"};
+        "restir-gi", "svgf",  "full"};
+};
+
+/// How new paths are given to pixels: as many to each, or more to those whose single paths differ
+/// more from each other.
+enum class PathAllocation : uint32_t { even, deviation };
+template <> struct EnumNames<PathAllocation> {
+    static constexpr std::array<std::string_view, 2> names{"even", "deviation"};
 };
 
 /// Where in its pixel a first hit lies: at the centre while the camera moves and anywhere once it
@@ -45,6 +53,7 @@ struct ReuseParams {
     uint32_t lights = 4;
     uint32_t candidates = 8;
     float rays = 1;
+    PathAllocation allocation = PathAllocation::even;
     float cap = 32;
     float protection = 1;
     ReuseBias bias = ReuseBias::fast;
@@ -62,7 +71,8 @@ struct ReuseParams {
                 "reweight them, weigh them by the balance heuristic (mis), "
                 "Reweighting-Augmentation (ra); for comparison rejection-augmentation, the "
                 "temporal "
-                "half of restir-gi, and the accumulation of svgf"},
+                "half of restir-gi, and the accumulation of svgf; as the ceiling of all, as many "
+                "fresh paths as the history would stand for (full: slow)"},
           p.reuse);
         v(Field{"records", "samples of arriving light that a pixel keeps", {1, 16}}, p.records);
         v(Field{"lights", "connections to lights that a pixel keeps", {1, 16}}, p.lights);
@@ -76,6 +86,11 @@ struct ReuseParams {
                 "history take turns",
                 {static_cast<double>(0.1f), 4, true}},
           p.rays);
+        v(Field{"allocation",
+                "who gets the new paths when --rays is 2 or more: every pixel as many (even), or "
+                "noisy ones up to eight times as many, by the standard deviation of the paths "
+                "before (deviation; not of naive and svgf)"},
+          p.allocation);
         v(Field{"history", "old samples that what is kept may stand for", {1, 1024, true}}, p.cap);
         v(Field{"protection",
                 "how much bright samples are preferred when the store is cut down",

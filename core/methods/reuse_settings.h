@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/methods/reuse_params.h"
-#include "shared/reuse_records.h"
+#include "shared/reuse_allocation.h"
 
 namespace core {
 
@@ -39,11 +39,19 @@ inline shared::ReuseSettings reuseSettings(const ReuseParams& params)
     return s;
 }
 
+/// Whether pixels get different numbers of new paths. Of a mean it is not known how it was found.
+inline bool allocatesPaths(const ReuseParams& params)
+{
+    return params.allocation == PathAllocation::deviation && params.rays >= 2 &&
+           !shared::keepsMeans(static_cast<uint32_t>(params.reuse));
+}
+
 /// Whether samples may be kept when something in the scene has moved: what light does beyond the
 /// second surface is then taken for what it was, which no bound is known for.
 inline bool followsMotion(const ReuseParams& params)
 {
-    return params.bias == ReuseBias::fast || shared::keepsMeans(uint32_t(params.reuse));
+    return params.bias == ReuseBias::fast ||
+           !shared::keepsSamples(static_cast<uint32_t>(params.reuse));
 }
 
 /// The flags of a view's pass number `pass`, from 0; `mayMove`: the scene has other poses.
@@ -52,13 +60,25 @@ inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass, bool mayMov
     const bool jitters =
         params.jitter == PixelJitter::always || (params.jitter == PixelJitter::settled && pass > 0);
     return (jitters ? shared::kReuseJitters : 0) | (pass > 0 ? shared::kReuseFollows : 0) |
+           (allocatesPaths(params) ? shared::kReuseAllocates : 0) |
            (mayMove && followsMotion(params) ? shared::kReuseMoves : 0);
 }
 
-/// Indices of samples that a pass uses up.
-inline uint32_t samplesPerPass(const ReuseParams& params)
+/// Indices of samples that a view's pass number `pass` uses up. None is left out: every fourth
+/// point of a sequence lies in the same quarter of its domain.
+inline uint32_t samplesOfPass(const ReuseParams& params, uint32_t pass)
 {
-    return static_cast<uint32_t>(std::ceil(std::max(params.rays, 1.0f)));
+    return pass > 0 ? 1 : static_cast<uint32_t>(std::ceil(std::max(params.rays, 1.0f)));
+}
+
+/// New paths that a pixel may take in one pass.
+inline uint32_t mostPathsOfPixel(const ReuseParams& params)
+{
+    const shared::ReuseSettings settings = reuseSettings(params);
+    const bool full = params.reuse == ReuseStrategy::full;
+    const float even = std::max(settings.rays, 1.0f) + (full ? settings.cap : 0);
+    return static_cast<uint32_t>(
+        std::ceil(even * (allocatesPaths(params) ? shared::kReuseMostPart : 1)));
 }
 
 /// What paths need to know; the strategy of the surface model is always MIS.

@@ -19,13 +19,15 @@ layout(set = kSetKernel, binding = kBindWaiting, scalar) writeonly buffer Waitin
 
 layout(set = kSetKernel, binding = kBindWaitingHead, scalar) buffer WaitingHeadBlock
 {
-    QueueHead waitingHead;
+    WaitingHead waitingHead;
 };
 
 layout(set = kSetKernel, binding = kBindFirstNew, scalar) writeonly buffer FirstNewBlock
 {
-    uint firstNew[];
+    uvec2 firstNew[];
 };
+
+layout(set = kSetKernel, binding = kBindMeansBefore) uniform samplerBuffer meansBefore;
 
 layout(set = kSetKernel, binding = kBindChainsNow, scalar) writeonly buffer ChainsNowBlock
 {
@@ -54,33 +56,62 @@ uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, uint 
     return kNoSource;
 }
 
-/// How many new paths the pixel takes that sees a surface in `direction`.
-uint pathsOf(uint source, vec3 direction, vec3 towardsBefore, SampleStream stream)
+/// Mean deviation of the pixels around one of the frame before.
+float deviationAround(uint source)
+{
+    const ivec2 size = ivec2(sizeBefore());
+    const ivec2 middle = ivec2(int(source) % size.x, int(source) / size.x);
+    float sum = 0.0;
+    float count = 0.0;
+    for (uint k = 0u; k < 9u; ++k) {
+        const ivec2 at = middle + historyOffset(k);
+        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
+        const vec4 map = texelFetch(meansBefore, at.y * size.x + at.x);
+        const float deviation = unpackReuseMap(map, push.settings.strategy).deviation;
+        if (!(deviation >= 0.0)) continue;
+        sum += deviation;
+        count += 1.0;
+    }
+    return count > 0.0 ? sum / count : kNoDeviation;
+}
+
+/// How many new paths the pixel takes that sees a surface in `direction`; `credit` becomes what it keeps.
+uint pathsOf(uint source, vec3 direction, vec3 towardsBefore, SampleStream stream, out float credit)
 {
     ReuseHistory h = noHistory();
     h.credit = firstCredit(stream);
     float turned = 0.0;
+    float part = 1.0;
     if (source != kNoSource) {
         h = unpackHistory(texelFetch(pixelsBefore, int(source)).w);
         turned = length(-direction - towardsBefore);
+        if (allocatesPaths(push.settings)) {
+            const float deviation = deviationAround(source);
+            part = allocatedPart(push.settings, waitingHead.perDeviation, deviation);
+            if (deviation >= 0.0) atomicAdd(counters.deviations[deviationBin(deviation)], 1u);
+        }
     }
-    return raysTaken(h, raysDue(push.settings, h, turned));
+    const uint taken = takeRays(push.settings, raysDue(push.settings, h, turned) * part, h);
+    credit = h.credit;
+    return taken;
 }
 
 /// Lets a pixel wait for `count` new paths and, perhaps, one more for a way not taken; returns the number of the first.
 uint waitForPaths(uint lane, uint count, bool rest)
 {
-    const uint its = count + (rest ? 1u : 0u);
+    const bool together = push.settings.strategy == kReuseFull;
+    const uint places = together ? min(count, 1u) : count;
+    const uint its = places + (rest ? 1u : 0u);
     const uint before = subgroupExclusiveAdd(its);
     const uint all = subgroupAdd(its);
     uint base = 0u;
     if (subgroupElect()) {
-        base = atomicAdd(waitingHead.count, all);
-        atomicMax(waitingHead.groupsX, (base + all + kGroupSize - 1u) / kGroupSize);
+        base = atomicAdd(waitingHead.queue.count, all);
+        atomicMax(waitingHead.queue.groupsX, (base + all + kGroupSize - 1u) / kGroupSize);
     }
     const uint first = subgroupBroadcastFirst(base) + before;
-    for (uint i = 0u; i < count; ++i) waiting[first + i] = packWaiting(lane, i);
-    if (rest) waiting[first + count] = packWaiting(lane, kRestPath);
+    for (uint i = 0u; i < places; ++i) waiting[first + i] = packWaiting(lane, together ? count : i);
+    if (rest) waiting[first + places] = packWaiting(lane, kRestPath);
     return first;
 }
 
@@ -92,6 +123,7 @@ void main()
     uint count = 0u;  // of new paths
     uint alone = 0u;  // a path that meets nothing
     bool rest = false;
+    float credit = 0.0;
     ReuseTally tally = ReuseTally(inside ? 1u : 0u, 0u);
     if (inside) {
         const SampleStream stream = pixelStream(pixel);
@@ -119,13 +151,13 @@ void main()
                 chain.towardsBefore = towardsCamera(cameraBefore, s.position);
             }
             if (cameraBefore.tanHalfHeight > 0.0) words.w = findSource(cameraBefore, chain, s, motion.piece, stream);
-            count = pathsOf(words.w, chain.direction, chain.towardsBefore, stream);
+            count = pathsOf(words.w, chain.direction, chain.towardsBefore, stream, credit);
         }
         if (chain.bounces > 0u) words.w |= kChained;
         pixelsNow[pixelIndex(pixel)] = words;
     }
     const uint first = waitForPaths(lane, count, rest);
-    if (inside) firstNew[lane] = first | (count << 24u) | (rest ? 0x80000000u : 0u);
+    if (inside) firstNew[lane] = uvec2(first | (rest ? 0x80000000u : 0u), count | (packCredit(credit) << 16u));
     const uint rays = subgroupAdd(tally.closestRays);
     const uint paths = subgroupAdd(count + alone);
     if (subgroupElect()) {

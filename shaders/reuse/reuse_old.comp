@@ -46,19 +46,21 @@ uvec2 sizeNow()
     return uvec2(frame.settings.imageWidth, frame.settings.imageHeight);
 }
 
-/// The new paths of a pixel, and that of a way not taken (kNone: there is none).
+/// The new paths of a pixel, what each counts as, and that of a way not taken (kNone: there is none).
 struct NewPaths {
     uint first;
     uint count;
+    float part;
     uint rest;
 };
 
 /// As reuse_hits has packed them.
-NewPaths newPathsOf(uint word)
+NewPaths newPathsOf(uvec2 words)
 {
-    const uint first = word & 0xffffffu;
-    const uint count = (word >> 24u) & 0x7fu;
-    return NewPaths(first, count, word >= 0x80000000u ? first + count : kNone);
+    const uint first = words.x & 0x7fffffffu;
+    const uint count = words.y & 0xffffu;
+    const uint places = push.settings.strategy == kReuseFull ? min(count, 1u) : count;
+    return NewPaths(first, count, 1.0, words.x >= 0x80000000u ? first + places : kNone);
 }
 
 uvec4 newWord(uint which, uint i)
@@ -66,7 +68,7 @@ uvec4 newWord(uint which, uint i)
     return texelFetch(newSamples, int(kReuseNewWords * which + i));
 }
 
-ReuseNew loadNew(uint which)
+ReuseNew loadNew(uint which, float part)
 {
     ReuseNew found = noReuseNew();
     found.record = unpackReuseSample(newWord(which, 0u), uvec4(0u));
@@ -77,6 +79,7 @@ ReuseNew loadNew(uint which)
     found.around = around.xyz;
     found.lost = around.w;
     found.direct = uintBitsToFloat(newWord(which, 4u).xyz);
+    countAsPart(part, found);
     return found;
 }
 
@@ -109,7 +112,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
     float weights[kReuseMostScores];  // v
     float brings[kReuseMostScores];
     float places[kReuseMostScores];  // u as it is stored
-    vec3 responses[kReuseMostScores];
+    vec3 responses[kReuseMostRecords];
     uint evaluated = 0u;  // a bit for each
     uint hidden = 0u;
     const uint count = looks ? most : 0u;
@@ -161,7 +164,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
     }
     vec3 mean = sums.around;
     for (uint k = 0u; k < fresh.count; ++k) {
-        const ReuseNew found = loadNew(fresh.first + k);
+        const ReuseNew found = loadNew(fresh.first + k, fresh.part);
         mean += found.scale * found.around;
         places[most + k] = found.record.u;
         weights[most + k] = found.record.u > 0.0 ? found.scale : 0.0;
@@ -207,7 +210,7 @@ void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool loo
     }
     vec3 mean = sums.direct;
     for (uint k = 0u; k < fresh.count; ++k) {
-        const ReuseNew found = loadNew(fresh.first + k);
+        const ReuseNew found = loadNew(fresh.first + k, fresh.part);
         mean += found.light.v * found.direct;
         weights[most + k] = found.light.v;
         brings[most + k] = found.light.v * luminance(found.direct);
@@ -263,6 +266,17 @@ vec3 meanOfTaps(SurfacePoint s, SurfaceMotion motion, vec3 nearest)
     return sum.w > 0.01 ? sum.xyz / sum.w : nearest;
 }
 
+/// Adds the new paths of a pixel.
+void addNewPaths(NewPaths fresh, inout ReuseSums sums)
+{
+    if (push.settings.strategy == kReuseFull && fresh.count > 0u) {
+        addPathSums(sums, newWord(fresh.first, 0u), newWord(fresh.first, 1u), newWord(fresh.first, 2u),
+                    newWord(fresh.first, 3u), newWord(fresh.first, 4u), fresh.count);
+        return;
+    }
+    for (uint k = 0u; k < fresh.count; ++k) addReuseNew(sums, loadNew(fresh.first + k, fresh.part));
+}
+
 /// What asking for visibility has cost, and what it has found across a move: in the pass that begins a view.
 void countVisibility(ReuseSums sums, bool begins, uint scatters, ReuseTally tally)
 {
@@ -309,22 +323,25 @@ void main()
     vec3 towardsBefore;
     PathSettings path = frame.settings;
     const bool scatters = firstVertex(pixel, lane, stream, here, path, v, towardsBefore, sums.seen);
-    const bool looks = scatters && lookBack(here, towardsBefore, stream, v);
+    const bool looks = scatters && lookBack(here, towardsBefore, v);
     const uint source = here.w & ~kChained;
-    NewPaths fresh = newPathsOf(texelFetch(firstNew, int(lane)).x);
+    const uvec2 words = texelFetch(firstNew, int(lane)).xy;
+    NewPaths fresh = newPathsOf(words);
     if (scatters) {
-        sums.nominal = v.history.nominal;
+        v.history.credit = unpackCredit(words.y >> 16u);
+        sums.nominal = v.c > 0.0 ? v.history.nominal : 0.0;
         sums.rays = v.rays;
         sums.beta = v.beta;
+        sums.part = fresh.part = partOfPath(v.rays, fresh.count);
     } else {
         fresh.count = 0u;
     }
-    if (!keepsMeans(strategy) && strategy != kReuseDiscard) {
+    if (keepsSamples(strategy)) {
         reuseSamples(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 0u), sums, tally);
         reuseLights(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 1u), sums, tally);
     }
-    for (uint k = 0u; k < fresh.count; ++k) addReuseNew(sums, loadNew(fresh.first + k));
-    if (FEATURE(kFeatureDelta) && fresh.rest != kNone) sums.rest = loadNew(fresh.rest).around;
+    addNewPaths(fresh, sums);
+    if (FEATURE(kFeatureDelta) && fresh.rest != kNone) sums.rest = loadNew(fresh.rest, 1.0).around;
     vec3 L = reusedRadiance(sums);
     vec3 squares = reusedSquares(sums);
     const vec3 plain = plainRadiance(sums);
@@ -336,17 +353,20 @@ void main()
         L = naiveMean(sums, before);
         squares = L * L;
     }
-    meansNow[i] = packReuseMap(L, reuseMap(sums, strategy), strategy);
+    float deviation = kNoDeviation;
+    if (looks) deviation = unpackReuseMap(texelFetch(meansBefore, int(source)), strategy).deviation;
+    if (scatters) deviation = grownDeviation(sums, v.history.nominal, deviation);
+    meansNow[i] = packReuseMap(L, reuseMap(sums, strategy, deviation), strategy);
     const bool begins = (push.settings.flags & kReuseFollows) == 0u;
     if (begins) {
         addToFilm(i, true, L, squares, sums.nominal + sums.rays);
     } else {
         addToFilm(i, false, plain, plain * plain, 1.0);
     }
-    count(sums, begins, scatters, looks, tally);
+    count(sums, begins, scatters, sums.nominal > 0.0, tally);
     ReuseHistory history = noHistory();
     if (scatters) {
-        history = grownHistory(push.settings, v.history, v.rays, fresh.count, narrowestLobe(v.vertex.bsdf));
+        history = grownHistory(push.settings, v.history, v.rays, narrowestLobe(v.vertex.bsdf));
     }
     pixelsNow[i].w = packHistory(history);
 }

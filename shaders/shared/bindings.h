@@ -8,7 +8,7 @@
 #define REKINDLE_SHARED_BINDINGS_H
 
 #include "layout.h"
-#include "reuse_records.h"
+#include "reuse_allocation.h"
 
 SHARED_BEGIN
 
@@ -80,8 +80,8 @@ SHARED_CONST uint kBindLightsNow = 13u;
 SHARED_CONST uint kBindMeansNow = 14u;
 SHARED_CONST uint kBindNewSamples = 15u;       // ReuseNew per new path, kReuseNewWords each
 SHARED_CONST uint kBindWaiting = 16u;          // lanes that get a new path, with its number above
-SHARED_CONST uint kBindWaitingHead = 17u;      // QueueHead of these
-SHARED_CONST uint kBindFirstNew = 18u;         // per lane: which of them are the pixel's
+SHARED_CONST uint kBindWaitingHead = 17u;      // WaitingHead of these
+SHARED_CONST uint kBindFirstNew = 18u;         // per lane: which are the pixel's, and its credit
 SHARED_CONST uint kBindChainsNow = 19u;        // ReuseChain per lane, where there is one,
 SHARED_CONST uint kBindChains = 20u;           // and as it is read
 SHARED_CONST uint kBindMovedPieces = 21u;      // MovedPiece, two texels each
@@ -178,6 +178,12 @@ struct QueueHead {
     uint count;
 };
 
+/// Of the pixels that wait for new paths; `perDeviation`: see allocatedPart.
+struct WaitingHead {
+    QueueHead queue;
+    float perDeviation;
+};
+
 struct Counters {
     uint nan;
     uint inf;
@@ -192,6 +198,7 @@ struct Counters {
     uint asked;        // and where visibility was asked for across a move: first hits that scatter,
     uint leaked;       // biasShare, in units of 1 / kCountedBias
     uint lost;
+    uint deviations[kDeviationBins];  // where paths are allocated: pixels by deviationBin
 };
 SHARED_CONST float kCountedUnit = 256.0f;
 SHARED_CONST float kCountedBias = 2048.0f;
@@ -203,7 +210,8 @@ SHARED_CONST uint kStateWords = 4u;
 SHARED_CONST uint kStateLaneBits = 18u;
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameData) == 188 && sizeof(QueueHead) == 16 && sizeof(Counters) == 52);
+static_assert(sizeof(FrameData) == 188 && sizeof(QueueHead) == 16 && sizeof(WaitingHead) == 20 &&
+              sizeof(Counters) == 52 + 4 * kDeviationBins);
 static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif
 

@@ -37,7 +37,7 @@ SHARED_BEGIN
 
 SHARED_CONST float kReuseLeastC = 1e-6f;      // below it history is not worth its loop: discard
 SHARED_CONST uint kReuseMaxCandidates = 16u;  // of the batch that c is solved on
-SHARED_CONST uint kReuseMostScores = 20u;     // of a store that devices cut down
+SHARED_CONST uint kReuseMostScores = 48u;     // of a store that devices cut down
 
 SHARED_CONST float kReuseLeastDensity = 1.1754943508e-38f;  // the reciprocal is still a number
 

@@ -11,6 +11,7 @@
 #ifndef REKINDLE_SHARED_REUSE_PATH_H
 #define REKINDLE_SHARED_REUSE_PATH_H
 
+#include "reuse_allocation.h"
 #include "reuse_chain.h"
 
 SHARED_BEGIN
@@ -221,11 +222,18 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
     result.record.u = lasts ? u : 0.0f;
 }
 
-/// The stream of a pixel's new path number `which` in a pass. Where few paths are taken, the index
-/// is scrambled: every fourth point of a sequence lies in the same quarter of its domain.
-SHARED_FN SampleStream pathStream(SampleStream stream, float rays, uint which)
+/// The stream of a pixel's new path number `which` in a pass. Where few paths are taken, or now
+/// few and now many, the index is scrambled: every fourth point of a sequence lies in the same
+/// quarter of its domain.
+SHARED_FN SampleStream pathStream(ReuseSettings settings, SampleStream stream, float rays,
+                                  uint which)
 {
-    stream.index = rays < 1.0f ? hashUint(stream.index) : stream.index + which;
+    const bool more = takesAllAnew(settings) && rays > max(settings.rays, 1.0f);
+    if (more || allocatesPaths(settings)) {
+        stream.index = hashUint(stream.index) * kReuseMostFresh + which;
+    } else {
+        stream.index = rays < 1.0f ? hashUint(stream.index) : stream.index + which;
+    }
     return stream;
 }
 

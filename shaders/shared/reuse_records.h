@@ -20,10 +20,12 @@ SHARED_CONST uint kReuseRa = 4u;
 SHARED_CONST uint kReuseRejection = 5u;  // Rejection-Augmentation: drops what RA would dim
 SHARED_CONST uint kReuseRestir = 6u;     // the balance heuristic, of which one sample survives
 SHARED_CONST uint kReuseSvgf = 7u;       // as naive, of four pixels, and forgets sooner
+SHARED_CONST uint kReuseFull = 8u;       // as many fresh paths as old samples would stand for
 
-SHARED_CONST uint kReuseJitters = 1u;  // first hits lie anywhere in the pixel, not at its centre
-SHARED_CONST uint kReuseFollows = 2u;  // adds to a picture that has begun; else begins it
-SHARED_CONST uint kReuseMoves = 4u;    // later frames may be of other poses
+SHARED_CONST uint kReuseJitters = 1u;    // first hits lie anywhere in the pixel, not at its centre
+SHARED_CONST uint kReuseFollows = 2u;    // adds to a picture that has begun; else begins it
+SHARED_CONST uint kReuseAllocates = 4u;  // noisy pixels get more of the paths (reuse_allocation.h)
+SHARED_CONST uint kReuseMoves = 8u;      // later frames may be of other poses
 // Behind these flags: how many pieces of the scene have moved since the frame before (motion.h).
 SHARED_CONST uint kReuseMovedShift = 8u;
 
@@ -33,6 +35,12 @@ SHARED_FN bool keepsMeans(uint strategy)
     return strategy == kReuseNaive || strategy == kReuseSvgf;
 }
 
+/// Whether samples are kept.
+SHARED_FN bool keepsSamples(uint strategy)
+{
+    return !keepsMeans(strategy) && strategy != kReuseDiscard && strategy != kReuseFull;
+}
+
 /// How samples are reused; the same for all pixels.
 struct ReuseSettings {
     uint strategy;
@@ -40,7 +48,7 @@ struct ReuseSettings {
     float rays;        // n: new paths per pixel and pass
     float cap;         // of the nominal number N of samples that the kept ones stand for
     float protection;  // eta: how much a sample's brightness counts when the store is cut down
-    uint flags;        // kReuseJitters, kReuseFollows, kReuseMoves, kReuseMovedShift
+    uint flags;        // kReuseJitters and others, kReuseMovedShift
     uint
         sizeBefore;  // of the picture that left the history: width - 1 in 16 bits, height - 1 above
     float visibility;  // share of samples whose visibility is asked for again; 1: unbiased
@@ -90,7 +98,9 @@ SHARED_FN uint candidatesOf(ReuseSettings settings)
 // Below so many samples in its history a pixel gets a path in every pass, however few are asked
 // for: each is a large part of the picture.
 SHARED_CONST float kReuseYoung = 8.0f;
-SHARED_CONST uint kReuseMostRays = 4u;  // of a pixel in one pass
+SHARED_CONST uint kReuseMostRecords = 16u;   // samples kept per pixel
+SHARED_CONST uint kReuseMostRays = 32u;      // of a pixel in one pass
+SHARED_CONST uint kReuseMostFresh = 16384u;  // the same of `full`
 
 /// How much history a pixel has. Nothing of it depends on what was sampled.
 struct ReuseHistory {
@@ -107,9 +117,19 @@ struct ReusePixel {
     uint history;  // packHistory
 };
 
+SHARED_FN uint packCredit(float credit)
+{
+    return min(uint(credit * 1024.0f), 1023u);
+}
+
+SHARED_FN float unpackCredit(uint bits)
+{
+    return float(bits & 0x3ffu) * (1.0f / 1024.0f);
+}
+
 SHARED_FN uint packHistory(ReuseHistory h)
 {
-    return uint(h.nominal * 16.0f + 0.5f) | (min(uint(h.credit * 1024.0f), 1023u) << 14u) |
+    return uint(h.nominal * 16.0f + 0.5f) | (packCredit(h.credit) << 14u) |
            (uint(min(h.width, 1.0f) * 255.0f) << 24u);
 }
 
@@ -117,7 +137,7 @@ SHARED_FN ReuseHistory unpackHistory(uint word)
 {
     ReuseHistory h;
     h.nominal = float(word & 0x3fffu) * (1.0f / 16.0f);
-    h.credit = float((word >> 14u) & 0x3ffu) * (1.0f / 1024.0f);
+    h.credit = unpackCredit(word >> 14u);
     h.width = float(word >> 24u) * (1.0f / 255.0f);
     return h;
 }
@@ -131,12 +151,22 @@ SHARED_FN ReuseHistory noHistory()
     return h;
 }
 
-/// What a pixel's history becomes by a pass that was due `rays` paths and took `taken`.
-SHARED_FN ReuseHistory grownHistory(ReuseSettings settings, ReuseHistory h, float rays, uint taken,
-                                    float width)
+/// Whether pixels look for what the frame before has left of them.
+SHARED_FN bool looksBack(ReuseSettings settings)
 {
-    h.nominal = min(h.nominal + rays, settings.cap);
-    h.credit = clamp(h.credit + rays - float(taken), 0.0f, 1.0f);
+    return settings.strategy != kReuseDiscard || (settings.flags & kReuseAllocates) != 0u;
+}
+
+/// Whether the pass takes all that a history stands for anew.
+SHARED_FN bool takesAllAnew(ReuseSettings settings)
+{
+    return settings.strategy == kReuseFull && (settings.flags & kReuseFollows) == 0u;
+}
+
+/// What a pixel's history becomes by a pass that was due `rays` paths.
+SHARED_FN ReuseHistory grownHistory(ReuseSettings settings, ReuseHistory h, float rays, float width)
+{
+    h.nominal = min(takesAllAnew(settings) ? rays : h.nominal + rays, settings.cap);
     h.width = width;
     return h;
 }
@@ -155,20 +185,31 @@ SHARED_FN float lobeTurn(ReuseHistory h, float turned)
     return 0.25f * turned / max(h.width, 1.0e-6f);
 }
 
-/// Paths that are due to a pixel in this pass, on average.
+/// Paths that are due to a pixel in this pass, on average: n, and of `full` N + n.
 SHARED_FN float raysDue(ReuseSettings settings, ReuseHistory h, float turned)
 {
     if ((settings.flags & kReuseFollows) != 0u) return 1.0f;
     const bool few = settings.rays < 1.0f && h.nominal >= kReuseYoung &&
                      lobeTurn(h, turned) < kReuseTurnsALittle;
-    return few ? settings.rays : max(settings.rays, 1.0f);
+    const float rays = few ? settings.rays : max(settings.rays, 1.0f);
+    return takesAllAnew(settings) ? h.nominal + rays : rays;
 }
 
-/// And how many of them it takes now. The rest is kept as credit: how often a history is renewed
-/// is then as even as can be, which leaves no noise of its own in the picture.
-SHARED_FN uint raysTaken(ReuseHistory h, float rays)
+/// c: the share that a history answers for where new paths count as `rays`.
+SHARED_FN float shareOfHistory(ReuseSettings settings, ReuseHistory h, float rays)
 {
-    return min(uint(h.credit + rays), kReuseMostRays);
+    const bool reuses = keepsSamples(settings.strategy) || keepsMeans(settings.strategy);
+    return reuses ? h.nominal / (h.nominal + rays) : 0.0f;
+}
+
+/// How many of `due` paths a pixel takes now. The rest is kept as credit: how often a history is
+/// renewed is then as even as can be, which leaves no noise of its own in the picture.
+SHARED_FN uint takeRays(ReuseSettings settings, float due, INOUT(ReuseHistory) h)
+{
+    const uint most = settings.strategy == kReuseFull ? kReuseMostFresh : kReuseMostRays;
+    const uint taken = min(uint(h.credit + due), most);
+    h.credit = clamp(h.credit + due - float(taken), 0.0f, 1.0f);
+    return taken;
 }
 
 /// A sample of the light that comes to a first hit from one direction. `slot` and `place` say

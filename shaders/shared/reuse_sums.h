@@ -18,7 +18,10 @@ struct ReuseNew {
     vec3 direct;
     float lost;  // luminance that would have been left to old samples which cannot bring it
 };
-SHARED_CONST uint kReuseNewWords = 5u;
+SHARED_CONST uint kReuseNewWords = 5u;  // and of packPathSums
+
+// Of a pixel of which no deviation is known.
+SHARED_CONST float kNoDeviation = -1.0f;
 
 SHARED_FN ReuseNew noReuseNew()
 {
@@ -45,12 +48,15 @@ struct ReuseSums {
     vec3 direct;
     vec3 directSquares;
     vec3 plain;           // by the new path and connection alone
+    float plainSquares;   // of the luminance of single ones, towards the camera
     float weightSum;      // of v, of all samples of directions
     float weightSquares;  // and of its squares
     float oldShare;       // of weightSum by old samples
-    float nominal;        // N of the history; 0 without
+    float nominal;        // N of what is reused; 0 without
     float rays;           // n: new paths that are due
     uint taken;           // and those that there are
+    float part;           // of a path that is due, which each of these counts as
+    float noise;          // deviation that paths were allocated by; kNoDeviation: none
     float leaked;         // luminance of old samples that were found to be hidden
     float lost;           // and of new ones that were found to have been
 };
@@ -66,26 +72,50 @@ SHARED_FN ReuseSums noReuseSums()
     s.direct = vec3(0.0f);
     s.directSquares = vec3(0.0f);
     s.plain = vec3(0.0f);
+    s.plainSquares = 0.0f;
     s.weightSum = 0.0f;
     s.weightSquares = 0.0f;
     s.oldShare = 0.0f;
     s.nominal = 0.0f;
     s.rays = 1.0f;
     s.taken = 0u;
+    s.part = 1.0f;
+    s.noise = kNoDeviation;
     s.leaked = 0.0f;
     s.lost = 0.0f;
     return s;
 }
 
-/// Adds what is new to what old samples of nominal number `s.nominal` have brought.
+/// What each of a pixel's new paths counts as, where `rays` were due. How many it takes must not
+/// change c = N / (N + n), which is as if it took what is due: where bright old samples lead to
+/// more new paths, and these to a smaller c, the picture is too dark. Below one path that is due
+/// there is none in some passes, and whole ones in others pay for them.
+SHARED_FN float partOfPath(float rays, uint taken)
+{
+    return rays >= 1.0f && taken > 0u ? rays / float(taken) : 1.0f;
+}
+
+/// Lets a new sample count as `part` of a path that is due.
+SHARED_FN void countAsPart(float part, INOUT(ReuseNew) n)
+{
+    n.scale *= part;
+    n.record.u *= part;
+    n.light.v *= part;
+    n.lost *= part;
+}
+
+/// Adds what is new, and counts as s.part, to what old samples of nominal number `s.nominal` have
+/// brought.
 SHARED_FN void addReuseNew(INOUT(ReuseSums) s, ReuseNew n)
 {
-    const float share = 1.0f / (s.nominal + s.rays);
+    const float share = s.part / (s.nominal + s.rays);
     s.around += n.scale * n.around;
     s.aroundSquares += share * n.around * n.around;
     s.direct += n.light.v * n.direct;
     s.directSquares += n.light.v * n.direct * n.direct;
     s.plain += n.around + n.direct;
+    const float L = luminance(s.beta * (n.around + n.direct));
+    s.plainSquares += L * L;
     ++s.taken;
     s.lost += n.lost;
     s.weightSum += n.scale;
@@ -118,7 +148,62 @@ SHARED_FN vec3 reusedSquares(IN(ReuseSums) s)
     const vec3 mean = reusedRadiance(s);
     const vec3 around = max(s.aroundSquares - s.around * s.around, vec3(0.0f));
     const vec3 direct = max(s.directSquares - s.direct * s.direct, vec3(0.0f));
-    return mean * mean + s.beta * s.beta * (around + direct);
+    return mean * mean + s.beta * s.beta * (s.part * (around + direct));
+}
+
+/// Word `i` of sums over new paths alone, as one kernel leaves them to the next.
+SHARED_FN uvec4 packPathSums(IN(ReuseSums) s, uint i)
+{
+    vec3 v = s.around;
+    float rest = s.weightSum;
+    if (i == 1u) {
+        v = s.aroundSquares;
+        rest = s.weightSquares;
+    } else if (i == 2u) {
+        v = s.direct;
+        rest = s.plainSquares;
+    } else if (i == 3u) {
+        v = s.directSquares;
+    } else if (i == 4u) {
+        v = s.plain;
+    }
+    return uvec4(floatAsUint(v.x), floatAsUint(v.y), floatAsUint(v.z), floatAsUint(rest));
+}
+
+SHARED_FN vec4 numbersOfWord(uvec4 w)
+{
+    return vec4(uintAsFloat(w.x), uintAsFloat(w.y), uintAsFloat(w.z), uintAsFloat(w.w));
+}
+
+/// Sums over `taken` new paths, and nothing else yet.
+SHARED_FN void addPathSums(INOUT(ReuseSums) s, uvec4 word0, uvec4 word1, uvec4 word2, uvec4 word3,
+                           uvec4 word4, uint taken)
+{
+    const vec4 around = numbersOfWord(word0);
+    const vec4 aroundSquares = numbersOfWord(word1);
+    const vec4 direct = numbersOfWord(word2);
+    s.around = xyz(around);
+    s.weightSum = around.w;
+    s.aroundSquares = xyz(aroundSquares);
+    s.weightSquares = aroundSquares.w;
+    s.direct = xyz(direct);
+    s.plainSquares = direct.w;
+    s.directSquares = xyz(numbersOfWord(word3));
+    s.plain = xyz(numbersOfWord(word4));
+    s.taken = taken;
+}
+
+/// The standard deviation of the luminance that single paths of a pixel find, from these and what
+/// was known before of a history of `nominal` samples.
+SHARED_FN float grownDeviation(IN(ReuseSums) s, float nominal, float before)
+{
+    if (s.taken < 2u) return before;
+    const float count = float(s.taken);
+    const float mean = luminance(s.beta * s.plain) / count;
+    const float variance = max(s.plainSquares - count * mean * mean, 0.0f) / (count - 1.0f);
+    const float had = before >= 0.0f ? nominal : 0.0f;
+    const float all = (had * before * before + (count - 1.0f) * variance) / (had + count - 1.0f);
+    return all < kInfinity ? sqrt(all) : before;
 }
 
 /// A part of a pixel's luminance as the counters take it.
@@ -131,12 +216,13 @@ SHARED_FN float biasShare(IN(ReuseSums) s, float part)
 /// What views of a pixel's reuse show. `old`: the share of the picture that old samples answer for
 /// (alpha, averaged over directions); `c`: N / (N + n); `effective`: number of equal samples that
 /// would be as good as the weights are (Kong 1992), which of a mean is the history that it now has;
-/// `taken`: new paths.
+/// `taken`: new paths; `deviation`: grownDeviation.
 struct ReuseMapPixel {
     float old;
     float c;
     float effective;
     uint taken;
+    float deviation;
 };
 
 /// The same share of a mean: a pass that takes no path leaves it as it was.
@@ -145,13 +231,14 @@ SHARED_FN float oldShareOfMean(float c, uint taken)
     return taken > 0u ? c : (c > 0.0f ? 1.0f : 0.0f);
 }
 
-SHARED_FN ReuseMapPixel reuseMap(IN(ReuseSums) s, uint strategy)
+SHARED_FN ReuseMapPixel reuseMap(IN(ReuseSums) s, uint strategy, float deviation)
 {
     ReuseMapPixel m;
     m.c = s.nominal / (s.nominal + s.rays);
     m.old = s.oldShare;
     m.effective = s.weightSquares > 0.0f ? s.weightSum * s.weightSum / s.weightSquares : 0.0f;
     m.taken = s.taken;
+    m.deviation = deviation;
     if (keepsMeans(strategy)) m.old = oldShareOfMean(m.c, m.taken);
     return m;
 }
@@ -160,8 +247,9 @@ SHARED_FN ReuseMapPixel reuseMap(IN(ReuseSums) s, uint strategy)
 SHARED_FN vec4 packReuseMap(vec3 mean, ReuseMapPixel m, uint strategy)
 {
     // In the mantissa of a number of [1,2): devices may flush denormal ones.
-    const uint word = 0x3f800000u | uint(min(m.c, 1.0f) * 16383.0f) | (min(m.taken, 15u) << 14u);
-    if (!keepsMeans(strategy)) mean = vec3(m.old, m.effective, 0.0f);
+    const uint word =
+        0x3f800000u | uint(min(m.c, 1.0f) * 4095.0f + 0.5f) | (min(m.taken, 2047u) << 12u);
+    if (!keepsMeans(strategy)) mean = vec3(m.old, m.effective, m.deviation);
     return vec4(mean, uintAsFloat(word));
 }
 
@@ -169,10 +257,11 @@ SHARED_FN ReuseMapPixel unpackReuseMap(vec4 w, uint strategy)
 {
     const uint word = floatAsUint(w.w);
     ReuseMapPixel m;
-    m.c = float(word & 0x3fffu) * (1.0f / 16383.0f);
-    m.taken = (word >> 14u) & 15u;
+    m.c = float(word & 0xfffu) * (1.0f / 4095.0f);
+    m.taken = (word >> 12u) & 2047u;
     m.old = keepsMeans(strategy) ? oldShareOfMean(m.c, m.taken) : w.x;
     m.effective = keepsMeans(strategy) ? 0.0f : w.y;
+    m.deviation = keepsMeans(strategy) ? kNoDeviation : w.z;
     return m;
 }
 

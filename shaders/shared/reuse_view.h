@@ -96,7 +96,7 @@ SHARED_FN void takeHistory(IN(SceneView) scene, ReuseSettings settings, vec3 tow
     v.history = unpackHistory(before.history);
     const vec3 towards = toLocal(v.vertex.surface.frame, towardsBefore);
     v.rays = raysDue(settings, v.history, length(v.vertex.wo - towards));
-    v.c = v.history.nominal / (v.history.nominal + v.rays);
+    v.c = shareOfHistory(settings, v.history, v.rays);
     if (!FEATURE(kFeatureMoves) || motion.piece == kNone) return;
     // So far all of it as it lies now. What surrounds the surface has not moved along.
     v.moved = motion.piece;

@@ -32,9 +32,11 @@ public:
         const core::ReuseParams& params = view.params.as<core::ReuseParams>();
         if (start == core::Start::anew) samplesBefore_ = 0;
         visibility_ = core::askedVisibility(params_, visibility_, film_.counts().reuse);
+        perDeviation_ = core::partPerDeviation(params_, perDeviation_, film_.counts().reuse);
         if (start == core::Start::anew || !(params == params_) || !takeMotion(params)) {
             passes_.forget();
             visibility_ = core::askedVisibility(params, 0, {});
+            perDeviation_ = 0;
         }
         params_ = params;
         shared::FrameData frame = frameOf(*world_, *scene_, view);
@@ -42,9 +44,11 @@ public:
         film_.reset(frame);
         shared::ReuseSettings settings = core::reuseSettings(params);
         settings.visibility = visibility_;
+        settings.flags = core::reuseFlags(params, 0);
         const bool chains = (scene_->features() & shared::kFeatureDelta) != 0;
-        passes_.prepare(view.size, film_.frame().tileCount(), settings, chains);
-        for (DescriptorSet& set : passes_.filmSets()) film_.begin(set);
+        passes_.prepare(view.size, film_.frame().tileCount(), settings, perDeviation_, chains);
+        for (DescriptorSet& set : passes_.filmSets())
+            film_.begin(set, core::mostPathsOfPixel(params));
         constants_.features =
             scene_->features() & ~(shared::kFeatureEmitterTree | shared::kFeaturePanes);
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
@@ -125,8 +129,8 @@ private:
         if (!last) return;
         passes_.commit(film_.frame().data().camera);
         kept_ = {world_, scene_->sharedHierarchy()};
+        samplesBefore_ += core::samplesOfPass(params_, rounds_);
         ++rounds_;
-        samplesBefore_ += core::samplesPerPass(params_);
     }
 
     Context context_;  // first: everything below is made on its device
@@ -140,6 +144,7 @@ private:
     core::Pace pace_;
     BatchPace batchPace_;
     float visibility_ = 0;        // share of samples whose visibility is asked for again
+    float perDeviation_ = 0;      // see shared::allocatedPart
     uint32_t rounds_ = 0;         // whole ones, of this view
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     double compileSeconds_ = 0;

@@ -118,10 +118,9 @@ TEST(ReuseShared, PathsThatAreDueAreTaken)
         constexpr int kPasses = 20000;
         double taken = 0;
         for (int i = 0; i < kPasses; ++i) {
-            const uint32_t now = shared::raysTaken(history, settings.rays);
-            taken += now;
-            history = shared::unpackHistory(shared::packHistory(
-                shared::grownHistory(settings, history, settings.rays, now, 1.0f)));
+            taken += shared::takeRays(settings, settings.rays, history);
+            history = shared::unpackHistory(
+                shared::packHistory(shared::grownHistory(settings, history, settings.rays, 1.0f)));
         }
         EXPECT_NEAR(taken / kPasses, double(settings.rays), 1.01 / kPasses) << rays;
     }

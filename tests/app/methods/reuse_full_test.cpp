@@ -1,0 +1,179 @@
+// The ceiling of sample reuse, on every device: as many fresh paths as a history stands for, and
+// nothing is kept but how many these are.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/reuse_flights.h"
+#include "tests/support/stats.h"
+
+namespace {
+
+using namespace tests;
+
+class ReuseFull : public ReuseFlights {};
+
+/// N of the history and n new ones; N grows with every view up to its cap, which is kept. The paths
+/// of a pixel may be many times those that a device has room for.
+TEST_P(ReuseFull, TakesAsManyPathsAsTheHistoryStandsFor)
+{
+    begin("cornell-diffuse", {16, 12});
+    struct Case {
+        float rays, cap;
+        uint32_t views;
+    };
+    for (const auto [rays, cap, views] :
+         {Case{1, 5, 8}, Case{4, 64, 20}, Case{2.5f, 1023, 4}, Case{0.25f, 10, 20}}) {
+        ReuseParams params = with(ReuseStrategy::full, 3, rays);
+        params.cap = cap;
+        double all = 0;  // paths that were due to a pixel so far
+        float nominal = 0;
+        for (uint32_t view = 0; view < views; ++view) {
+            SCOPED_TRACE("rays " + std::to_string(rays) + ", view " + std::to_string(view));
+            look(swung(*world_, 0), params, view == 0 ? core::Start::anew : core::Start::moved);
+            const bool few = rays < 1 && nominal >= 8;  // those below take turns
+            const float due = nominal + (few ? rays : std::max(rays, 1.0f));
+            nominal = std::min(due, cap);
+            all += double(due);
+            const std::vector<core::Image> maps = renderer_->maps();
+            double taken = 0, scatter = 0;
+            for (size_t i = 0; i < maps[0].pixels.size(); ++i) {
+                if (maps[0].pixels[i] == 0) continue;  // nothing is hit
+                ++scatter;
+                taken += double(maps[5].pixels[i]);
+                ASSERT_NEAR(maps[0].pixels[i], nominal, 0.07f * static_cast<float>(view + 1));
+                ASSERT_LT(std::abs(maps[5].pixels[i] - due), 1.6f);
+                ASSERT_EQ(maps[1].pixels[i], 0) << "nothing old answers for anything";
+            }
+            ASSERT_GT(scatter, 0);
+            EXPECT_NEAR(taken / scatter, due, 0.2);
+            EXPECT_EQ(detail("history"), 0);
+            EXPECT_EQ(detail("c"), 0);
+            EXPECT_NEAR(detail("weights"), 1, 0.03);
+        }
+        EXPECT_LE(detail("n"), double(cap + rays + 1));
+    }
+}
+
+/// What so many paths promise: the variance of 12 is a third of that of 4. One path more or less
+/// would be seen.
+TEST_P(ReuseFull, VarianceIsThatOfSoManyPaths)
+{
+    constexpr uint32_t kSeeds = 96;
+    begin("cornell-diffuse", {20, 20});
+    std::vector<tests::Moments> few(400), many(400);
+    const auto add = [&](std::vector<tests::Moments>& to) {
+        const core::Image found = renderer_->read(core::Reading::mean).mean;
+        for (size_t i = 0; i < to.size(); ++i)
+            to[i].add(double(found.pixels[3 * i] + found.pixels[3 * i + 1]));
+    };
+    for (uint32_t seed = 0; seed < kSeeds; ++seed) {
+        look(swung(*world_, 0), with(ReuseStrategy::discard, 7000 + seed, 4), core::Start::anew);
+        add(few);
+        ReuseParams params = with(ReuseStrategy::full, 8000 + seed, 4);
+        params.cap = 8;
+        fly(params, 3, 0);
+        add(many);
+    }
+    tests::Moments difference, expected;
+    for (size_t i = 0; i < few.size(); ++i) {
+        difference.add(3 * many[i].variance() - few[i].variance());
+        expected.add(few[i].variance());
+    }
+    const double error = std::sqrt(difference.varianceOfMean());
+    EXPECT_LT(std::abs(difference.mean()), tests::kScore * error);
+    EXPECT_LT((tests::kScore + 2.33) * error, 0.15 * expected.mean()) << "underpowered";
+}
+
+TEST_P(ReuseFull, AMoveLeavesTheMeanAsItIs)
+{
+    constexpr uint32_t kFlights = 24;
+    begin("cornell-diffuse", {24, 24});
+    const double expected = meanOf(reference(2048).mean);
+    tests::Moments means;
+    for (uint32_t flight = 0; flight < kFlights; ++flight) {
+        const core::Estimate e = fly(with(ReuseStrategy::full, 900 + flight, 2), 5, 3);
+        EXPECT_TRUE(e.counters.clean());
+        means.add(meanOf(e.mean));
+    }
+    const double error = std::sqrt(means.varianceOfMean());
+    EXPECT_LT(std::abs(means.mean() - expected), tests::kScore * error + 0.001 * expected);
+    EXPECT_LT((tests::kScore + 2.33) * error, 0.02 * expected) << "underpowered";
+}
+
+/// Without a history it is Discard, to the bit: in the first view, and where nothing of the view
+/// before can be seen.
+TEST_P(ReuseFull, ATeleportIsDiscard)
+{
+    begin("cornell-glossy", {32, 24});
+    const core::Camera here = swung(*world_, 0);
+    core::Camera behind = here;
+    behind.forward = -here.forward;
+    behind.position = {0, 0, -0.5};
+    for (const core::SamplerKind sampler :
+         {core::SamplerKind::independent, core::SamplerKind::sobol}) {
+        const auto views = [&](ReuseStrategy strategy) {
+            ReuseParams params = with(strategy, 4, 2);
+            params.sampler = sampler;
+            std::vector<core::Estimate> found;
+            look(here, params, core::Start::anew);
+            found.push_back(renderer_->read(core::Reading::everything));
+            look(behind, params, core::Start::moved);
+            found.push_back(renderer_->read(core::Reading::everything));
+            return found;
+        };
+        const std::vector<core::Estimate> discarded = views(ReuseStrategy::discard),
+                                          full = views(ReuseStrategy::full);
+        EXPECT_EQ(full[0].mean.pixels, discarded[0].mean.pixels);
+        size_t alone = 0;
+        for (size_t i = 0; i < full[1].weight.pixels.size(); ++i) {
+            if (full[1].weight.pixels[i] != 2) continue;
+            ++alone;
+            for (size_t c = 0; c < 3; ++c)
+                ASSERT_EQ(full[1].mean.pixels[3 * i + c], discarded[1].mean.pixels[3 * i + c]) << i;
+        }
+        EXPECT_GT(alone, full[1].weight.pixels.size() / 2);
+    }
+}
+
+TEST_P(ReuseFull, ItIsWhatTheCpuFinds)
+{
+    core::Estimate found[2];
+    for (const bool cpu : {false, true}) {
+        renderer_ = app::makeRenderer("reuse", {.device = cpu ? app::DeviceKind::cpu : GetParam()});
+        begin("cornell-moderate", {40, 30});
+        found[cpu] = fly(with(ReuseStrategy::full, 12), 6, 0.25);
+    }
+    size_t off = 0;
+    for (size_t i = 0; i < found[0].mean.pixels.size(); ++i) {
+        const float here = found[0].mean.pixels[i], there = found[1].mean.pixels[i];
+        off += std::abs(here - there) > 2e-3f * (there + 0.01f);
+    }
+    // Rays that graze an edge may fall to either side of it, and here there are many to a pixel.
+    EXPECT_LT(off, found[0].mean.pixels.size() / 20);
+    EXPECT_NEAR(meanOf(found[0].mean), meanOf(found[1].mean), 1e-2 * meanOf(found[1].mean));
+    EXPECT_NEAR(meanOf(found[0].variance), meanOf(found[1].variance),
+                0.1 * meanOf(found[1].variance));
+}
+
+/// Through glass, where a grain of rounding becomes another path: by Welch's test, from other
+/// seeds.
+TEST_P(ReuseFull, BehindGlassItIsWhatTheCpuFinds)
+{
+    tests::Moments means[2];
+    for (const bool cpu : {false, true}) {
+        renderer_ = app::makeRenderer("reuse", {.device = cpu ? app::DeviceKind::cpu : GetParam()});
+        begin("glass", {32, 24});
+        for (uint32_t flight = 0; flight < 16; ++flight)
+            means[cpu].add(
+                meanOf(fly(with(ReuseStrategy::full, 50 + (cpu ? 20 : 0) + flight), 5, 0.5).mean));
+    }
+    const tests::Comparison c = tests::welch(means[0], means[1]);
+    EXPECT_LT(std::abs(c.z), tests::kScore);
+    EXPECT_LT(c.detectable, 0.2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Device, ReuseFull,
+                         testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
+                         DeviceName());
+
+}  // namespace
