@@ -44,7 +44,7 @@ public:
         film_.reset(frame);
         shared::ReuseSettings settings = core::reuseSettings(params);
         settings.visibility = visibility_;
-        settings.flags = core::reuseFlags(params, 0);
+        settings.flags = core::reuseFlags(params, 0, core::mayMove(*world_));
         const bool chains = (scene_->features() & shared::kFeatureDelta) != 0;
         passes_.prepare(view.size, film_.frame().tileCount(), settings, perDeviation_, chains);
         for (DescriptorSet& set : passes_.filmSets())

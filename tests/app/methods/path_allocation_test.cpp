@@ -36,7 +36,7 @@ TEST(PathAllocation, PartsHaveAMeanOfOne)
 {
     const ReuseParams params = byDeviation(ReuseStrategy::ra, 1);
     shared::ReuseSettings settings = core::reuseSettings(params);
-    settings.flags = core::reuseFlags(params, 0);
+    settings.flags = core::reuseFlags(params, 0, false);
     for (const uint32_t spread : {1u, 3u, 8u, 20u}) {
         core::ReuseFigures found;
         for (uint32_t bin = 30 - spread; bin <= 30 + spread; ++bin)
