@@ -14,7 +14,6 @@
 #include "app/files/load.h"
 #include "app/files/stats.h"
 #include "core/base/text.h"
-#include "core/scene/animation.h"
 #include "core/scene/features.h"
 
 namespace app {
@@ -55,9 +54,7 @@ Json countsJson(const core::World& w)
 {
     const core::Scene& scene = *w.scene;
     uint64_t instances = 0;
-    const core::Pose pose = core::poseAt(scene, 0);
-    for (const int index : pose.order) {
-        const core::Node& node = scene.nodes[static_cast<size_t>(index)];
+    for (const core::Node& node : scene.nodes) {
         const int places = node.placements;
         instances += node.meshes.size() *
                      (places < 0 ? 1 : scene.placements[static_cast<size_t>(places)].size());
@@ -66,7 +63,7 @@ Json countsJson(const core::World& w)
             {"stored_triangles", w.triangles.size()},
             {"kept_instances", w.instances.size()},
             {"vertices", w.positions.empty() ? 0 : w.positions.size() - 1},  // the last is padding
-            {"nodes", pose.order.size()},
+            {"nodes", scene.nodes.size()},
             {"instances", instances},
             {"meshes", scene.meshes.size()},
             {"materials", w.materials.size()},

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <set>
 #include <utility>
 
 #include "core/gltf/parts.h"
@@ -87,6 +86,8 @@ public:
         Animation animation;
         animation.name = object.name();
         const size_t count = object.array("channels").size();
+        load_.reserveMemory(count * sizeof(Channel), object.pointer());
+        animation.channels.reserve(count);
         for (size_t i = 0; i < count; ++i) {
             std::optional<Channel> channel = readChannel(object, object.element("channels", i));
             if (!channel) continue;
@@ -185,19 +186,29 @@ private:
 
 }  // namespace
 
-/// What channels move: a property of a node.
-using Moved = std::set<std::pair<int, AnimationChannel::Path>>;
+/// What channels move: bits of properties, for each node of the scene.
+using Moved = std::vector<uint8_t>;
+
+static uint8_t bitOf(AnimationChannel::Path path)
+{
+    return static_cast<uint8_t>(1u << static_cast<unsigned>(path));
+}
 
 /// Exporters write an animation for each object that moves: those that move nothing that `first`
 /// moves are played with it, and become a part of it. False where one does.
 static bool joins(Animation& first, Animation& other, Moved& moved)
 {
+    const auto of = [&](const AnimationChannel& channel) -> uint8_t& {
+        return moved[static_cast<size_t>(channel.node)];
+    };
     for (const AnimationChannel& channel : other.channels)
-        if (moved.contains({channel.node, channel.path})) return false;
-    for (const AnimationChannel& channel : other.channels)
-        moved.insert({channel.node, channel.path});
+        if ((of(channel) & bitOf(channel.path)) != 0) return false;
+    for (const AnimationChannel& channel : other.channels) of(channel) |= bitOf(channel.path);
     first.duration = std::max(first.duration, other.duration);
-    std::ranges::move(other.channels, std::back_inserter(first.channels));
+    if (first.channels.empty())
+        first.channels = std::move(other.channels);
+    else
+        std::ranges::move(other.channels, std::back_inserter(first.channels));
     return true;
 }
 
@@ -205,7 +216,7 @@ void readAnimations(Load& load, const std::vector<Accessor>& accessors, const No
 {
     Reader reader(load, accessors, plan);
     std::vector<Animation>& animations = load.scene.animations;
-    Moved moved;
+    Moved moved(load.scene.nodes.size(), 0);
     for (size_t i = 0; i < countOf(load, "animations"); ++i) {
         load.checkpoint();
         Animation animation = reader.read(topLevel(load, "animations", i));

@@ -159,8 +159,9 @@ void parseDocument(Load& load, std::string_view text)
                         formatBytes(kMaxTextBytes));
     const JsonScan scan = scanJson(text);
     if (!scan.problem.empty()) load.refuse("INVALID_JSON", "", scan.problem);
-    load.reserveMemory(text.size() + jsonTreeBytes(scan.commas, scan.colons, scan.containers), "");
-    if (const std::string problem = load.document.parse(text); !problem.empty())
+    const auto reserve = [&](uint64_t bytes) { load.reserveMemory(bytes, ""); };
+    reserve(text.size() + jsonTreeBytes(scan.commas, scan.colons, scan.containers));
+    if (const std::string problem = load.document.parse(text, reserve); !problem.empty())
         load.refuse("INVALID_JSON", "", tidy(problem));
     const Json& root = load.document.root();
     if (!root.isObject())

@@ -92,7 +92,7 @@ Object topLevel(Load& load, const char* key, size_t i)
 }
 
 Object::Object(Load& load, const Json& value, std::string pointer)
-    : load_(&load), value_(&value), pointer_(std::move(pointer))
+    : load_(&load), value_(value), pointer_(std::move(pointer))
 {
     if (!value.isObject())
         load.refuse("TYPE_MISMATCH", pointer_, "is " + describe(value) + ", must be an object");
@@ -100,7 +100,7 @@ Object::Object(Load& load, const Json& value, std::string pointer)
 
 const Json* Object::find(const char* key) const
 {
-    return value_->find(key);
+    return value_.find(key);
 }
 
 // --- structure
@@ -249,8 +249,8 @@ void Object::softNumbers(const char* key, double* values, size_t count, double l
 {
     const Json* value = find(key);
     if (!value) return;
-    const bool isNumbers = value->isArray() && value->size() == count &&
-                           std::ranges::all_of(value->elements(), &Json::isNumber);
+    bool isNumbers = value->isArray() && value->size() == count;
+    for (size_t i = 0; isNumbers && i < count; ++i) isNumbers = (*value)[i].isNumber();
     if (!isNumbers) {
         load_->warn("ARRAY_LENGTH_NOT_IN_LIST", at(key),
                     "is " + describe(*value) + ", must be an array of " + std::to_string(count) +

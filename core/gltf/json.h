@@ -31,7 +31,7 @@ public:
     std::string at(std::string_view key) const { return child(pointer_, key); }
     bool has(const char* key) const { return find(key) != nullptr; }
     const Json* find(const char* key) const;
-    const Json& json() const { return *value_; }
+    const Json& json() const { return value_; }
     Load& load() const { return *load_; }
 
     // Structure: a value of the wrong kind refuses the file.
@@ -78,7 +78,7 @@ private:
     void softNumbers(const char* key, double* values, size_t count, double low, double high) const;
 
     Load* load_;
-    const Json* value_;
+    Json value_;
     std::string pointer_;
 };
 

@@ -2,6 +2,8 @@
 #include "core/gltf/json_tree.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <type_traits>
 #include <vector>
@@ -9,11 +11,38 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/check.h"
+#include "core/gltf/json_reader.h"
 
 namespace core::gltf {
 
 static_assert(sizeof(Json) == 16 && sizeof(JsonMember) == 24);
 static_assert(std::is_trivially_copyable_v<Json> && std::is_trivially_copyable_v<JsonMember>);
+
+namespace {
+
+constexpr double kLargestPlain = 9'007'199'254'740'992;  // 2^53: all whole numbers up to it
+
+/// A number of which the value tells the kind: whole, if it is a whole number.
+Json plainNumber(double value)
+{
+    const bool isWhole = std::abs(value) <= kLargestPlain && value == std::floor(value);
+    if (!isWhole || (value == 0 && std::signbit(value))) return Json(value);
+    return value < 0 ? Json(static_cast<int64_t>(value)) : Json(static_cast<uint64_t>(value));
+}
+
+}  // namespace
+
+bool isPlainNumber(const Json& value)
+{
+    switch (value.kind()) {
+    case Json::Kind::whole:
+        return value.whole() <= static_cast<uint64_t>(kLargestPlain);
+    case Json::Kind::negative:  // -0 is one
+        return value.number() < 0 && value.number() >= -kLargestPlain;
+    default:
+        return value.kind() == Json::Kind::real;
+    }
+}
 
 Json::Json(std::string_view text) : size_(static_cast<uint32_t>(text.size())), kind_(Kind::string)
 {
@@ -24,6 +53,12 @@ Json::Json(std::span<const Json> elements)
     : size_(static_cast<uint32_t>(elements.size())), kind_(Kind::array)
 {
     content_.elements = elements.data();
+}
+
+Json::Json(std::span<const double> numbers)
+    : size_(static_cast<uint32_t>(numbers.size())), kind_(Kind::array), isNumbers_(true)
+{
+    content_.numbers = numbers.data();
 }
 
 Json::Json(std::span<const JsonMember> members)
@@ -63,15 +98,10 @@ std::string_view Json::text() const
     return {content_.text, size_};
 }
 
-const Json& Json::operator[](size_t i) const
+Json Json::operator[](size_t i) const
 {
     CHECK(isArray() && i < size_);
-    return content_.elements[i];
-}
-
-std::span<const Json> Json::elements() const
-{
-    return isArray() ? std::span(content_.elements, size_) : std::span<const Json>();
+    return isNumbers_ ? plainNumber(content_.numbers[i]) : content_.elements[i];
 }
 
 std::span<const JsonMember> Json::members() const
@@ -93,51 +123,39 @@ const Json* Json::find(std::string_view key) const
     return found != all.end() && *found->key == key ? &found->value : nullptr;
 }
 
-/// What nlohmann's parser calls. Members and elements of the open containers lie on one stack;
-/// those of a container that ends move into the document's memory, side by side.
+/// What JsonReader tells. Members and elements of the open containers lie on one stack; those of a
+/// container that ends move into the document's memory, side by side.
 class JsonDocument::Builder {
 public:
-    explicit Builder(JsonDocument& document) : document_(document) {}
+    Builder(JsonDocument& document, const Reserve& reserve) : document_(document), reserve_(reserve)
+    {}
 
-    std::string problem;
-
-    // The names and signatures are nlohmann's.
-    bool null() { return take(Json()); }
-    bool boolean(bool value) { return take(Json(value)); }
-    bool number_integer(int64_t value) { return take(Json(value)); }
-    bool number_unsigned(uint64_t value) { return take(Json(value)); }
-    bool number_float(double value, const std::string&) { return take(Json(value)); }
-    bool string(std::string& value)
+    void null() { take(Json()); }
+    void boolean(bool value) { take(Json(value)); }
+    void whole(uint64_t value) { take(Json(value)); }
+    void negative(int64_t value) { take(Json(value)); }
+    void real(double value) { take(Json(value)); }
+    void string(std::string_view value)
     {
         const std::span<const char> kept = keep(std::span<const char>(value));
-        return take(Json(std::string_view(kept.data(), kept.size())));
+        take(Json(std::string_view(kept.data(), kept.size())));
     }
-    bool binary(std::vector<uint8_t>&) { return false; }  // not in text
-    bool start_object(size_t) { return open(true); }
-    bool key(std::string& value)
-    {
-        stack_.push_back({&*document_.keys_.insert(value).first, {}});
-        return true;
-    }
-    bool end_object()
+    void key(std::string_view text) { stack_.push_back({keyOf(text), {}}); }
+    void startObject() { open(true); }
+    void endObject()
     {
         const auto first = stack_.begin() + static_cast<std::ptrdiff_t>(open_.back().first);
         sortMembers(first);
-        return close(Json(keep(std::span<const JsonMember>(first, stack_.end()))));
+        close(Json(keep(std::span<const JsonMember>(first, stack_.end()))));
     }
-    bool start_array(size_t) { return open(false); }
-    bool end_array()
+    void startArray() { open(false); }
+    void endArray()
     {
         const std::span<const JsonMember> top = std::span(stack_).subspan(open_.back().first);
-        Json* elements = allocate<Json>(top.size());
-        std::transform(top.begin(), top.end(), elements,
-                       [](const JsonMember& member) { return member.value; });
-        return close(Json(std::span<const Json>(elements, top.size())));
-    }
-    bool parse_error(size_t, const std::string&, const nlohmann::json::exception& error)
-    {
-        problem = error.what();
-        return false;
+        const bool isNumbers = std::ranges::all_of(
+            top, [](const JsonMember& member) { return isPlainNumber(member.value); });
+        close(isNumbers ? arrayOf<double>(top, [](const Json& element) { return element.number(); })
+                        : arrayOf<Json>(top, [](const Json& element) { return element; }));
     }
 
 private:
@@ -146,20 +164,16 @@ private:
         bool object;
     };
 
-    bool open(bool object)
-    {
-        open_.push_back({stack_.size(), object});
-        return true;
-    }
+    void open(bool object) { open_.push_back({stack_.size(), object}); }
 
-    bool close(const Json& value)
+    void close(const Json& value)
     {
         stack_.resize(open_.back().first);
         open_.pop_back();
-        return take(value);
+        take(value);
     }
 
-    bool take(const Json& value)
+    void take(const Json& value)
     {
         if (open_.empty())
             document_.root_ = value;
@@ -167,7 +181,31 @@ private:
             stack_.back().value = value;  // its key came before
         else
             stack_.push_back({nullptr, value});
-        return true;
+    }
+
+    /// The key as the document holds it. Most of a text's keys were met before: few are looked for
+    /// in the set.
+    const std::string* keyOf(std::string_view text)
+    {
+        const size_t place =
+            text.empty() ? 0 : static_cast<unsigned char>(text.front() + text.back());
+        const std::string*& met = met_.at((place + text.size()) % met_.size());
+        if (met != nullptr && *met == text) return met;
+        auto found = document_.keys_.find(text);
+        if (found == document_.keys_.end()) {
+            constexpr uint64_t kNodeBytes = 80;  // of the set
+            if (reserve_) reserve_(kNodeBytes + text.size());
+            found = document_.keys_.emplace(text).first;
+        }
+        return met = &*found;
+    }
+
+    template <class T, class Convert>
+    Json arrayOf(std::span<const JsonMember> elements, const Convert& convert)
+    {
+        T* values = allocate<T>(elements.size());
+        std::ranges::transform(elements, values, convert, &JsonMember::value);
+        return Json(std::span<const T>(values, elements.size()));
     }
 
     /// Sorts the members on the stack from `first` on; of equal keys the last one stays.
@@ -203,16 +241,49 @@ private:
     }
 
     JsonDocument& document_;
+    const Reserve& reserve_;
     std::vector<JsonMember> stack_;
     std::vector<Container> open_;
+    std::array<const std::string*, 64> met_{};
 };
 
-std::string JsonDocument::parse(std::string_view text)
+namespace {
+
+/// Waits for what nlohmann's parser says of a text; the names and signatures are its own.
+struct Complaint : nlohmann::json_sax<nlohmann::json> {
+    std::string text;
+
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(int64_t) override { return true; }
+    bool number_unsigned(uint64_t) override { return true; }
+    bool number_float(double, const std::string&) override { return true; }
+    bool string(std::string&) override { return true; }
+    bool binary(binary_t&) override { return true; }
+    bool start_object(size_t) override { return true; }
+    bool key(std::string&) override { return true; }
+    bool end_object() override { return true; }
+    bool start_array(size_t) override { return true; }
+    bool end_array() override { return true; }
+    bool parse_error(size_t, const std::string&, const nlohmann::json::exception& error) override
+    {
+        text = error.what();
+        return false;
+    }
+};
+
+}  // namespace
+
+std::string JsonDocument::parse(std::string_view text, const Reserve& reserve)
 {
     clear();
-    Builder builder(*this);
-    if (!nlohmann::json::sax_parse(text.begin(), text.end(), &builder)) clear();
-    return std::move(builder.problem);
+    Builder builder(*this, reserve);
+    if (JsonReader(text, builder).read()) return {};
+    clear();
+    Complaint complaint;
+    complaint.text = "is no JSON";
+    nlohmann::json::sax_parse(text.begin(), text.end(), &complaint);
+    return std::move(complaint.text);
 }
 
 void JsonDocument::clear()
@@ -224,9 +295,7 @@ void JsonDocument::clear()
 
 uint64_t jsonTreeBytes(uint64_t commas, uint64_t colons, uint64_t containers)
 {
-    constexpr uint64_t kKeyBytes = 80;  // a node of JsonDocument's set, without long names
-    return commas * sizeof(Json) + colons * (sizeof(JsonMember) + kKeyBytes) +
-           containers * sizeof(Json);
+    return (commas + containers) * sizeof(Json) + colons * sizeof(JsonMember);
 }
 
 }  // namespace core::gltf

@@ -85,7 +85,7 @@ std::shared_ptr<const Scene> build(Load& load, std::span<const std::byte> bytes)
     load.hash.add(bytes);
     load.stage("parsing", kUnknownShare);
     parseDocument(load, openContainer(load, bytes));
-    if (load.binaryChunk.empty()) load.content = {};  // the tree has copies of what it needs
+    if (load.binaryChunk.empty()) load.content = Bytes();  // the tree has copies of what it needs
     checkVersionAndExtensions(load);
     readBuffers(load);
     decodeViews(load);

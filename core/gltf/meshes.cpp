@@ -296,15 +296,15 @@ void checkReferences(const Object& mesh, size_t accessorCount, size_t viewCount)
 /// What renderers store for a node's uses of a mesh, counted before it is made: triangles of their
 /// own, or if that is more and none is the `first`, instances. (A world that writes out a few all
 /// the same is not much larger.)
-void reserveUses(Load& load, const MeshUse& use, const std::vector<int>& meshes, bool first)
+void reserveUses(Load& load, const MeshUse& use, IndexRange meshes, bool first)
 {
     constexpr uint64_t kTriangleBytes = 16 + 100;  // with its part of a hierarchy
     constexpr uint64_t kVertexBytes = sizeof(glm::vec3) + sizeof(shared::VertexAttributes);
     constexpr uint64_t kInstanceBytes = 400;
     uint64_t bytes = 0;
     bool instanced = load.options.instancing != Instancing::flat;
-    for (const int index : meshes) {
-        const Mesh& mesh = load.scene.meshes[static_cast<size_t>(index)];
+    for (uint32_t index = meshes.begin; index < meshes.end; ++index) {
+        const Mesh& mesh = load.scene.meshes[index];
         bytes += kTriangleBytes * mesh.triangles.size() + kVertexBytes * mesh.positions.size();
         instanced = instanced && !mesh.deformation;
     }
@@ -331,7 +331,7 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
         checkReferences(topLevel(load, "meshes", i), accessors.size(), views);
     Reader reader(load, accessors, materials);
     const std::map<int, const AnimationChannel*> channels = weightChannels(load.scene);
-    std::map<std::pair<int, ShapeOfUse>, std::vector<int>> made;
+    std::map<std::pair<int, ShapeOfUse>, IndexRange> made;
     const size_t uses = plan.meshUses.size();
     for (size_t u = 0; u < uses; ++u) {
         const MeshUse& use = plan.meshUses[u];
@@ -339,6 +339,7 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
         const auto [entry, isNew] = made.try_emplace({use.mesh, shape});
         if (isNew) {
             load.stage("meshes", static_cast<double>(u) / static_cast<double>(uses));
+            entry->second.begin = static_cast<uint32_t>(load.scene.meshes.size());
             const Object source = topLevel(load, "meshes", static_cast<size_t>(use.mesh));
             const std::string name = source.name();
             const size_t count = source.array("primitives").size();
@@ -349,9 +350,9 @@ void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePl
                 std::optional<Mesh> mesh = reader.read(source.element("primitives", i), shape);
                 if (!mesh) continue;
                 mesh->name = name;
-                entry->second.push_back(static_cast<int>(load.scene.meshes.size()));
                 load.scene.meshes.push_back(std::move(*mesh));
             }
+            entry->second.end = static_cast<uint32_t>(load.scene.meshes.size());
         }
         checkJoints(load, use, entry->second);
         reserveUses(load, use, entry->second, isNew);

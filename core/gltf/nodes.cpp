@@ -27,37 +27,38 @@ struct Forest {
     }
 };
 
-int referenceIn(Load& load, const Json& value, const std::string& pointer, size_t limit,
-                const char* array)
+/// Element `i` of a list of nodes, which is member `key` of `holder`.
+size_t nodeIn(const Object& holder, const char* key, const Json& list, size_t i, size_t limit)
 {
-    const std::optional<uint64_t> index = wholeNumber(value);
+    const std::optional<uint64_t> index = wholeNumber(list[i]);
     if (!index)
-        load.refuse("TYPE_MISMATCH", pointer,
-                    "is " + describe(value) + ", must be a whole number, not negative");
+        holder.load().refuse("TYPE_MISMATCH", child(holder.at(key), i),
+                             "is " + describe(list[i]) + ", must be a whole number, not negative");
     if (*index >= limit)
-        load.refuse("UNRESOLVED_REFERENCE", pointer,
-                    "refers to " + std::string(array) + " " + std::to_string(*index) +
-                        ", there are " + std::to_string(limit));
-    return static_cast<int>(*index);
+        holder.load().refuse("UNRESOLVED_REFERENCE", child(holder.at(key), i),
+                             "refers to node " + std::to_string(*index) + ", there are " +
+                                 std::to_string(limit));
+    return *index;
 }
 
 Forest readForest(Load& load)
 {
     const size_t count = countOf(load, "nodes");
+    // The node itself, and what this file and NodePlan hold about it
+    constexpr uint64_t kBytes = sizeof(Node) + sizeof(MeshUse) + 10 * sizeof(int);
+    load.reserveMemory(count * kBytes, "/nodes");
     Forest forest{std::vector<int>(count, -1), {}, {0}};
     forest.first.reserve(count + 1);
     for (size_t i = 0; i < count; ++i) {
         const Object node = topLevel(load, "nodes", i);
         const Json& children = node.array("children");
         for (size_t k = 0; k < children.size(); ++k) {
-            const std::string pointer = child(node.at("children"), k);
-            const auto c =
-                static_cast<size_t>(referenceIn(load, children[k], pointer, count, "node"));
+            const size_t c = nodeIn(node, "children", children, k, count);
             if (c == i)
-                load.refuse("NODE_LOOP", pointer,
+                load.refuse("NODE_LOOP", child(node.at("children"), k),
                             "node " + std::to_string(i) + " is its own child");
             if (forest.parent[c] >= 0) {
-                load.warn("NODE_PARENT_OVERRIDE", pointer,
+                load.warn("NODE_PARENT_OVERRIDE", child(node.at("children"), k),
                           "node " + std::to_string(c) + " already is a child of node " +
                               std::to_string(forest.parent[c]) + " — this one is ignored");
                 continue;
@@ -76,7 +77,7 @@ void requireNoLoops(Load& load, const Forest& forest)
     const size_t count = forest.parent.size();
     std::vector<int> reached;
     reached.reserve(count);
-    std::vector<size_t> depth(count, 0);
+    std::vector<uint32_t> depth(count, 0);
     for (size_t i = 0; i < count; ++i)
         if (forest.parent[i] < 0) reached.push_back(static_cast<int>(i));
     for (size_t next = 0; next < reached.size(); ++next) {
@@ -198,7 +199,8 @@ void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
     if (std::all_of(weights.begin(), weights.end(), [](double w) { return w == 0; }))
         weights.clear();
     load.reserveMemory(2 * weights.size() * sizeof(double), node.pointer());
-    plan.meshUses.push_back({sceneNode, mesh, weights.empty() ? 0 : plan.weights.size(), skin});
+    const auto place = static_cast<uint32_t>(plan.weights.size());
+    plan.meshUses.push_back({sceneNode, mesh, weights.empty() ? 0 : place, skin});
     if (!weights.empty()) plan.weights.push_back(std::move(weights));
 }
 
@@ -234,8 +236,7 @@ std::vector<int> readRoots(Load& load, const Forest& forest)
     }
     const Json& nodes = scene->array("nodes");
     for (size_t i = 0; i < nodes.size(); ++i)
-        roots.push_back(referenceIn(load, nodes[i], child(scene->at("nodes"), i),
-                                    forest.parent.size(), "node"));
+        roots.push_back(static_cast<int>(nodeIn(*scene, "nodes", nodes, i, forest.parent.size())));
     return roots;
 }
 
@@ -265,6 +266,7 @@ NodePlan readNodes(Load& load)
     NodePlan plan;
     plan.sceneNode.assign(forest.parent.size(), -1);
     load.scene.nodes.reserve(std::min(forest.parent.size(), kMaxNodes));
+    plan.meshUses.reserve(std::min(forest.parent.size(), kMaxNodes));
     struct Visit {
         int node, parent;  // of the document, of the scene
     };
@@ -291,10 +293,6 @@ NodePlan readNodes(Load& load)
         node.parent = visit.parent;
         node.local = readTransform(load, object);
         load.scene.nodes.push_back(std::move(node));
-        if (visit.parent < 0)
-            load.scene.roots.push_back(index);
-        else
-            load.scene.nodes[static_cast<size_t>(visit.parent)].children.push_back(index);
         readMeshUse(load, object, index, plan);
         readOtherUses(object, index, cameraCount, lights, plan);
         const std::span<const int> children = forest.children(source);

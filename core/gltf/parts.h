@@ -12,8 +12,8 @@ namespace core::gltf {
 struct MeshUse {
     int node = -1;  // of the scene
     int mesh = 0;
-    size_t weights = 0;  // of its morph targets, in NodePlan::weights
-    int skin = -1;       // of the document
+    uint32_t weights = 0;  // of its morph targets, in NodePlan::weights
+    int skin = -1;         // of the document
 };
 
 /// A node of the scene that refers to a camera or light of the document.
@@ -67,7 +67,7 @@ void readSkins(Load& load, const std::vector<Accessor>& accessors, const NodePla
 
 /// Takes the skin from the node if a vertex of its meshes follows a joint that the skin does not
 /// have.
-void checkJoints(Load& load, const MeshUse& use, const std::vector<int>& meshes);
+void checkJoints(Load& load, const MeshUse& use, IndexRange meshes);
 
 /// The meshes that `plan` shows: fills scene.meshes and the nodes' lists.
 void readMeshes(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan,

@@ -125,11 +125,11 @@ void readSkins(Load& load, const std::vector<Accessor>& accessors, const NodePla
     }
 }
 
-void checkJoints(Load& load, const MeshUse& use, const std::vector<int>& meshes)
+void checkJoints(Load& load, const MeshUse& use, IndexRange meshes)
 {
     Node& node = load.scene.nodes[static_cast<size_t>(use.node)];
-    for (const int mesh : meshes) {
-        const Deformation* shape = load.scene.meshes[static_cast<size_t>(mesh)].deformation.get();
+    for (uint32_t mesh = meshes.begin; mesh < meshes.end; ++mesh) {
+        const Deformation* shape = load.scene.meshes[mesh].deformation.get();
         if (node.skin < 0 || !shape || shape->joints.empty()) continue;
         const size_t joints = load.scene.skins[static_cast<size_t>(node.skin)].joints.size();
         if (shape->joints.back() < joints) continue;

@@ -1,12 +1,13 @@
 // Keyframe interpolation as appendix C of the glTF 2.0 specification writes it, and the walk over
-// the node forest.
+// the forest of nodes.
 #include "core/scene/animation.h"
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 #include <glm/gtc/matrix_transform.hpp>
+
+#include "core/base/check.h"
 
 namespace core {
 
@@ -38,32 +39,6 @@ glm::dmat4 localMatrix(const Transform& t)
     const glm::dmat4 translation = glm::translate(glm::dmat4(1), t.translation);
     return translation * glm::mat4_cast(normalised(t.rotation)) *
            glm::scale(glm::dmat4(1), t.scale);
-}
-
-/// Calls visit(node, parent or -1) for all nodes that the roots reach, parents first; a node that
-/// is reached again is passed over.
-template <class Visit> void visitNodes(const Scene& scene, const Visit& visit)
-{
-    std::vector<bool> reached(scene.nodes.size(), false);
-    struct Entry {
-        int node;
-        int parent;
-    };
-    std::vector<Entry> stack;
-    const auto push = [&](const std::vector<int>& nodes, int parent) {
-        for (auto it = nodes.rbegin(); it != nodes.rend(); ++it) stack.push_back({*it, parent});
-    };
-    push(scene.roots, -1);
-    while (!stack.empty()) {
-        const Entry entry = stack.back();
-        stack.pop_back();
-        if (entry.node < 0 || static_cast<size_t>(entry.node) >= scene.nodes.size()) continue;
-        const size_t n = static_cast<size_t>(entry.node);
-        if (reached[n]) continue;
-        reached[n] = true;
-        visit(entry.node, entry.parent);
-        push(scene.nodes[n].children, entry.node);
-    }
 }
 
 /// Parts of a key: in-tangent, value and out-tangent, or the value alone.
@@ -134,14 +109,42 @@ size_t targetsOf(const AnimationChannel& channel)
     return parts == 0 ? 0 : channel.weights.size() / parts;
 }
 
-void apply(const AnimationChannel& channel, double time, const Scene& scene,
-           std::unordered_map<int, Transform>& animated)
+/// The transforms of nodes that an animation changes; the others are at rest.
+class Animated {
+public:
+    explicit Animated(const Scene& scene) : scene_(scene)
+    {
+        if (!scene.animations.empty()) place_.assign(scene.nodes.size(), -1);
+    }
+
+    /// That of a node, to be changed; at rest until then.
+    Transform& change(size_t node)
+    {
+        if (place_[node] < 0) {
+            place_[node] = static_cast<int>(changed_.size());
+            changed_.push_back(scene_.nodes[node].local);
+        }
+        return changed_[static_cast<size_t>(place_[node])];
+    }
+
+    const Transform& of(size_t node) const
+    {
+        const int place = place_.empty() ? -1 : place_[node];
+        return place < 0 ? scene_.nodes[node].local : changed_[static_cast<size_t>(place)];
+    }
+
+private:
+    const Scene& scene_;
+    std::vector<int> place_;  // in `changed_`, -1: at rest; empty: all are
+    std::vector<Transform> changed_;
+};
+
+void apply(const AnimationChannel& channel, double time, const Scene& scene, Animated& animated)
 {
     if (channel.node < 0 || static_cast<size_t>(channel.node) >= scene.nodes.size()) return;
     glm::dvec4 value;
     if (!evaluateChannel(channel, time, value)) return;
-    const Transform& rest = scene.nodes[static_cast<size_t>(channel.node)].local;
-    Transform& local = animated.try_emplace(channel.node, rest).first->second;
+    Transform& local = animated.change(static_cast<size_t>(channel.node));
     local.matrix.reset();  // glTF forbids animating a node that has a matrix
     switch (channel.path) {
     case AnimationChannel::Path::translation:
@@ -208,7 +211,7 @@ bool isConstant(const AnimationChannel& channel)
 Pose poseAt(const Scene& scene, double time)
 {
     Pose pose;
-    std::unordered_map<int, Transform> animated;
+    Animated animated(scene);
     if (!scene.animations.empty()) {
         for (const AnimationChannel& channel : scene.animations.front().channels) {
             if (channel.path == AnimationChannel::Path::weights)
@@ -217,16 +220,15 @@ Pose poseAt(const Scene& scene, double time)
                 apply(channel, time, scene, animated);
         }
     }
-    pose.toFile.assign(scene.nodes.size(), glm::dmat4x3(1));
-    visitNodes(scene, [&](int node, int parent) {
-        const size_t n = static_cast<size_t>(node);
-        pose.order.push_back(node);
-        const auto changed = animated.empty() ? animated.end() : animated.find(node);
-        const glm::dmat4 local =
-            localMatrix(changed == animated.end() ? scene.nodes[n].local : changed->second);
-        pose.toFile[n] =
-            parent < 0 ? glm::dmat4x3(local) : pose.toFile[static_cast<size_t>(parent)] * local;
-    });
+    pose.toFile.reserve(scene.nodes.size());
+    for (size_t n = 0; n < scene.nodes.size(); ++n) {
+        const Node& node = scene.nodes[n];
+        CHECK(node.parent < static_cast<int>(n));
+        const glm::dmat4 local = localMatrix(animated.of(n));
+        pose.toFile.push_back(node.parent < 0
+                                  ? glm::dmat4x3(local)
+                                  : pose.toFile[static_cast<size_t>(node.parent)] * local);
+    }
     return pose;
 }
 
@@ -239,10 +241,10 @@ std::vector<bool> movingNodes(const Scene& scene)
         const bool known = channel.node >= 0 && static_cast<size_t>(channel.node) < moves.size();
         if (known && !isConstant(channel)) moves[static_cast<size_t>(channel.node)] = true;
     }
-    visitNodes(scene, [&](int node, int parent) {
-        if (parent >= 0 && moves[static_cast<size_t>(parent)])
-            moves[static_cast<size_t>(node)] = true;
-    });
+    for (size_t n = 0; n < moves.size(); ++n) {
+        const int parent = scene.nodes[n].parent;
+        if (parent >= 0 && moves[static_cast<size_t>(parent)]) moves[n] = true;
+    }
     return moves;
 }
 

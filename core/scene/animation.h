@@ -9,10 +9,8 @@
 
 namespace core {
 
-/// Nodes that the roots reach, parents first, and their matrices into the file's space. Entries of
-/// `toFile` of nodes that are not in `order` mean nothing. The last row, 0 0 0 1, is left out.
+/// The matrices of all nodes into the file's space. The last row, 0 0 0 1, is left out.
 struct Pose {
-    std::vector<int> order;
     std::vector<glm::dmat4x3> toFile;
     std::map<int, std::vector<double>> weights;  // of the morph targets of nodes that animate them
 };
@@ -29,8 +27,7 @@ std::vector<double> evaluateWeights(const AnimationChannel& channel, double time
 bool isConstant(const AnimationChannel& channel);
 
 /// The pose at `time` seconds of the first animation; the rest pose when there is none. Rotations
-/// are normalised, one without length is the identity. A node that is reached twice (a cycle, two
-/// parents) keeps its first place.
+/// are normalised, one without length is the identity. CHECKs that parents come before children.
 Pose poseAt(const Scene& scene, double time);
 
 /// Per node, whether it stands elsewhere at some times than at others: the first animation has a

@@ -101,12 +101,20 @@ struct Skin {
     std::vector<glm::mat4x3> inverseBinds;  // as long, or empty: identities
 };
 
+/// Indices begin <= i < end.
+struct IndexRange {
+    uint32_t begin = 0, end = 0;
+
+    uint32_t size() const { return end - begin; }
+    bool empty() const { return begin == end; }
+    friend bool operator==(const IndexRange&, const IndexRange&) = default;
+};
+
 struct Node {
     std::string name;
-    int parent = -1;
-    std::vector<int> children;
+    int parent = -1;    // comes before its children in Scene::nodes; -1: none
+    IndexRange meshes;  // one glTF mesh may become several (one per primitive)
     Transform local;
-    std::vector<int> meshes;  // one glTF mesh may become several (one per primitive)
     int camera = -1, light = -1;
     int placements = -1;  // index into Scene::placements; -1: the meshes are where the node is
     int skin = -1;        // whose joints the meshes with influences follow, instead of the node
@@ -194,10 +202,9 @@ struct Scene {
     std::string name, hash;  // hash: 16 hex digits over the content of every file read
     std::string fileHash;    // the same, whatever environment is asked for instead of its own
     std::vector<Mesh> meshes;
-    std::vector<Node> nodes;
+    std::vector<Node> nodes;  // a forest, parents before children
     std::vector<std::vector<MeshPlacement>> placements;
     std::vector<Skin> skins;
-    std::vector<int> roots;
     std::vector<Material> materials;  // at least one; 0 is glTF's default when a mesh names none
     std::vector<TextureUse> textureUses;
     std::vector<Texture> textures;

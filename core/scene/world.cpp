@@ -30,7 +30,6 @@ std::shared_ptr<const Scene> withoutMeshesAndTexels(const Scene& scene)
     slim->nodes = scene.nodes;
     slim->placements = scene.placements;
     slim->skins = scene.skins;
-    slim->roots = scene.roots;
     slim->materials = scene.materials;
     slim->textureUses = scene.textureUses;
     slim->cameras = scene.cameras;
@@ -128,7 +127,7 @@ void warnAboutPrecision(World& world, uint64_t rough)
 
 }  // namespace
 
-std::string nodePointer(int node)
+std::string nodePointer(size_t node)
 {
     return "/nodes/" + std::to_string(node);
 }
@@ -197,12 +196,12 @@ void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& u
 
 void placeCameras(World& world, const Scene& scene, const Pose& pose)
 {
-    for (const int n : pose.order) {
-        const int camera = scene.nodes[static_cast<size_t>(n)].camera;
+    for (size_t n = 0; n < scene.nodes.size(); ++n) {
+        const int camera = scene.nodes[n].camera;
         if (camera < 0 || static_cast<size_t>(camera) >= scene.cameras.size()) continue;
-        Camera placed = cameraOfNode(scene.cameras[static_cast<size_t>(camera)],
-                                     pose.toFile[static_cast<size_t>(n)], world.placement);
-        if (placed.name.empty()) placed.name = scene.nodes[static_cast<size_t>(n)].name;
+        Camera placed = cameraOfNode(scene.cameras[static_cast<size_t>(camera)], pose.toFile[n],
+                                     world.placement);
+        if (placed.name.empty()) placed.name = scene.nodes[n].name;
         if (placed.name.empty()) placed.name = "camera " + std::to_string(world.cameras.size());
         if (placed.apertureRadius > 0) world.features |= shared::kFeatureThinLens;
         const double sum = glm::dot(placed.position, placed.position);

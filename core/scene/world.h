@@ -28,15 +28,6 @@ struct Placement {
 
 using shared::WorldTriangle;
 
-/// Indices begin <= i < end.
-struct IndexRange {
-    uint32_t begin = 0, end = 0;
-
-    uint32_t size() const { return end - begin; }
-    bool empty() const { return begin == end; }
-    friend bool operator==(const IndexRange&, const IndexRange&) = default;
-};
-
 /// Meshes of a node that are stored once, in a space of their own with a radius of about one, and
 /// shown by instances. They rest, and neither shine nor are panes.
 struct Prototype {
@@ -89,7 +80,6 @@ struct World {
     // The pose.
     SharedArray<glm::vec3> positions;  // world, plus one unused at the end (Embree reads 16 bytes)
     SharedArray<shared::VertexAttributes> attributes;  // as long as positions, or empty
-    SharedArray<glm::dmat4> movingTransforms;          // of the uses of meshes that move
     SharedArray<shared::Emitter> emitters;
     SharedArray<float> emitterCdf;        // emitters.size() + 1 values from 0 to 1
     SharedArray<glm::uvec4> emitterTree;  // over those with a place; empty where they are few

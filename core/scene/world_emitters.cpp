@@ -233,15 +233,14 @@ double makePunctual(const PunctualLight& light, const glm::dmat4x3& toFile, cons
 /// Lights with a place when `near`, those without when not.
 void addPunctual(World& world, const Scene& scene, const Pose& pose, bool near, Collected& out)
 {
-    for (const int n : pose.order) {
-        const int index = scene.nodes[static_cast<size_t>(n)].light;
+    for (size_t n = 0; n < scene.nodes.size(); ++n) {
+        const int index = scene.nodes[n].light;
         if (index < 0 || static_cast<size_t>(index) >= scene.lights.size()) continue;
         const PunctualLight& light = scene.lights[static_cast<size_t>(index)];
         if ((light.kind != shared::kEmitterDirectional) != near) continue;
         shared::Emitter e{};
         EmitterBounds where;
-        const double power =
-            makePunctual(light, pose.toFile[static_cast<size_t>(n)], world, e, where);
+        const double power = makePunctual(light, pose.toFile[n], world, e, where);
         const double sum = static_cast<double>(glm::dot(e.a, e.a) + glm::dot(e.b, e.b)) + power;
         if (!std::isfinite(sum)) {
             world.warnings.add("LIGHT_NOT_FINITE", nodePointer(n),

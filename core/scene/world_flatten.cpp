@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "core/base/check.h"
@@ -64,15 +65,6 @@ void replacePiece(SharedArray<T>& array, IndexRange range, const std::vector<T>&
     array = std::move(changed);
 }
 
-std::vector<glm::dmat4> movingTransforms(const std::vector<Instance>& instances)
-{
-    std::vector<glm::dmat4> transforms;
-    for (const Instance& instance : instances) {
-        if (instance.moves) transforms.emplace_back(instance.toFile());
-    }
-    return transforms;
-}
-
 /// Bounds and radius of everything.
 void setBounds(World& world, const Extent& extent)
 {
@@ -84,33 +76,49 @@ void setBounds(World& world, const Extent& extent)
     world.radius = std::sqrt(extent.radius2) * 1.00001f;
 }
 
+/// Bounds of the vertices, of which the file may have some that are not finite.
+Extent boundsOf(const Mesh& mesh)
+{
+    Extent box;
+    for (const glm::vec3& p : mesh.positions)
+        if (isFinite(glm::dvec3(p))) box.addPoint(p);
+    return box;
+}
+
 /// Where the moving instances are at samples of the animation's time, by the corners of their
 /// meshes' bounds, of those that deform by those of each joint. What lies between samples may leave
-/// it: nothing depends on it but how well a grid that is laid over it fits.
+/// it: nothing depends on it but how well a grid that is laid over it fits. So there are fewer
+/// samples of very many nodes.
 Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
                  const Placement& placement)
 {
-    constexpr int kSamples = 32;
-    Extent reach;
-    std::vector<std::pair<Instance, Extent>> moving;
+    constexpr size_t kFewestSamples = 4, kMostSamples = 32,
+                     kMostPlaces = 1 << 20;  // in all samples
+    std::vector<std::optional<Extent>> boxes(scene.meshes.size());
     std::vector<DeformedBounds> deforming;
+    size_t moving = 0;
     for (const Instance& instance : instances) {
         if (!instance.moves) continue;
-        if (instance.deforms) {
+        ++moving;
+        const auto mesh = static_cast<size_t>(instance.mesh);
+        if (instance.deforms)
             deforming.emplace_back(scene, instance);
-            continue;
-        }
-        Extent box;
-        for (const glm::vec3& p : scene.meshes[static_cast<size_t>(instance.mesh)].positions) {
-            if (isFinite(glm::dvec3(p))) box.addPoint(p);
-        }
-        if (!box.empty()) moving.emplace_back(instance, box);
+        else if (!boxes[mesh])
+            boxes[mesh] = boundsOf(scene.meshes[mesh]);
     }
+    Extent reach;
+    if (moving == 0) return reach;
+    const size_t samples =
+        std::clamp(kMostPlaces / (moving + scene.nodes.size()), kFewestSamples, kMostSamples);
     const double duration = scene.animations.empty() ? 0 : scene.animations.front().duration;
-    for (int i = 0; i <= kSamples && !(moving.empty() && deforming.empty()); ++i) {
-        const Pose pose = poseAt(scene, duration * i / kSamples);
+    for (size_t i = 0; i <= samples; ++i) {
+        const Pose pose =
+            poseAt(scene, duration * static_cast<double>(i) / static_cast<double>(samples));
         for (const DeformedBounds& bounds : deforming) bounds.add(pose, placement, reach);
-        for (auto& [instance, box] : moving) {
+        for (Instance instance : instances) {
+            if (!instance.moves || instance.deforms) continue;
+            const Extent& box = *boxes[static_cast<size_t>(instance.mesh)];
+            if (box.empty()) continue;
             instance.nodeToFile = &pose.toFile[static_cast<size_t>(instance.node)];
             const Mapping mapping(instance, placement);
             for (const glm::vec3& corner : box.corners()) {
@@ -159,7 +167,6 @@ Extent flattenInstances(World& world, Topology& topology, const Scene& scene, co
     world.extra = std::move(geometry.extra);
     world.triangles = std::move(geometry.triangles);
     world.movingPieces = std::move(pieces);
-    world.movingTransforms = movingTransforms(instances);
     if (!moving.empty()) {
         Extent reach = findReach(scene, instances, world.placement);
         reach.add(moving);
@@ -203,7 +210,6 @@ std::optional<Extent> moveInstances(World& world, const Scene& scene, const Pose
 
     replacePiece(world.positions, world.movingVertices, piece.positions);
     replacePiece(world.attributes, world.movingVertices, piece.attributes);
-    replaceIfChanged(world.movingTransforms, movingTransforms(instances));
     Extent extent = topology.still;
     extent.add(moving);
     setBounds(world, extent);
@@ -215,7 +221,8 @@ namespace {
 void warnAbout(Warnings& warnings, const Scene& scene, const Instance& instance,
                const Dropped& dropped)
 {
-    const std::string where = nodePointer(instance.node);
+    if (dropped == Dropped{}) return;
+    const std::string where = nodePointer(static_cast<size_t>(instance.node));
     const std::string& name = scene.meshes[static_cast<size_t>(instance.mesh)].name;
     if (dropped.degenerate > 0) {
         warnings.add("TRIANGLES_DEGENERATE", where,

@@ -2,6 +2,7 @@
 // and in core/trace.
 #pragma once
 
+#include <array>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -78,7 +79,7 @@ struct Extent {
     void add(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c);
     void add(const Extent& other);
     void addPoint(const glm::vec3& p);
-    std::vector<glm::vec3> corners() const;
+    std::array<glm::vec3, 8> corners() const;
     bool empty() const { return !(low.x <= high.x); }
 };
 
@@ -154,7 +155,7 @@ void findEmission(World& world, Topology& topology, const Scene& scene);
 void collectEmitters(World& world, const Topology& topology, const Scene& scene, const Pose& pose);
 
 /// JSON pointer of a node.
-std::string nodePointer(int node);
+std::string nodePointer(size_t node);
 
 /// Puts `values` into `array`, unless it holds just these: then it goes on sharing them. Returns
 /// whether they are others.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/check.h"
 #include "core/scene/deformation.h"
 #include "core/scene/features.h"
 #include "core/scene/world_geometry.h"
@@ -39,11 +40,11 @@ void Extent::addPoint(const glm::vec3& p)
     radius2 = std::max(radius2, glm::dot(p, p));
 }
 
-std::vector<glm::vec3> Extent::corners() const
+std::array<glm::vec3, 8> Extent::corners() const
 {
-    std::vector<glm::vec3> points;
-    for (int i = 0; i < 8; ++i)
-        points.emplace_back(i & 1 ? low.x : high.x, i & 2 ? low.y : high.y, i & 4 ? low.z : high.z);
+    std::array<glm::vec3, 8> points;
+    for (size_t i = 0; i < 8; ++i)
+        points[i] = {i & 1 ? low.x : high.x, i & 2 ? low.y : high.y, i & 4 ? low.z : high.z};
     return points;
 }
 
@@ -68,7 +69,8 @@ bool isShown(const Instance& instance, Warnings& warnings)
                         glm::dot(normals[2], normals[2]);
     const bool finite = std::isfinite(size) && isFinite(glm::dvec3(toFile[3]));
     if (finite && size > 0) return true;
-    warnings.add(finite ? "NODE_SCALE_ZERO" : "NODE_NOT_FINITE", nodePointer(instance.node),
+    warnings.add(finite ? "NODE_SCALE_ZERO" : "NODE_NOT_FINITE",
+                 nodePointer(static_cast<size_t>(instance.node)),
                  finite ? "scale is zero along two axes or more: nothing to see — instance dropped"
                         : "transform is not finite — instance dropped");
     return false;
@@ -80,16 +82,16 @@ std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnin
 {
     std::vector<Instance> instances;
     const DeformingUses deforming(scene);
-    for (const int n : pose.order) {
-        const Node& node = scene.nodes[static_cast<size_t>(n)];
+    for (size_t i = 0; i < scene.nodes.size(); ++i) {
+        const Node& node = scene.nodes[i];
         if (node.meshes.empty()) continue;
-        Instance instance{
-            0, n, deforming.moves(n), false, &pose.toFile[static_cast<size_t>(n)], nullptr};
+        CHECK(node.meshes.end <= scene.meshes.size());
+        const auto n = static_cast<int>(i);
+        Instance instance{0, n, deforming.moves(n), false, &pose.toFile[i], nullptr};
         const auto addMeshes = [&] {
             std::optional<bool> shown;  // of what is where the node is
-            for (const int mesh : node.meshes) {
-                if (mesh < 0 || static_cast<size_t>(mesh) >= scene.meshes.size()) continue;
-                instance.mesh = mesh;
+            for (uint32_t mesh = node.meshes.begin; mesh < node.meshes.end; ++mesh) {
+                instance.mesh = static_cast<int>(mesh);
                 const Instance use = deforming.of(instance);
                 const bool apart = use.nodeToFile != instance.nodeToFile;
                 if (!apart && !shown) shown = isShown(instance, warnings);
@@ -122,7 +124,9 @@ std::vector<glm::vec3> usedPoints(const Mesh& mesh, bool corners)
         points.push_back(mesh.positions[v]);
         box.addPoint(mesh.positions[v]);
     }
-    return corners && points.size() > 8 ? box.corners() : points;
+    if (!corners || points.size() <= 8) return points;
+    const std::array<glm::vec3, 8> eight = box.corners();
+    return {eight.begin(), eight.end()};
 }
 
 }  // namespace
@@ -175,8 +179,9 @@ void orderInstances(const Scene& scene, bool alpha, std::vector<Instance>& insta
         const bool tested = alpha && hasAlphaTest(material.data);
         return tested ? (instance.moves ? 2 : 3) : (instance.moves ? 1 : 0);
     };
-    std::stable_sort(instances.begin(), instances.end(),
-                     [&](const Instance& a, const Instance& b) { return place(a) < place(b); });
+    const auto before = [&](const Instance& a, const Instance& b) { return place(a) < place(b); };
+    if (!std::ranges::is_sorted(instances, before))  // sorting takes as much memory again
+        std::ranges::stable_sort(instances, before);
 }
 
 }  // namespace core

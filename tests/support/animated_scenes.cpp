@@ -121,7 +121,6 @@ void expectSameWorld(const core::World& a, const core::World& b)
     expectSameBytes(a.environment, b.environment, "environment");
     expectSameBytes(a.environmentCdf, b.environmentCdf, "probabilities of the environment");
     expectSameBytes(a.movingPieces, b.movingPieces, "moving pieces");
-    expectSameBytes(a.movingTransforms, b.movingTransforms, "transforms");
     EXPECT_EQ(a.movingVertices, b.movingVertices);
     EXPECT_EQ(a.movingTriangles, b.movingTriangles);
     EXPECT_EQ(a.environmentEmitter, b.environmentEmitter);

@@ -18,8 +18,7 @@ std::vector<int> addThing(SceneBuilder& builder, const Thing& thing)
 {
     const int ball = builder.sphere(glm::vec3(5, -3, 2), 0.4f, thing.levels,
                                     builder.material(thing.ball), false, true);
-    builder.scene.roots.pop_back();  // the node that sphere() made
-    builder.scene.nodes.pop_back();
+    builder.scene.nodes.pop_back();  // which sphere() made
     const glm::vec3 a(5.2f, -2.8f, 2.3f);
     const int leaf = builder.looseMesh({a, a + glm::vec3(0.5f, 0, 0.1f),
                                         a + glm::vec3(0.5f, 0.6f, 0.1f), a + glm::vec3(0, 0.6f, 0)},

@@ -130,20 +130,18 @@ int SceneBuilder::sphere(glm::vec3 centre, float radius, int levels, int materia
     return index;
 }
 
-int SceneBuilder::node(const glm::dmat4& matrix, std::vector<int> meshes, int parent)
+int SceneBuilder::node(const glm::dmat4& matrix, const std::vector<int>& meshes, int parent)
 {
     core::Node n;
     n.local.matrix = std::make_shared<const glm::dmat4>(matrix);
-    n.meshes = std::move(meshes);
-    n.parent = parent;
-    const int index = static_cast<int>(scene.nodes.size());
-    scene.nodes.push_back(std::move(n));
-    if (parent < 0) {
-        scene.roots.push_back(index);
-    } else {
-        scene.nodes[static_cast<size_t>(parent)].children.push_back(index);
+    if (!meshes.empty()) {
+        CHECK(meshes.back() - meshes.front() + 1 == static_cast<int>(meshes.size()));
+        n.meshes = {static_cast<uint32_t>(meshes.front()),
+                    static_cast<uint32_t>(meshes.back() + 1)};
     }
-    return index;
+    n.parent = parent;
+    scene.nodes.push_back(std::move(n));
+    return static_cast<int>(scene.nodes.size()) - 1;
 }
 
 int SceneBuilder::light(const core::PunctualLight& light, const glm::dmat4& toFile)

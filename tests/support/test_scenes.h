@@ -44,8 +44,8 @@ public:
     int sphere(glm::vec3 centre, float radius, int levels, int material, bool inward = false,
                bool smooth = false);
 
-    /// A node at the root (or under `parent`) with this matrix.
-    int node(const glm::dmat4& matrix, std::vector<int> meshes, int parent = -1);
+    /// A node at the root (or under `parent`) with this matrix, and meshes that follow one another.
+    int node(const glm::dmat4& matrix, const std::vector<int>& meshes, int parent = -1);
 
     int light(const core::PunctualLight& light, const glm::dmat4& toFile);
     int camera(glm::dvec3 position, glm::dvec3 target, double yfov);

@@ -195,9 +195,8 @@ core::Scene bumpyFloor()
                                    shared::packTangent(glm::vec3(1, 0, 0), 1)});
     scene.meshes.push_back(mesh);
     core::Node node;
-    node.meshes = {0};
+    node.meshes = {0, 1};
     scene.nodes.push_back(node);
-    scene.roots.push_back(0);
     core::Environment sky;
     sky.width = 8;
     sky.height = 4;

@@ -163,8 +163,8 @@ TEST(Assets, hallHasAThousandLampsAllVisible)
     const auto scene = load("hall");
     size_t lamps = 0;
     for (const core::Node& node : scene->nodes)
-        for (const int mesh : node.meshes) {
-            const size_t material = size_t(scene->meshes[size_t(mesh)].material);
+        for (uint32_t mesh = node.meshes.begin; mesh < node.meshes.end; ++mesh) {
+            const size_t material = size_t(scene->meshes[mesh].material);
             if (scene->materials[material].data.emissive == glm::vec3(0)) continue;
             ++lamps;
             const glm::dvec3 p = node.local.translation;

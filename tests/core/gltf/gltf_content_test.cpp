@@ -265,10 +265,8 @@ TEST(GltfGeometry, MorphTargetsApplyTheirDefaultWeights)
     document.json["scenes"][0]["nodes"] = {0, 1};
     const auto scene = test::load(document);
     ASSERT_EQ(scene->meshes.size(), 2u) << "the node's own weights make another mesh";
-    EXPECT_EQ(scene->meshes[static_cast<size_t>(scene->nodes[0].meshes[0])].positions[1],
-              glm::vec3(1, 0, 1));
-    EXPECT_EQ(scene->meshes[static_cast<size_t>(scene->nodes[1].meshes[0])].positions[1],
-              glm::vec3(1, 2, 0.5f));
+    EXPECT_EQ(scene->meshes[scene->nodes[0].meshes.begin].positions[1], glm::vec3(1, 0, 1));
+    EXPECT_EQ(scene->meshes[scene->nodes[1].meshes.begin].positions[1], glm::vec3(1, 2, 0.5f));
 }
 
 TEST(GltfGeometry, MeshesAreSharedAndUnusedOnesAreNotLoaded)
@@ -285,8 +283,8 @@ TEST(GltfGeometry, MeshesAreSharedAndUnusedOnesAreNotLoaded)
     EXPECT_EQ(scene->warnings.total(), 0u);
     EXPECT_EQ(scene->meshes.size(), 1u);
     EXPECT_EQ(scene->nodes.size(), 2u);
-    EXPECT_EQ(scene->nodes[0].meshes, std::vector<int>{0});
-    EXPECT_EQ(scene->nodes[1].meshes, std::vector<int>{0});
+    EXPECT_EQ(scene->nodes[0].meshes, (core::IndexRange{0, 1}));
+    EXPECT_EQ(scene->nodes[1].meshes, (core::IndexRange{0, 1}));
     ASSERT_EQ(scene->materials.size(), 1u);
     EXPECT_EQ(scene->materials[0].name, "used");
 }
@@ -308,10 +306,9 @@ TEST(GltfNodes, HierarchyTransformsCamerasAndLights)
     ASSERT_TRUE(scene);
     EXPECT_EQ(scene->warnings.total(), 0u);
     ASSERT_EQ(scene->nodes.size(), 3u);
-    EXPECT_EQ(scene->roots, std::vector<int>{0});
-    EXPECT_EQ(scene->nodes[0].children, (std::vector<int>{1, 2}))
-        << "in the file's order, parents first";
-    EXPECT_EQ(scene->nodes[1].parent, 0);
+    EXPECT_EQ(scene->nodes[0].parent, -1);
+    EXPECT_EQ(scene->nodes[1].parent, 0) << "in the file's order of children, parents first";
+    EXPECT_EQ(scene->nodes[2].parent, 0);
     EXPECT_EQ(scene->nodes[0].local.translation, glm::dvec3(1, 2, 3));
     EXPECT_EQ(scene->nodes[0].local.rotation, glm::dquat(0, 0, 1, 0));
     EXPECT_EQ(scene->nodes[0].local.scale, glm::dvec3(2));

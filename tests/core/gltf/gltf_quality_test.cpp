@@ -55,7 +55,8 @@ TEST(GltfRepairs, WithoutScenesEveryRootIsShown)
     ASSERT_TRUE(scene);
     EXPECT_EQ(scene->warnings.total(), 0u);
     EXPECT_EQ(scene->nodes.size(), 3u);
-    EXPECT_EQ(scene->roots, (std::vector<int>{0, 2}));
+    for (const size_t root : {size_t{0}, size_t{2}}) EXPECT_EQ(scene->nodes[root].parent, -1);
+    EXPECT_EQ(scene->nodes[1].parent, 0);
 }
 
 TEST(GltfRepairs, TrianglesThatAreNotFiniteAreDropped)

@@ -170,7 +170,7 @@ TEST(GltfNodes, SecondParentsAreIgnored)
     document.json["nodes"] = Json::parse(R"([{"children":[1,1]},{"mesh":0}])");
     EXPECT_REPAIRED(twice, document, "NODE_PARENT_OVERRIDE", "/nodes/0/children/1");
     EXPECT_EQ(twice->nodes.size(), 2u);
-    EXPECT_EQ(twice->nodes[0].children, std::vector<int>{1});
+    EXPECT_EQ(twice->nodes[1].parent, 0);
 
     document.json["nodes"] = Json::parse(R"([{"children":[2]},{"children":[2]},{"mesh":0}])");
     document.json["scenes"][0]["nodes"] = {0, 1};
@@ -242,14 +242,54 @@ TEST(GltfNodes, AMillionNodesLoadOrAreRefusedByEstimate)
     std::string text = R"({"asset":{"version":"2.0"},"nodes":[{})";
     for (int i = 1; i < 1'000'000; ++i) text += ",{}";
     text += "]}";
-    const auto scene = test::loadText(text);
+    core::LoadOptions options;
+    options.maxMemoryMb = 512;
+    const auto scene = test::loadText(text, options);
     ASSERT_TRUE(scene);
     EXPECT_EQ(scene->nodes.size(), 1'000'000u);
-    core::LoadOptions options;
     options.maxMemoryMb = 32;
     const test::Refusal refused = test::refusal(text, options);
     EXPECT_EQ(refused.code, "TOO_LARGE");
     EXPECT_NE(refused.message.find("--max-memory-mb"), std::string::npos);
+    options.maxMemoryMb = 128;  // enough for the text and its tree
+    EXPECT_EQ(test::refusal(text, options).pointer, "/nodes");
+}
+
+/// So many nodes that show one mesh; the last of them is `last`.
+std::string manyNodes(size_t count, const std::string& last)
+{
+    test::Document document = test::triangle();
+    document.json["nodes"] = Json::array({"NODES"});
+    document.json["scenes"] = Json::parse(R"([{"nodes":"ROOTS"}])");
+    std::string nodes, roots = "[0";
+    for (size_t i = 0; i + 1 < count; ++i)
+        nodes += R"({"name":"leaf","mesh":0,"translation":[1,0.5,)" + std::to_string(i) + "]},";
+    for (size_t i = 1; i < count; ++i) roots += ',' + std::to_string(i);
+    std::string text = document.text();
+    text.replace(text.find("\"NODES\""), 7, nodes + last);
+    text.replace(text.find("\"ROOTS\""), 7, roots + "]");
+    return text;
+}
+
+TEST(GltfNodes, AMillionShowOneMesh)
+{
+    constexpr size_t kCount = 1'000'000;
+    const auto scene = test::loadText(manyNodes(kCount, R"({"mesh":0,"scale":[2,2,2]})"));
+    ASSERT_TRUE(scene);
+    ASSERT_EQ(scene->nodes.size(), kCount);
+    EXPECT_EQ(scene->warnings.total(), 0u);
+    EXPECT_EQ(scene->nodes[kCount - 2].local.translation, glm::dvec3(1, 0.5, kCount - 2));
+    EXPECT_EQ(scene->nodes[kCount - 1].local.scale, glm::dvec3(2));
+    EXPECT_EQ(scene->nodes[kCount - 1].meshes, scene->nodes[0].meshes);
+}
+
+TEST(GltfNodes, FaultsAmongManyHaveTheirPlace)
+{
+    EXPECT_REFUSED(manyNodes(100'000, R"({"mesh":1})"), "UNRESOLVED_REFERENCE",
+                   "/nodes/99999/mesh");
+    EXPECT_REFUSED(manyNodes(100'000, R"({"children":[7,100000]})"), "UNRESOLVED_REFERENCE",
+                   "/nodes/99999/children/1");
+    EXPECT_REFUSED(manyNodes(100'000, "[]"), "TYPE_MISMATCH", "/nodes/99999");
 }
 
 TEST(GltfPrimitives, IndicesMustBeUnsignedAndInRange)

@@ -1,5 +1,11 @@
-// The loader's JSON tree holds what the text says, as nlohmann's own tree does.
+// The loader's JSON tree holds what the text says, as nlohmann's own tree does, and refuses what
+// nlohmann's parser does.
 #include "core/gltf/json_tree.h"
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -37,7 +43,7 @@ nlohmann::json copied(const Json& value)
         break;
     case Json::Kind::array:
         copy = nlohmann::json::array();
-        for (const Json& element : value.elements()) copy.push_back(copied(element));
+        for (size_t i = 0; i < value.size(); ++i) copy.push_back(copied(value[i]));
         break;
     case Json::Kind::object:
         copy = nlohmann::json::object();
@@ -105,6 +111,82 @@ TEST(JsonTree, TextsThatAreNoJsonSayWhyAndLeaveNothing)
         EXPECT_NE(document.parse(text), "") << text;
         EXPECT_EQ(document.root().kind(), Json::Kind::null) << text;
     }
+}
+
+TEST(JsonTree, RefusesWhatNlohmannRefuses)
+{
+    const std::vector<std::string> seeds{
+        R"({"a": [1, -2.5e+3, 0.1E-2, true, false, null], "b\u00e4\ud83c\udf32\n": {"": "x\/y"}})",
+        R"([[], {}, [[]], "\"\\\b\f\r\t", 1e5, -0, 0, -0.0, 123456789012345678901234567890])",
+        " {\t\"häuser 木 🌲\" : [ ] }\r\n", "\xef\xbb\xbf[1]",
+        R"(["\ud83c", "\udf32", "\u12g4", "\x", 01, 1., .5, 1e, +1, 1e400, -1e-400, 4.9e-324])"};
+    const std::string letters =
+        "{}[]\",:\\/ \n0123456789+-.eEtrufalsn\x01\x7f\x80\xc3\xa4\xed\xa0\xf4\xff";
+    std::mt19937 random(11);
+    JsonDocument document;
+    const auto check = [&](const std::string& text) {
+        const bool fine = document.parse(text).empty();
+        ASSERT_EQ(fine, nlohmann::json::accept(text)) << text;
+        if (fine) {
+            ASSERT_EQ(copied(document.root()), nlohmann::json::parse(text)) << text;
+        }
+    };
+    for (const std::string& seed : seeds) {
+        for (size_t cut = 0; cut <= seed.size(); ++cut) check(seed.substr(0, cut));
+        for (int i = 0; i < 5000; ++i) {
+            std::string text = seed;
+            for (auto changes = 1 + random() % 3; changes > 0; --changes) {
+                const size_t at = random() % text.size();
+                const char letter = letters[random() % letters.size()];
+                switch (random() % 3) {
+                case 0:
+                    text[at] = letter;
+                    break;
+                case 1:
+                    text.insert(at, 1, letter);
+                    break;
+                default:
+                    text.erase(at, text.size() > 1 ? 1 : 0);
+                }
+            }
+            check(text);
+        }
+    }
+}
+
+TEST(JsonTree, NumbersAloneTakeEightBytesAndKeepTheirKinds)
+{
+    JsonDocument document;
+    ASSERT_EQ(document.parse("[[3, -4, 0.5, -0.0, 9007199254740992, -7.0], [1, 9007199254740993]]"),
+              "");
+    const Json plain = document.root()[0], large = document.root()[1];
+    EXPECT_EQ(plain[0].whole(), 3u);
+    EXPECT_EQ(plain[1].kind(), Json::Kind::negative);
+    EXPECT_EQ(plain[1].number(), -4);
+    EXPECT_EQ(plain[2].kind(), Json::Kind::real);
+    EXPECT_TRUE(std::signbit(plain[3].number()));
+    EXPECT_EQ(plain[4].whole(), 9007199254740992u);
+    EXPECT_EQ(plain[5].number(), -7);
+    EXPECT_EQ(large[1].whole(), 9007199254740993u) << "no double holds it";
+}
+
+TEST(JsonTree, MemoryOfKeysIsAskedForBeforeItIsTaken)
+{
+    JsonDocument document;
+    uint64_t asked = 0;
+    const auto reserve = [&](uint64_t bytes) { asked += bytes; };
+    ASSERT_EQ(document.parse(R"([{"a": 1, "b": 2}, {"b": 3, "a": 4}, {"a": 5}])", reserve), "");
+    EXPECT_GT(asked, 2u);
+    const uint64_t two = asked;
+    asked = 0;
+    ASSERT_EQ(document.parse(R"({"a": 1, "b": 2})", reserve), "");
+    EXPECT_EQ(asked, two) << "each key once";
+    const std::string key(100'000, 'k');
+    asked = 0;
+    ASSERT_EQ(document.parse("{\"" + key + "\": 1}", reserve), "");
+    EXPECT_GT(asked, key.size());
+    struct Enough {};
+    EXPECT_THROW(document.parse(R"({"a": 1})", [](uint64_t) { throw Enough(); }), Enough);
 }
 
 TEST(JsonTree, AMillionObjectsLieInAFewBlocks)

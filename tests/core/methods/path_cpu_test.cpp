@@ -258,10 +258,8 @@ TEST(PathCpu, ScaleAndPlaceDoNotMatter)
 {
     const auto moved = [](const glm::dmat4& matrix) {
         SceneBuilder b = room(lambert(glm::vec3(0.7f)), lambert(glm::vec3(0.5f)));
-        const int parent = b.node(matrix, {});
-        b.scene.nodes[static_cast<size_t>(parent)].children = b.scene.roots;
-        std::erase(b.scene.nodes[static_cast<size_t>(parent)].children, parent);
-        b.scene.roots = {parent};
+        for (core::Node& node : b.scene.nodes)
+            node.local.matrix = std::make_shared<const glm::dmat4>(matrix * *node.local.matrix);
         return b.world();
     };
     const core::PathParams params = independentParams(core::Strategy::mis, 5);
