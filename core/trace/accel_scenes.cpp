@@ -1,6 +1,7 @@
 // See accel_scenes.h.
 #include "core/trace/accel_scenes.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -52,9 +53,11 @@ void AccelScenes::build(const std::function<void(const char*, double)>& progress
     attachInstances();
     commit(still, monitor);
     // Embree refits only in scenes of low quality (over 72 thousand triangles 1 ms of processor
-    // time instead of 25); what is low there is the tree above the pieces.
-    moving =
-        makeScene(true, RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_REFIT, RTC_SCENE_FLAG_DYNAMIC);
+    // time instead of 25); what is low there is the tree above the pieces. Where these are one,
+    // what goes separate ways would be in one tree: that is built anew.
+    moving = makeScene(true, RTC_BUILD_QUALITY_LOW,
+                       movesApart() ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_LOW,
+                       RTC_SCENE_FLAG_DYNAMIC);
     commit(moving, monitor);
     makePanes(monitor);
 }
@@ -74,6 +77,14 @@ void AccelScenes::setPose(std::shared_ptr<const World> next,
     makePanes(monitor);
 }
 
+/// Whether each use of a mesh that moves is a geometry of its own. A million of them would take
+/// 600 bytes and 2 us each.
+bool AccelScenes::movesApart() const
+{
+    constexpr size_t kMostPieces = 1 << 16;
+    return world->movingPieces.size() <= kMostPieces;
+}
+
 /// Cuts what stands for itself into geometries. See World for the order of its triangles.
 void AccelScenes::findPieces()
 {
@@ -89,7 +100,14 @@ void AccelScenes::findPieces()
         if (!piece.triangles.empty()) pieces_.push_back(piece);
     };
     add({{0, moves.empty() ? opaque : moves.begin}, false, false});
-    for (const IndexRange& piece : world->movingPieces) add({piece, true, piece.begin >= opaque});
+    if (movesApart()) {
+        for (const IndexRange& piece : world->movingPieces)
+            add({piece, true, piece.begin >= opaque});
+    } else {
+        const uint32_t middle = std::clamp(opaque, moves.begin, moves.end);
+        add({{moves.begin, middle}, true, false});
+        add({{middle, moves.end}, true, true});
+    }
     add({{moves.empty() ? opaque : moves.end, count}, false, true});
     for (Piece& piece : pieces_) piece.filter = {&view, piece.triangles.begin, 0};
 }

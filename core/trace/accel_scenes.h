@@ -1,8 +1,8 @@
 // The scene as Embree has it: what rests and what moves are two of its scenes, traced one after the
 // other, so that a pose leaves the large one alone. What rests is one geometry of opaque triangles
 // and one of those whose alpha is tested (the former never meet a filter function), what moves one
-// geometry per use of a mesh, all over the world's arrays. Prototypes are scenes of their own,
-// whose instances belong to what rests. Private to core/trace.
+// geometry per use of a mesh unless these are too many, all over the world's arrays. Prototypes are
+// scenes of their own, whose instances belong to what rests. Private to core/trace.
 #pragma once
 
 #include <atomic>
@@ -83,6 +83,7 @@ private:
     static bool continueBuild(void* monitor, double fraction);
     static bool countMemory(void* scenes, ssize_t change, bool);
 
+    bool movesApart() const;
     void findPieces();
     void findPrototypes();
     void makePrototypes(RTCBuildQuality quality, RTCSceneFlags flags, Monitor& monitor);

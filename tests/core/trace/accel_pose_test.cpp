@@ -1,8 +1,11 @@
 // Embree over poses (T38): what a sequence of poses leaves behind finds the hits of one that was
 // built there, and the still triangles are not built again.
+#include <array>
+#include <random>
+
 #include <gtest/gtest.h>
 
-#include <random>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
@@ -80,6 +83,47 @@ TEST(AccelPose, SequencesFindTheHitsOfFreshOnes)
             const core::Accel fresh(core::makeWorld(start->scene, time, 0, start->placement));
             expectSameHits(accel, fresh);
         }
+    }
+}
+
+/// More moving uses of meshes than are geometries of their own, of two groups that go different
+/// ways through each other, one of them cut out by its alpha.
+TEST(AccelPose, ManyUsesFindTheHitsOfFreshOnes)
+{
+    SceneBuilder b;
+    core::Material veil = lambert(glm::vec3(0.5f));
+    veil.data.alpha = 0.4f;
+    veil.data.flags |= shared::kMaterialAlphaBlend;
+    const std::vector<glm::vec3> corners{{0, 0, 0}, {0.8f, 0, 0.1f}, {0, 0.8f, 0.2f}};
+    const int solid = b.looseMesh(corners, {{0, 1, 2}}, b.material(lambert(glm::vec3(0.5f))));
+    const int cut = b.looseMesh(corners, {{0, 1, 2}}, b.material(veil));
+    b.quad({-30, -30, -1}, {60, 0, 0}, {0, 60, 0}, b.material(lambert(glm::vec3(0.5f))));
+    const std::array<int, 2> groups{b.node(glm::dmat4(1), {}), b.node(glm::dmat4(1), {})};
+    for (const int group : groups) b.scene.nodes[static_cast<size_t>(group)].local = {};
+    for (int i = 0; i < 70'000; ++i) {
+        const glm::dvec3 place(i % 41 - 20, i / 41 % 41 - 20, i / 1681);
+        b.node(glm::translate(glm::dmat4(1), place), {i % 2 == 0 ? solid : cut},
+               groups[static_cast<size_t>(i) % 2]);
+    }
+    animate(b.scene, {channelOf(groups[0], core::AnimationChannel::Path::translation,
+                                {{0, 0, 0, 0}, {9, 0, 3, 0}}),
+                      channelOf(groups[1], core::AnimationChannel::Path::translation,
+                                {{0, 0, 0, 0}, {0, -9, 5, 0}})});
+    const auto start = b.world();
+    ASSERT_GT(start->movingPieces.size(), 65'536u);
+    core::Accel accel(start);
+    const auto later = core::poseWorld(start, 0.7);
+    ASSERT_TRUE(core::sameTopology(*later, *start));
+    accel.setPose(later);
+    expectSameHits(accel, core::Accel(core::makeWorld(start->scene, 0.7, 0, start->placement)));
+    for (const core::Ray& ray : raysThrough(*later, 1000)) {
+        shared::Hit hit;
+        if (!accel.closest(ray, hit)) continue;
+        const core::WorldTriangle& t = later->triangles[hit.slot];
+        const glm::vec2 w = hit.barycentrics;
+        const glm::vec3 there = (1 - w.x - w.y) * later->positions[t.v0] +
+                                w.x * later->positions[t.v1] + w.y * later->positions[t.v2];
+        ASSERT_LT(glm::distance(there, ray.origin + hit.t * ray.direction), 1e-4f);
     }
 }
 
