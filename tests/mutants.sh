@@ -56,6 +56,8 @@ instance-mirrored@core/scene/world_geometry.cpp@if (mirrored) std::swap(w.v1, w.
 bvh-one-grid@core/trace/bvh_grid.h@count >= all / 64 ? 2.0f : 0.25f@0.0f@BvhFar*
 bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= bounds.box.extent()@false@BvhFar*
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*
+coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);@;@CoatedLamp.*
+coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@CoatedLamp.*
 srgb-twice@shaders/shared/tonemap.h@pow((x + 0.055f) * (1.0f / 1.055f), 2.4f)@pow((x + 0.055f) * (1.0f / 1.055f), 5.76f)@Tone*:Image*:Gltf*
 '
 

@@ -89,7 +89,10 @@ void GpuScene::setWorld(const core::World& world, const core::Progress& progress
     const bool attributed = !world.attributes.empty();
     const uint32_t byTriangle = shared::kFeatureShadingNormals | shared::kFeatureTextures |
                                 shared::kFeatureVertexExtra | shared::kFeatureAlpha;
-    if (attributed || (world.features & byTriangle) != 0)
+    // The materials of lamps below a coat are found by their triangles.
+    const uint32_t coatedLamps = shared::kFeatureClearcoat | shared::kFeatureEmissiveTriangles;
+    if (attributed || (world.features & byTriangle) != 0 ||
+        (world.features & coatedLamps) == coatedLamps)
         upload(shared::kBindIndices, "the indices", world_.triangles, world.triangles);
     uploadPiece(shared::kBindAttributes, "the vertex attributes", world_.attributes,
                 world.attributes,

@@ -39,10 +39,20 @@ struct Scene {
 struct WaveLights {
     LightSet set;
 
-    void add(VirtualLight light)
+    /// Whether it is kept.
+    bool add(const VirtualLight& light)
     {
         if (!(light.importance < 1e30f)) ++set.dropped;
-        if (light.importance > 0 && light.importance < 1e30f) set.lights.push_back(light);
+        const bool kept = light.importance > 0 && light.importance < 1e30f;
+        if (kept) set.lights.push_back(light);
+        return kept;
+    }
+
+    /// One with a surface that scatters other than Lambert's.
+    void add(VirtualLight light, const LightSurface& surface)
+    {
+        light.detail = static_cast<uint32_t>(set.surfaces.size());
+        if (add(light)) set.surfaces.push_back(surface);
     }
 };
 
@@ -64,6 +74,27 @@ StartNumbers drawStart(const shared::SampleStream& stream)
             shared::streamVec2(stream, shared::kDimensionPath + 2)};
 }
 
+/// The surface of a light below a clear coat, which shines less to the sides: white, lit from right
+/// above and under a smooth coat, a surface sends out just what is left of emission, for a coat
+/// darkens by the lower of both cosines. Returns how much is left of what goes in direction `out`.
+float coatLight(const Scene& scene, const shared::Emitter& e, const vec2& w, const vec3& out,
+                const VirtualLight& light, LightSurface& surface)
+{
+    shared::SurfacePoint s = shared::emitterSurface(scene.view, e, w, -light.normal);
+    const float coat = shared::evaluateMaterial(scene.view, s, -light.normal).inputs.clearcoat;
+    surface.frame = s.frame;
+    surface.normal = light.normal;
+    surface.incident = vec3(0, 0, 1);
+    surface.lobes = {0, 0, 0, 1};
+    shared::BsdfInputs white{};
+    white.baseColor = vec3(1);
+    white.clearcoat = coat;
+    surface.bsdf = shared::makeBsdf(white);
+    surface.bsdf.diffuse = vec3(shared::kPi);
+    surface.bsdf.coatAlpha = 0;
+    return shared::emissionThroughCoat(coat, std::max(glm::dot(s.frame[2], out), 0.0f));
+}
+
 /// From a point of a triangle. `scale`: one over the probability of the emitter.
 bool emitFromTriangle(const Scene& scene, const shared::Emitter& e, const StartNumbers& u,
                       float scale, WaveLights& out, Particle& p)
@@ -80,15 +111,27 @@ bool emitFromTriangle(const Scene& scene, const shared::Emitter& e, const StartN
     light.position = e.a + w.x * (e.b - e.a) + w.y * (e.c - e.a);
     light.normal = cross / twiceArea;
     const vec3 intensity = radiance * (0.5f * twiceArea * scale);
-    light.intensity = intensity * scene.perPath;
-    light.bothSides = twoSided ? 1 : 0;
-    light.importance = asImportance(light.intensity);
-    out.add(light);
     const vec3 side = twoSided && u.choice.y < 0.5f ? -light.normal : light.normal;
+    const float sides = twoSided ? 2.0f : 1.0f;
     p.origin = shared::offsetRay(light.position, side);
     p.direction =
         shared::toWorld(shared::makeFrame(side), shared::sampleCosineHemisphere(u.direction));
-    p.flux = intensity * (shared::kPi * (twoSided ? 2.0f : 1.0f));
+    p.flux = intensity * (shared::kPi * sides);
+    light.intensity = intensity * scene.perPath;
+    light.bothSides = twoSided ? 1 : 0;
+    light.importance = asImportance(light.intensity);
+    if ((e.kind & shared::kEmitterCoated) != 0) {
+        // The light of one side stands for both: details know one.
+        light.normal = side;
+        light.intensity *= sides;
+        light.importance *= sides;
+        light.bothSides = 0;
+        LightSurface surface;
+        p.flux *= coatLight(scene, e, w, p.direction, light, surface);
+        out.add(light, surface);
+    } else {
+        out.add(light);
+    }
     return true;
 }
 
@@ -170,11 +213,7 @@ void placeLight(const Scene& scene, const Particle& p, const shared::Vertex& v, 
     light.intensity = arriving;
     light.bothSides = (v.bsdf.parts & shared::kBsdfTransmission) != 0 ? 1 : 0;
     light.importance = asImportance(arriving * shared::albedoBsdf(v.bsdf, v.wo) * shared::kInvPi);
-    light.detail = static_cast<uint32_t>(out.set.surfaces.size());
-    const size_t before = out.set.lights.size();
-    out.add(light);
-    if (out.set.lights.size() > before)
-        out.set.surfaces.push_back({{v.surface.frame, light.normal, v.wo, v.bsdf, v.lobes}});
+    out.add(light, {{v.surface.frame, light.normal, v.wo, v.bsdf, v.lobes}});
 }
 
 /// Scatters flux at a surface. The factor beside the BSDF's weight is that of the adjoint where

@@ -181,7 +181,8 @@ void addTriangles(World& world, const std::vector<TriangleEmission>& emission, C
         const bool twoSided = (m.flags & shared::kMaterialDoubleSided) != 0;
         shared::Emitter e{};
         e.kind = shared::kEmitterTriangle | (twoSided ? shared::kEmitterTwoSided : 0u) |
-                 (emitting.textured ? shared::kEmitterTextured : 0u);
+                 (emitting.textured ? shared::kEmitterTextured : 0u) |
+                 (m.clearcoat > 0 ? shared::kEmitterCoated : 0u);
         e.a = a;
         e.b = b;
         e.c = c;

@@ -7,6 +7,7 @@
 //   0.2 % over a smooth interface, 1 to 2 % over a rough one. R and its cosine mean Ravg are bounds
 //   fitted to quadrature (roughAlbedo), R from above, Ravg from below: no albedo exceeds 1.001.
 // - A coat darkens its base by 1 - coat * max(R(o), R(i)): reciprocal, never brighter than one.
+//   What shines below it, by 1 - coat * F(o), rough or smooth, as KHR_materials_clearcoat has it.
 // - Light that leaves a facet towards another one is lost (single scattering), as in glTF.
 //
 // Directions are local, z is the shading normal on wo's side, and both point away from the surface.
@@ -225,6 +226,12 @@ SHARED_FN Bsdf makeBsdf(BsdfInputs m)
         b.coatAlpha = max(b.coatAlpha, kDeltaAlpha);
     }
     return b;
+}
+
+/// What a coat leaves of emission below it that goes by cosine c.
+SHARED_FN float emissionThroughCoat(float clearcoat, float c)
+{
+    return 1.0f - saturated(clearcoat) * fresnelDielectric(c, kCoatIor);
 }
 
 /// Neither interface, transmission nor coat: evaluation is one multiplication.

@@ -145,6 +145,7 @@ struct Emitter {
 SHARED_CONST uint kEmitterWords = 4u;
 SHARED_CONST uint kEmitterTwoSided = 0x100u;  // or-ed to kind
 SHARED_CONST uint kEmitterTextured = 0x200u;
+SHARED_CONST uint kEmitterCoated = 0x400u;  // radiance is that of the front below a clear coat
 
 /// One flattened triangle: three vertices, its material.
 struct WorldTriangle {

@@ -247,6 +247,27 @@ SHARED_FN vec3 emitterTexture(IN(SceneView) scene, uint triangle, vec2 w)
     return t != 0u ? xyz(lookUpTexture(scene, t - 1u, uv0, uv1)) : vec3(1.0f, 1.0f, 1.0f);
 }
 
+/// A point of a triangle that emits, as its material and what is seen along `direction` need it.
+SHARED_FN SurfacePoint emitterSurface(IN(SceneView) scene, Emitter e, vec2 w, vec3 direction)
+{
+    StoredTriangle stored;  // none is an instance's
+    stored.slot = kNone;
+    stored.matrix = 0u;
+    SurfacePoint s;
+    s.triangle = e.slot;
+    s.material = fetchTriangleIndices(scene, e.slot).w;
+    s.emitter = kNone;
+    layOutSurface(scene, stored, e.a, e.b, e.c, w, direction, s);
+    return s;
+}
+
+/// Radiance along -direction of an emitter below a clear coat: just what a ray that meets it finds.
+SHARED_FN vec3 coatedEmission(IN(SceneView) scene, Emitter e, vec2 w, vec3 direction)
+{
+    SurfacePoint s = emitterSurface(scene, e, w, direction);
+    return evaluateMaterial(scene, s, direction).emission;
+}
+
 /// Samples one emitter as seen from p, in a region of the sky (0: none); the pdf (0 for those
 /// without extent) does not hold the choice among emitters.
 SHARED_FN bool sampleEmitter(IN(SceneView) scene, PathSettings settings, uint index, vec3 p,
@@ -262,7 +283,10 @@ SHARED_FN bool sampleEmitter(IN(SceneView) scene, PathSettings settings, uint in
     bool found = false;
     if (FEATURE(kFeatureEmissiveTriangles) && kind == kEmitterTriangle) {
         found = sampleTriangleEmitter(e, p, u, s);
-        if (FEATURE(kFeatureEmissiveTextures) && found && (e.kind & kEmitterTextured) != 0u) {
+        if (FEATURE(kFeatureClearcoat) && found && (e.kind & kEmitterCoated) != 0u) {
+            s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);
+        } else if (FEATURE(kFeatureEmissiveTextures) && found &&
+                   (e.kind & kEmitterTextured) != 0u) {
             s.radiance *= emitterTexture(scene, e.slot, s.barycentrics);
         }
         // Rays meet a transparent emitter with probability alpha: so much of it shines.

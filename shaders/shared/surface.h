@@ -155,20 +155,15 @@ SHARED_FN vec3 ensureVisible(vec3 n, vec3 wo)
     return cosine >= kLowest ? n : normalize(n + (kLowest - cosine) * 1.001f * wo);
 }
 
-/// Everything about the hit but its material. `direction` is that of the ray, unit.
-SHARED_FN SurfacePoint makeSurfacePoint(IN(SceneView) scene, Hit hit, vec3 direction)
+/// Sets all of `s` but what the triangle is: its vertices a, b and c are in the world, what else
+/// they have in the space of `stored`. `direction` is that of the ray, unit.
+SHARED_FN void layOutSurface(IN(SceneView) scene, StoredTriangle stored, vec3 a, vec3 b, vec3 c,
+                             vec2 w, vec3 direction, INOUT(SurfacePoint) s)
 {
-    const StoredTriangle stored = findTriangle(scene, hit.slot);
-    const Triangle v = fetchTriangle(scene, stored);
-    const vec2 w = hit.barycentrics;
-    SurfacePoint s;
-    const vec3 e1 = xyz(v.v1) - xyz(v.v0);
-    const vec3 e2 = xyz(v.v2) - xyz(v.v0);
-    s.position = xyz(v.v0) + w.x * e1 + w.y * e2;
+    const vec3 e1 = b - a;
+    const vec3 e2 = c - a;
+    s.position = a + w.x * e1 + w.y * e2;
     s.normal = normalize(cross(e1, e2));
-    s.triangle = floatAsUint(v.v0.w);
-    s.material = floatAsUint(v.v1.w) & ~kTriangleAlphaBit;
-    s.emitter = floatAsUint(v.v2.w);
     s.backFace = dot(direction, s.normal) > 0.0f ? 1u : 0u;
     s.uv0 = vec2(0.0f, 0.0f);
     s.uv1 = vec2(0.0f, 0.0f);
@@ -208,6 +203,18 @@ SHARED_FN SurfacePoint makeSurfacePoint(IN(SceneView) scene, Hit hit, vec3 direc
             s.frame = mat3(unit, cross(side * n, unit) * (tangent.w < 0.0f ? -1.0f : 1.0f), n);
         }
     }
+}
+
+/// Everything about the hit but its material. `direction` is that of the ray, unit.
+SHARED_FN SurfacePoint makeSurfacePoint(IN(SceneView) scene, Hit hit, vec3 direction)
+{
+    const StoredTriangle stored = findTriangle(scene, hit.slot);
+    const Triangle v = fetchTriangle(scene, stored);
+    SurfacePoint s;
+    s.triangle = floatAsUint(v.v0.w);
+    s.material = floatAsUint(v.v1.w) & ~kTriangleAlphaBit;
+    s.emitter = floatAsUint(v.v2.w);
+    layOutSurface(scene, stored, xyz(v.v0), xyz(v.v1), xyz(v.v2), hit.barycentrics, direction, s);
     return s;
 }
 
@@ -313,6 +320,9 @@ SHARED_FN Shading evaluateMaterial(IN(SceneView) scene, INOUT(SurfacePoint) s, v
                 applyNormalMap(scene, t - 1u, fetchMaterial(scene, s.material, 4u).w, direction, s);
         }
     }
+    if (FEATURE(kFeatureClearcoat) && emits && shading.inputs.clearcoat > 0.0f)
+        shading.emission *=
+            emissionThroughCoat(shading.inputs.clearcoat, -dot(s.frame[2], direction));
     if ((flags & kMaterialUnlit) != 0u) shading.emission = shading.inputs.baseColor;
     return shading;
 }
