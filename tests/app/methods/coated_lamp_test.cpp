@@ -100,8 +100,8 @@ TEST(CoatedLamp, LightsByTheAngleWithEveryStrategy)
     }
 }
 
-/// What the lamp's coat reflects of the floor is a thousandth; without a coat it would be 12 %
-/// more.
+/// What the coat reflects of the floor is a thousandth; a coat that darkens nothing would let a
+/// third more come.
 TEST(CoatedLamp, LightsByTheAngleInEveryMethod)
 {
     const LowLamp scene(0.4f);
