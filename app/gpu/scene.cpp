@@ -2,10 +2,12 @@
 // alpha bit, vertex | emitter, in the order of the BVH's leaves.
 #include "app/gpu/scene.h"
 
+#include <algorithm>
 #include <bit>
 #include <span>
 
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 #include "core/base/time.h"
 #include "core/scene/features.h"
 #include "core/scene/instances.h"
@@ -15,43 +17,53 @@ namespace gpu {
 
 namespace {
 
-/// Words of the triangles in the slots that `slotAt` gives for 0 to `count` - 1.
-template <class SlotAt>
-std::vector<glm::uvec4> triangleWords(const core::World& world, size_t count, SlotAt slotAt)
+constexpr uint64_t kNodeWord = sizeof(shared::uvec4), kTriangleBytes = 3 * sizeof(glm::uvec4);
+
+/// The three words of a triangle.
+void putTriangle(const core::World& world, uint32_t index, glm::uvec4* words)
 {
-    std::vector<glm::uvec4> words;
-    words.reserve(3 * count);
     const auto word = [](glm::vec3 v, uint32_t w) {
         return glm::uvec4(std::bit_cast<uint32_t>(v.x), std::bit_cast<uint32_t>(v.y),
                           std::bit_cast<uint32_t>(v.z), w);
     };
-    for (size_t i = 0; i < count; ++i) {
-        const uint32_t index = slotAt(i);
-        const core::WorldTriangle& t = world.triangles[index];
-        const bool alpha = core::hasAlphaTest(world.materials[t.material]);
-        words.push_back(word(world.positions[t.v0], index));
-        words.push_back(
-            word(world.positions[t.v1], t.material | (alpha ? shared::kTriangleAlphaBit : 0)));
-        words.push_back(word(world.positions[t.v2], world.triangleEmitter.empty()
-                                                        ? shared::kNone
-                                                        : world.triangleEmitter[index]));
+    const core::WorldTriangle& t = world.triangles[index];
+    const bool alpha = core::hasAlphaTest(world.materials[t.material]);
+    words[0] = word(world.positions[t.v0], index);
+    words[1] = word(world.positions[t.v1], t.material | (alpha ? shared::kTriangleAlphaBit : 0));
+    words[2] = word(world.positions[t.v2],
+                    world.triangleEmitter.empty() ? shared::kNone : world.triangleEmitter[index]);
+}
+
+/// Writes the triangles in the slots that `slotAt` gives for 0 to `count` - 1, from byte `offset`
+/// on; in pieces, as memory that is new costs more than what is put there.
+template <class SlotAt>
+void writeTriangles(Buffer& buffer, uint64_t offset, const core::World& world, size_t count,
+                    SlotAt slotAt)
+{
+    constexpr size_t kPiece = 1 << 16, kBlock = 1 << 12;
+    std::vector<glm::uvec4> words(3 * std::min(count, kPiece));
+    for (size_t first = 0; first < count; first += kPiece) {
+        const size_t triangles = std::min(kPiece, count - first);
+        core::parallelFor(triangles, kBlock, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i)
+                putTriangle(world, slotAt(first + i), &words[3 * i]);
+        });
+        buffer.write(std::as_bytes(std::span(words.data(), 3 * triangles)),
+                     offset + first * kTriangleBytes);
     }
-    return words;
 }
 
 /// The same for the slots of a list.
 template <class Slots>
-std::vector<glm::uvec4> listedWords(const core::World& world, const Slots& slots)
+void writeListed(Buffer& buffer, uint64_t offset, const core::World& world, const Slots& slots)
 {
-    return triangleWords(world, slots.size(), [&](size_t i) { return slots[i]; });
+    writeTriangles(buffer, offset, world, slots.size(), [&](size_t i) { return slots[i]; });
 }
 
 template <class T> std::span<const std::byte> bytesOf(const T& array)
 {
     return std::as_bytes(std::span(array.data(), array.size()));
 }
-
-constexpr uint64_t kNodeWord = sizeof(shared::uvec4), kTriangleBytes = 3 * sizeof(glm::uvec4);
 
 }  // namespace
 
@@ -135,12 +147,11 @@ void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
         makeBuffer(shared::kBindNodes, "the BVH", bvh.nodeCount() * 2 * kNodeWord);
         makeBuffer(shared::kBindTriangles, "the triangles", bvh.slotCount() * kTriangleBytes);
         nodes.write(bytesOf(bvh.still.nodes), bvh.moving.nodes.size() * kNodeWord);
-        triangles.write(bytesOf(listedWords(world, bvh.still.slots)),
-                        bvh.moving.slots.size() * kTriangleBytes);
+        writeListed(triangles, bvh.moving.slots.size() * kTriangleBytes, world, bvh.still.slots);
     }
     if (wholly || !world.positions.sharesWith(world_.positions)) {
         nodes.write(bytesOf(bvh.moving.nodes));
-        triangles.write(bytesOf(listedWords(world, bvh.moving.slots)));
+        writeListed(triangles, 0, world, bvh.moving.slots);
     }
 }
 
@@ -166,8 +177,8 @@ void GpuScene::uploadTriangles(const core::World& world)
         world.triangles.sharesWith(world_.triangles))
         return;
     makeBuffer(shared::kBindTriangles, "the triangles", world.triangles.size() * kTriangleBytes);
-    buffers_[shared::kBindTriangles].writeAll(triangleWords(
-        world, world.triangles.size(), [](size_t i) { return static_cast<uint32_t>(i); }));
+    writeTriangles(buffers_[shared::kBindTriangles], 0, world, world.triangles.size(),
+                   [](size_t i) { return static_cast<uint32_t>(i); });
 }
 
 /// A buffer of so many bytes, the present one if it has just these; none for no bytes.

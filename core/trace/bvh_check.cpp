@@ -3,6 +3,7 @@
 #include "core/trace/bvh_check.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -232,26 +233,24 @@ bool Check::allUsed()
 /// leaves each corner is in one of them at least.
 bool Check::leavesHold()
 {
-    std::vector<uint8_t> corners(
-        usedSlots_.size());  // of the triangle in each slot: a bit for each
+    std::vector<uint8_t> found(mesh_.triangles.size());  // corners: a bit for each
     parallelFor(leaves_.size(), 1 << 10, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             const Leaf& leaf = leaves_[i];
             for (uint32_t slot = leaf.slot; slot < leaf.slot + leaf.count; ++slot) {
-                const WorldTriangle& t = mesh_.triangles[bvh_.triangle(slot)];
+                const uint32_t triangle = bvh_.triangle(slot);
+                const WorldTriangle& t = mesh_.triangles[triangle];
                 const uint32_t vertices[3] = {t.v0, t.v1, t.v2};
+                uint32_t corners = 0;
                 for (uint32_t k = 0; k < 3; ++k) {
                     const bvh::Float4 p = bvh::load(mesh_.positions[vertices[k]]);
-                    if (hold(leaf.cells, {p, p}))
-                        corners[slot] = static_cast<uint8_t>(corners[slot] | 1u << k);
+                    if (hold(leaf.cells, {p, p})) corners |= 1u << k;
                 }
+                std::atomic_ref(found[triangle])
+                    .fetch_or(static_cast<uint8_t>(corners), std::memory_order_relaxed);
             }
         }
     });
-    std::vector<uint8_t> found(mesh_.triangles.size());
-    for (uint32_t slot = 0; slot < corners.size(); ++slot)
-        found[bvh_.triangle(slot)] =
-            static_cast<uint8_t>(found[bvh_.triangle(slot)] | corners[slot]);
     return std::ranges::all_of(found, [](uint8_t bits) { return bits == 7; });
 }
 
