@@ -278,6 +278,11 @@ void Gui::end(const DisplayInputs& inputs)
     }
 }
 
+void Gui::pass()
+{
+    ImGui::Render();  // for who reads the frame
+}
+
 std::vector<uint8_t> Gui::readFrame(glm::uvec2& size)
 {
     Impl& i = *impl_;
