@@ -148,6 +148,7 @@ void Job::prepare()
 void Job::takeWorld()
 {
     renderer_->setWorld(report_.world, log_.callback());
+    renderer_->prepare(o_.params, log_.callback());
     report_.buildSeconds += renderer_->stats().buildSeconds;
 }
 

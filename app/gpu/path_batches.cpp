@@ -61,8 +61,7 @@ double PathBatches::prepare(const PathWork& work, const Then& then)
     const bool small = uint64_t(settings.imageWidth) * settings.imageHeight < kMeasuredLanes;
     choice_ = &choices_[{work.constants, settings.maxDepth, work.strategy, small}];
     choice_->lanes = 0;
-    const bool known = bounce_.isCompiled(work.constants) || megakernel_.isCompiled(work.constants);
-    known ? pace_.again() : pace_.restart();
+    isCompiled(work.constants) ? pace_.again() : pace_.restart();
     takeChoice();
     const auto start = core::Clock::now();
     return compile(then) ? core::secondsSince(start) : 0;

@@ -62,6 +62,12 @@ public:
     /// Makes room for the paths of an image of that size. radiance() may be another buffer then.
     void makeRoom(const Frame& frame);
 
+    /// Whether prepare() has compiled one of the kernels for these constants.
+    bool isCompiled(const PathConstants& constants) const
+    {
+        return bounce_.isCompiled(constants) || megakernel_.isCompiled(constants);
+    }
+
     /// Takes a view for which there is room: compiles the kernel that it begins with, together with
     /// what `then` records. Returns the seconds that compiling took.
     double prepare(const PathWork& work, const Then& then);

@@ -161,6 +161,13 @@ core::Aovs TiledFilm::aovs(const GpuScene& scene, double seconds)
     return firstHits_.find(scene, frame_, seconds);
 }
 
+core::Aovs TiledFilm::look(const GpuScene& scene, const shared::FrameData& data, double seconds)
+{
+    drop();
+    frame_.write(data);
+    return firstHits_.find(scene, frame_, seconds);
+}
+
 void TiledFilm::addTo(core::RenderStats& stats) const
 {
     stats.renderSeconds += renderSeconds_;

@@ -59,6 +59,9 @@ public:
     core::Estimate read(core::Reading what);
     core::Aovs aovs(const GpuScene& scene, double seconds);
 
+    /// First hits of a view, as aovs(), for which there is no film and will be none before reset().
+    core::Aovs look(const GpuScene& scene, const shared::FrameData& data, double seconds);
+
     /// Sets what has been traced since the last reset, and how long it took.
     void addTo(core::RenderStats& stats) const;
 

@@ -82,6 +82,38 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     begun_ = true;
 }
 
+std::shared_ptr<Picture> PictureWork::look(core::Renderer& renderer, const RenderRequest& request,
+                                           ResolutionControl& control)
+{
+    *this = {};
+    const auto start = Clock::now();
+    const PreviewSize preview = control.choose(request.size, 0, kFirstLookSeconds);
+    renderer.setPace({.dispatchSeconds = kPieceMoving});
+    const std::optional<core::Aovs> aovs =
+        renderer.look({request.camera, preview.size, request.params.method});
+    if (!aovs) return nullptr;
+    auto picture = std::make_shared<Picture>();
+    picture->mean = litFromCamera(*aovs, request.camera);
+    picture->guide = std::make_shared<const core::Image>(surfaceGuide(*aovs));
+    picture->shaded = picture->preview = true;
+    picture->samples = 1;
+    picture->seconds = core::secondsSince(start);
+    describe(*picture, renderer, request);
+    scale_ = preview.scale;
+    return picture;
+}
+
+/// What a picture is of.
+void PictureWork::describe(Picture& picture, const core::Renderer& renderer,
+                           const RenderRequest& request)
+{
+    picture.world = request.world;
+    picture.camera = request.camera;
+    picture.fullSize = request.size;
+    picture.params = request.params;
+    picture.stats = renderer.stats();
+}
+
 uint32_t PictureWork::nextCount(const RenderRequest& request) const
 {
     if (samples_ == 0 || coarse_ != Coarse::no) return 1;
@@ -238,16 +270,12 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
         picture->maps = std::make_shared<const std::vector<core::Image>>(renderer.maps());
         picture->probe = renderer.probe();
     }
-    picture->world = request.world;
-    picture->camera = request.camera;
-    picture->fullSize = request.size;
-    picture->params = request.params;
+    describe(*picture, renderer, request);
     picture->samples = samples_;
     picture->fraction = fraction_;
     picture->seconds = seconds_;
     picture->preview = coarse_ != Coarse::no || holes;
     picture->finished = finished_;
-    picture->stats = renderer.stats();
     picture->curve = curve_;
     published_ = samples_;
     publishedVersion_ = version_;

@@ -31,6 +31,11 @@ public:
     void begin(core::Renderer& renderer, const RenderRequest& request, Coarse coarse,
                core::Start start, ResolutionControl& control, double paceFactor);
 
+    /// First hits of the request's view, lit from the camera, where the first samples are far off
+    /// (core::Renderer::look); null where they are not. begin() comes next.
+    std::shared_ptr<Picture> look(core::Renderer& renderer, const RenderRequest& request,
+                                  ResolutionControl& control);
+
     /// Renders for a tenth of a second, up to the next limit or point of the curve: some samples,
     /// or a part of one. Small pictures are completed.
     void advance(core::Renderer& renderer, const RenderRequest& request, ResolutionControl& control,
@@ -72,6 +77,8 @@ private:
     void readEverything(core::Renderer& renderer);
     void fillFromBackdrop(core::Estimate& estimate) const;
     void advanceShaded(core::Renderer& renderer, ResolutionControl& control);
+    static void describe(Picture& picture, const core::Renderer& renderer,
+                         const RenderRequest& request);
     void addPreview(Picture& picture, const RenderRequest& request);
     bool limitReached(const RenderRequest& request) const;
 

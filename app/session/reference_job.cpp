@@ -46,10 +46,12 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
 {
     const auto renderer = core::makeRenderer(order.params.id());
     renderer->setPace({.dispatchSeconds = 0.05});
-    renderer->setWorld(order.world, [&](const char* stage, double fraction) {
+    const core::Progress progress = [&](const char* stage, double fraction) {
         job.progress(stage, fraction);
         if (job.stopped()) throw core::Error("cancelled", core::ExitCode::interrupted);
-    });
+    };
+    renderer->setWorld(order.world, progress);
+    renderer->prepare(order.params, progress);
     renderer->setView({order.camera, order.size, order.params}, core::Start::anew);
     double seconds = 0;
     for (uint64_t done = 0, next = kFirst; done < order.samples;) {
@@ -58,9 +60,9 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
         while (done < next) {  // in short steps, so that the progress moves
             renderer->advance({static_cast<uint32_t>(next - done), kStepSeconds}, job.stop());
             if (job.stopped()) return;
-            const core::RenderProgress progress = renderer->progress();
-            done = progress.samples;
-            job.progress("reference", (double(done) + progress.fraction) / double(order.samples));
+            const core::RenderProgress now = renderer->progress();
+            done = now.samples;
+            job.progress("reference", (double(done) + now.fraction) / double(order.samples));
         }
         seconds += core::secondsSince(start);
         core::Estimate estimate = renderer->read(core::Reading::everything);

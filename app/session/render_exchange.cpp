@@ -6,10 +6,18 @@
 #include "app/session/picture_work.h"
 #include "core/base/check.h"
 #include "core/base/time.h"
+#include "core/methods/path_params.h"
 
 namespace app {
 
 using core::secondsSince;
+
+/// What there may be to prepare depends on; nothing for methods that do not ask for it.
+static std::optional<core::SkySampling> skySampling(const RenderRequest& request)
+{
+    const auto* sampling = core::findParam<core::SkySampling>(request.params.method, "sky");
+    return sampling != nullptr ? std::optional(*sampling) : std::nullopt;
+}
 
 // --- any thread
 
@@ -23,6 +31,8 @@ bool RenderExchange::interrupts(const RenderRequest& next) const
     case RenderPhase::building:
     case RenderPhase::coarse:
         return change >= Change::world;
+    case RenderPhase::preparing:
+        return change >= Change::world || skySampling(working_) != skySampling(next);
     case RenderPhase::sampling:
         return change >= Change::view || (movingPreview_ && !next.moving);
     }

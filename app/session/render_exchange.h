@@ -17,10 +17,11 @@
 
 namespace app {
 
-/// What the render thread is doing, as far as it matters to whoever interrupts it. A coarse picture
+/// What the render thread is doing, as far as it matters to whoever interrupts it. What is prepared
+/// is of use to any view of the world, unless that asks for another thing. A coarse picture
 /// is finished whatever happens to the view: it takes no longer than a frame, and one whose camera
 /// never rests would otherwise never be seen.
-enum class RenderPhase { idle, building, coarse, sampling };
+enum class RenderPhase { idle, building, preparing, coarse, sampling };
 
 struct PostedRequest {
     RenderRequest request;

@@ -63,7 +63,9 @@ private:
     void restoreWorld(std::shared_ptr<const core::World> old);
     Coarse choosePicture();
     bool showsCoarse() const;
+    bool prepareView();
     void beginPicture();
+    void lookFirst();
     void warmUp();
     void takeSamples();
     void publish();
@@ -180,9 +182,25 @@ bool RenderThread::Loop::preparePicture()
     if (world_ != request_.world && !setWorld()) return false;
     const bool coarseIsOver = (work_.coarse() == Coarse::moving && !request_.moving) ||
                               (work_.precedes() && work_.published() > 0);
-    if (!work_.begun() || changeBetween(*begun_, request_) != Change::nothing || coarseIsOver)
-        beginPicture();
+    if (work_.begun() && changeBetween(*begun_, request_) == Change::nothing && !coarseIsOver)
+        return true;
+    if (!prepareView()) return false;
+    beginPicture();
     return true;
+}
+
+/// What takes longer than a frame before any picture; false when it is no longer wanted.
+bool RenderThread::Loop::prepareView()
+{
+    enter(RenderPhase::preparing, "prepare");
+    try {
+        renderer_->prepare(request_.params.method, exchange.progress());
+        return true;
+    } catch (const core::Error& error) {
+        if (error.code() != core::ExitCode::interrupted) throw;
+        workLeft_ = true;
+        return false;
+    }
 }
 
 /// The old renderer stays until there is a new one: who asks for something that does not exist can
@@ -274,11 +292,25 @@ void RenderThread::Loop::beginPicture()
     const Coarse coarse = choosePicture();
     if (!showsCoarse()) work_.dropBackdrop();
     enter(RenderPhase::building, "prepare");
+    if (coarse == Coarse::first) lookFirst();
     const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;
     const bool shaded = coarse == Coarse::moving && request_.movingShows == Moving::shaded;
     work_.begin(*renderer_, request_, coarse, follows ? core::Start::moved : core::Start::anew,
                 shaded ? shadedControl_ : control_, paceFactor_);
+}
+
+/// Of a scene of which nothing has been seen yet: software devices compile the kernels of paths for
+/// a moment before there is a sample.
+void RenderThread::Loop::lookFirst()
+{
+    const bool known = control_.predict(1, 1) > 0;
+    if (known || request_.movingShows == Moving::path) return;
+    const std::shared_ptr<Picture> picture = work_.look(*renderer_, request_, shadedControl_);
+    if (!picture) return;
+    picture->generation = generation_;
+    exchange.publishPreview(secondsSince(postedAt_), work_.scale());
+    exchange.publish(picture);
 }
 
 void RenderThread::Loop::takeSamples()
@@ -292,7 +324,8 @@ void RenderThread::Loop::takeSamples()
 
 std::stop_token RenderThread::Loop::enter(RenderPhase phase, const char* stage)
 {
-    const double fraction = phase == RenderPhase::building ? core::kUnknownShare : work_.fraction();
+    const bool samples = phase == RenderPhase::coarse || phase == RenderPhase::sampling;
+    const double fraction = samples ? work_.fraction() : core::kUnknownShare;
     return exchange.enter(phase, stage, fraction, work_.coarse() == Coarse::moving);
 }
 

@@ -56,10 +56,12 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
     return [document, track, pattern, size, params, samples, view](core::JobContext& context) {
         const std::unique_ptr<core::Renderer> renderer = core::makeRenderer(params.id());
         renderer->setPace({.dispatchSeconds = 0.05});
-        renderer->setWorld(document.world, [&](const char* stage, double fraction) {
+        const core::Progress progress = [&](const char* stage, double fraction) {
             context.progress(stage, fraction);
             if (context.stopped()) throw core::Error("cancelled", core::ExitCode::interrupted);
-        });
+        };
+        renderer->setWorld(document.world, progress);
+        renderer->prepare(params, progress);
         const int first = static_cast<int>(track.firstFrame()),
                   last = static_cast<int>(track.lastFrame());
         for (int frame = first; frame <= last && !context.stopped(); ++frame) {

@@ -102,6 +102,17 @@ public:
     /// renderer is left without a world.
     virtual void setWorld(std::shared_ptr<const World> world, const Progress& progress) = 0;
 
+    /// Makes what views with such parameters (this method's) need of the world beyond what
+    /// setWorld() has made, where that takes longer than a frame: what is seen of the sky from
+    /// where. When `progress` throws, the renderer is as it was. setView() makes it, too, if need
+    /// be, but tells nobody and goes on to the end.
+    virtual void prepare(const AnyParams&, const Progress&) {}
+
+    /// First hits of a view that setView() takes next, where kernels of the method have to be
+    /// compiled for it: something to look at meanwhile. What was rendered is gone. Nothing where
+    /// setView() does not take long.
+    virtual std::optional<Aovs> look(const View&) { return std::nullopt; }
+
     /// Size, camera and parameters, which must be this method's; begins a picture.
     virtual void setView(const View& view, Start start) = 0;
 

@@ -25,29 +25,37 @@ bool SkySlot::isKnown(SkySampling sampling) const
     return asked_ == sampling || (asked_ == SkySampling::automatic && regions_ != nullptr);
 }
 
-void SkySlot::make(SkySampling sampling, const Accel& accel)
+void SkySlot::make(SkySampling sampling, const Accel& accel, const Progress& progress)
 {
     const bool always = sampling == SkySampling::regions;
-    regions_ = makeSkyRegions(accel, always ? SkyNeed::always : SkyNeed::hidden);
+    regions_ = makeSkyRegions(accel, always ? SkyNeed::always : SkyNeed::hidden, progress);
     asked_ = sampling;
+}
+
+void SkySlot::prepare(SkySampling sampling, const Accel& accel, const Progress& progress)
+{
+    if (isWanted(sampling, accel.world()) && !isKnown(sampling)) make(sampling, accel, progress);
+}
+
+void SkySlot::prepare(SkySampling sampling, const std::shared_ptr<const World>& world,
+                      const Progress& progress)
+{
+    CHECK(world != nullptr);
+    if (isWanted(sampling, *world) && !isKnown(sampling))
+        make(sampling, Accel(world, progress, {}, AccelQuality::medium), progress);
 }
 
 std::shared_ptr<const SkyRegions> SkySlot::take(SkySampling sampling, const Accel& accel)
 {
-    taken_ = nullptr;
-    if (!isWanted(sampling, accel.world())) return taken_;
-    if (!isKnown(sampling)) make(sampling, accel);
-    return taken_ = regions_;
+    prepare(sampling, accel);
+    return taken_ = isWanted(sampling, accel.world()) ? regions_ : nullptr;
 }
 
 std::shared_ptr<const SkyRegions> SkySlot::take(SkySampling sampling,
                                                 const std::shared_ptr<const World>& world)
 {
-    CHECK(world != nullptr);
-    taken_ = nullptr;
-    if (!isWanted(sampling, *world)) return taken_;
-    if (!isKnown(sampling)) make(sampling, Accel(world, {}, {}, AccelQuality::medium));
-    return taken_ = regions_;
+    prepare(sampling, world);
+    return taken_ = isWanted(sampling, *world) ? regions_ : nullptr;
 }
 
 void SkySlot::addTo(RenderStats& stats) const

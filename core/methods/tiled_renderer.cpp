@@ -13,6 +13,13 @@ void TiledRenderer::setWorld(std::shared_ptr<const World> world, const Progress&
     takeWorld(accel_, std::move(world), progress);
 }
 
+void TiledRenderer::prepare(const AnyParams& params, const Progress& progress)
+{
+    CHECK(accel_ != nullptr);
+    if (const auto* sampling = findParam<SkySampling>(params, "sky"))
+        sky_.prepare(*sampling, *accel_, progress);
+}
+
 void TiledRenderer::setView(const View& view, Start)
 {
     CHECK(view.size.x > 0 && view.size.y > 0);

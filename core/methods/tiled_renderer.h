@@ -13,6 +13,7 @@ namespace core {
 class TiledRenderer : public Renderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override;
+    void prepare(const AnyParams& params, const Progress& progress) override;
     void setView(const View& view, Start start) override;
     /// Pieces are tiles, far below any wish.
     void setPace(const Pace&) override {}

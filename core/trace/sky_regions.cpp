@@ -8,6 +8,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "core/base/parallel.h"
@@ -29,6 +30,7 @@ constexpr uint32_t kFirstProbes = 8;   // of a place,
 constexpr uint32_t kAimedProbes = 24;  // and so many more by its region's table
 constexpr uint32_t kLampProbes = 4;
 constexpr size_t kLeastPlaces = 48;     // of a region
+constexpr size_t kSlice = 2048;         // places between two reports
 constexpr double kPrior = 2;            // what the region above counts, in probes of each cell
 constexpr double kWholeAtFirst = 0.25;  // share of directions that the whole environment keeps
 constexpr double kWhole = 0.1;
@@ -51,8 +53,11 @@ uint32_t cellOf(vec2 u)
 
 class Learner {
 public:
-    Learner(const Accel& accel, std::vector<Place> places)
-        : accel_(accel), places_(std::move(places)),
+    /// `report` gets the share of all probes that have been traced.
+    Learner(
+        const Accel& accel, std::vector<Place> places,
+        std::function<void(double)> report = [](double) {})
+        : accel_(accel), places_(std::move(places)), report_(std::move(report)),
           probes_(places_.size() * (kFirstProbes + kAimedProbes)), lampSquares_(places_.size()),
           settings_(worldSettings(accel.world()))
     {}
@@ -85,22 +90,32 @@ private:
     void probe(uint32_t first, uint32_t count, const glm::uvec4* words)
     {
         probed_ = first + count;
-        parallelFor(places_.size(), 64, [&](size_t begin, size_t end) {
-            Bringing bringing(accel_);
-            std::vector<float> lamps((end - begin) * kLampProbes);
-            for (size_t i = begin; i < end; ++i) {
-                Pcg32 random(first, i);
-                probeSky(i, {&probes_[i * (kFirstProbes + kAimedProbes) + first], count}, words,
-                         random, bringing);
-                if (first == 0 && settings_.emitterCount > 1)
-                    probeLamps(i, {&lamps[(i - begin) * kLampProbes], kLampProbes}, random,
-                               bringing);
-            }
-            bringing.trace();
-            for (size_t k = 0; k < lamps.size() && first == 0; ++k)
-                lampSquares_[begin + k / kLampProbes] +=
-                    double(lamps[k]) * double(lamps[k]) / kLampProbes;
-        });
+        const double all = double(places_.size()) * (kFirstProbes + kAimedProbes);
+        for (size_t slice = 0; slice < places_.size(); slice += kSlice) {
+            const size_t places = std::min(kSlice, places_.size() - slice);
+            report_((double(first) * double(places_.size()) + double(count) * double(slice)) / all);
+            parallelFor(places, 64, [&](size_t begin, size_t end) {
+                probePlaces(slice + begin, slice + end, first, count, words);
+            });
+        }
+    }
+
+    void probePlaces(size_t begin, size_t end, uint32_t first, uint32_t count,
+                     const glm::uvec4* words)
+    {
+        Bringing bringing(accel_);
+        std::vector<float> lamps((end - begin) * kLampProbes);
+        for (size_t i = begin; i < end; ++i) {
+            Pcg32 random(first, i);
+            probeSky(i, {&probes_[i * (kFirstProbes + kAimedProbes) + first], count}, words, random,
+                     bringing);
+            if (first == 0 && settings_.emitterCount > 1)
+                probeLamps(i, {&lamps[(i - begin) * kLampProbes], kLampProbes}, random, bringing);
+        }
+        bringing.trace();
+        for (size_t k = 0; k < lamps.size() && first == 0; ++k)
+            lampSquares_[begin + k / kLampProbes] +=
+                double(lamps[k]) * double(lamps[k]) / kLampProbes;
     }
 
     void probeSky(size_t place, std::span<Probe> probes, const glm::uvec4* words, Pcg32& random,
@@ -248,6 +263,7 @@ private:
 
     const Accel& accel_;
     std::vector<Place> places_;
+    std::function<void(double)> report_;
     std::vector<Probe> probes_;  // kFirstProbes + kAimedProbes of each place
     std::vector<double> lampSquares_;
     shared::PathSettings settings_;
@@ -258,19 +274,25 @@ private:
 
 }  // namespace
 
-std::shared_ptr<const SkyRegions> makeSkyRegions(const Accel& accel, SkyNeed need)
+std::shared_ptr<const SkyRegions> makeSkyRegions(const Accel& accel, SkyNeed need,
+                                                 const Progress& progress)
 {
     if (accel.world().environmentEmitter == shared::kNone) return nullptr;
+    const auto report = [&](double share) {
+        if (progress) progress("looking for the sky", share);
+    };
     const Clock::time_point start = Clock::now();
+    report(0);
     if (need == SkyNeed::hidden) {
         std::vector<Place> some = findPlaces(accel, kFirstWalks, 0);
         if (some.empty()) return nullptr;
         const double seen = Learner(accel, std::move(some)).probeWhole();
         if (seen > kHidden) return nullptr;
     }
+    report(0);
     std::vector<Place> places = findPlaces(accel, kWalks, 1);
     if (places.empty()) return nullptr;
-    Learner learner(accel, std::move(places));
+    Learner learner(accel, std::move(places), report);
     learner.probeWhole();
     SkyRegions made = learner.learn();
     made.seconds = secondsSince(start);

@@ -10,6 +10,7 @@
 
 #include <glm/glm.hpp>
 
+#include "core/base/progress.h"
 #include "core/trace/accel.h"
 
 namespace core {
@@ -25,6 +26,9 @@ struct SkyRegions {
 enum class SkyNeed { always, hidden };
 
 /// The regions of the accelerated world; null where there is no environment, no place, or no need.
-std::shared_ptr<const SkyRegions> makeSkyRegions(const Accel& accel, SkyNeed need);
+/// `progress` gets "looking for the sky" every few hundredths of a second; what it throws ends the
+/// work and is passed on.
+std::shared_ptr<const SkyRegions> makeSkyRegions(const Accel& accel, SkyNeed need,
+                                                 const Progress& progress = {});
 
 }  // namespace core

@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 /// under the lock.
 struct Book {
     mutable std::mutex mutex;
-    int made = 0, worlds = 0, views = 0, advances = 0;
+    int made = 0, worlds = 0, preparations = 0, views = 0, advances = 0;
     const core::World* world = nullptr;  // held by the newest renderer
     core::Pace pace;
     core::Start start = core::Start::anew;  // of the newest view
@@ -32,6 +32,8 @@ struct Book {
     std::deque<std::function<void()>> atMake, atWorld,
         atAdvance;              // the next calls do these; empty ones do nothing
     bool endlessWorld = false;  // setWorld goes on until it is told to end
+    bool endlessPrepare = false;
+    bool looks = false;  // first hits can be had before a picture
 
     void count(int Book::*what, std::deque<std::function<void()>> Book::*plan = nullptr)
     {
@@ -45,6 +47,11 @@ struct Book {
             }
         }
         if (next) next();
+    }
+    void then(std::deque<std::function<void()>> Book::*plan, std::function<void()> what)
+    {
+        const std::lock_guard lock(mutex);
+        (this->*plan).push_back(std::move(what));
     }
     template <class T> T get(T Book::*what) const
     {
@@ -72,6 +79,21 @@ public:
         }
         book_.set<const core::World*>(&Book::world, world.get());
         world_ = std::move(world);
+    }
+    void prepare(const core::AnyParams&, const core::Progress& progress) override
+    {
+        book_.count(&Book::preparations);
+        while (book_.get(&Book::endlessPrepare)) {
+            progress("preparing", 0.25);
+            std::this_thread::sleep_for(1ms);
+        }
+    }
+    std::optional<core::Aovs> look(const core::View& view) override
+    {
+        if (!book_.get(&Book::looks)) return std::nullopt;
+        const glm::uvec2 s = view.size;
+        return core::Aovs{core::Image(s.x, s.y, 1), core::Image(s.x, s.y, 3),
+                          core::Image(s.x, s.y, 3), core::Image(s.x, s.y, 3)};
     }
     void setView(const core::View& view, core::Start start) override
     {

@@ -34,6 +34,11 @@ public:
             batches_.forgetScene();
     }
 
+    void prepare(const core::AnyParams& params, const core::Progress& progress) override
+    {
+        sky_.prepare(params.as<core::GuidedParams>().sky, world_, progress);
+    }
+
     void setView(const core::View& view, core::Start start) override
     {
         CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);

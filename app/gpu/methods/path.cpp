@@ -38,6 +38,19 @@ public:
             batches_.forgetScene();
     }
 
+    void prepare(const core::AnyParams& params, const core::Progress& progress) override
+    {
+        sky_.prepare(params.as<core::PathParams>().sky, world_, progress);
+    }
+
+    std::optional<core::Aovs> look(const core::View& view) override
+    {
+        CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
+        const core::PathParams& params = view.params.as<core::PathParams>();
+        if (batches_.isCompiled(constantsFor(view, params))) return std::nullopt;
+        return film_.look(*scene_, frameFor(*world_, *scene_, view, params), pace_.dispatchSeconds);
+    }
+
     /// A path keeps nothing of the view before.
     void setView(const core::View& view, core::Start) override
     {
@@ -45,11 +58,8 @@ public:
         const core::PathParams& params = view.params.as<core::PathParams>();
         scene_->setSky(sky_.take(params.sky, world_));
         film_.reset(frameFor(*world_, *scene_, view, params));
-        PathWork work{scene_.get(),    &film_.frame(), {},
-                      params.strategy, params.kernel,  world_->triangles.size()};
-        work.constants.features = scene_->features();
-        if (view.camera.apertureRadius > 0) work.constants.features |= shared::kFeatureThinLens;
-        work.constants.sampler = static_cast<uint32_t>(params.sampler);
+        const PathWork work{scene_.get(),    &film_.frame(), constantsFor(view, params),
+                            params.strategy, params.kernel,  world_->triangles.size()};
         batches_.makeRoom(film_.frame());
         film_.begin(batches_.radiance());
         compileSeconds_ += batches_.prepare(work, film_.accumulate());
@@ -83,6 +93,15 @@ public:
     }
 
 private:
+    PathConstants constantsFor(const core::View& view, const core::PathParams& params) const
+    {
+        PathConstants constants;
+        constants.features = scene_->features();
+        if (view.camera.apertureRadius > 0) constants.features |= shared::kFeatureThinLens;
+        constants.sampler = static_cast<uint32_t>(params.sampler);
+        return constants;
+    }
+
     std::shared_ptr<Context> context_;  // first: everything below is made on its device
     TiledFilm film_;
     PathBatches batches_;

@@ -10,6 +10,7 @@
 #include "core/scene/emitter_choice.h"
 #include "tests/support/compare_films.h"
 #include "tests/support/instanced_scenes.h"
+#include "tests/support/sky_preparing.h"
 #include "tests/support/sky_rooms.h"
 #include "tests/support/test_scenes.h"
 
@@ -228,6 +229,39 @@ TEST_F(GpuPathAlone, SkyThroughWindowsAgreesWithCpu)
             EXPECT_TRUE(drawn);
         }
     }
+}
+
+/// First hits before a kernel is there are those of the view, and are not in its picture.
+TEST_F(GpuPathAlone, ALookBeforeTheFirstPictureShowsItsFirstHits)
+{
+    const auto world = asset("glass");
+    core::PathParams params;
+    const auto renderer = gpu::makePathRenderer({.index = -1, .validation = true});
+    const core::View view{world->cameras.at(0), {33, 20}, params};
+    renderer->setWorld(world, {});
+    const std::optional<core::Aovs> look = renderer->look(view);
+    ASSERT_TRUE(look.has_value());
+    EXPECT_EQ(renderer->progress().samples, 0u);
+    const core::Estimate film = render(*renderer, *world, 33, 20, 2, params);
+    const core::Aovs aovs = renderer->aovs();
+    EXPECT_EQ(look->depth.pixels, aovs.depth.pixels);
+    EXPECT_EQ(look->normal.pixels, aovs.normal.pixels);
+    EXPECT_EQ(look->albedo.pixels, aovs.albedo.pixels);
+    EXPECT_EQ(look->ids.pixels, aovs.ids.pixels);
+    EXPECT_FALSE(renderer->look(view).has_value()) << "what is compiled need not be waited for";
+    const core::Estimate again = render(*renderer, *world, 33, 20, 2, params);
+    EXPECT_EQ(film.mean.pixels, again.mean.pixels);
+    EXPECT_EQ(film.counters.nan, 0u);
+}
+
+/// There a hierarchy is built for it.
+TEST_F(GpuPathAlone, LookingForTheSkyCanBeStopped)
+{
+    const auto world = tests::windowRoom(false).world();
+    core::PathParams params;
+    params.sky = core::SkySampling::regions;
+    EXPECT_EQ(tests::expectStoppable(gpuRenderer(), world, params),
+              (std::set<std::string>{"building the BVH", "looking for the sky"}));
 }
 
 TEST_F(GpuPathAlone, BothKernelsGiveTheSameImage)

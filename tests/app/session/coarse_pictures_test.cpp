@@ -39,6 +39,44 @@ TEST_F(CoarsePictures, PartsOfASlowSampleAreNews)
     EXPECT_EQ(book.get(&Book::views), 3);  // two small ones and the full one
 }
 
+/// Where kernels have to be compiled, first hits come before: once for a scene, and not for who
+/// wants paths alone.
+TEST_F(CoarsePictures, OfANewSceneFirstHitsAreShownUntilThereAreSamples)
+{
+    order.params.sppLimit = 1;
+    order.size = {256, 256};
+    order.movingShows = app::Moving::filled;
+    start();
+    book.set(&Book::looks, true);
+    const auto first = [&] {
+        std::shared_ptr<const app::Picture> picture;
+        book.then(&Book::atAdvance, [&] { picture = newest(); });
+        post();
+        finished();
+        return picture;
+    };
+    const auto look = first();
+    ASSERT_NE(look, nullptr);
+    EXPECT_EQ(look->generation, generation);
+    EXPECT_TRUE(look->shaded);
+    EXPECT_TRUE(look->preview);
+    EXPECT_FALSE(look->finished);
+    EXPECT_EQ(look->mean.width, 64u);
+    EXPECT_EQ(look->fullSize, order.size);
+    EXPECT_EQ(look->world.lock(), order.world);
+    ASSERT_NE(look->guide, nullptr);
+    EXPECT_EQ(newest()->mean.pixels[0], 1.0f) << "nothing of it is in the picture";
+    EXPECT_FALSE(newest()->shaded);
+
+    order.camera.position.x = 2;  // the same scene
+    EXPECT_FALSE(first()->shaded);
+    order.world = std::make_shared<core::World>();
+    EXPECT_TRUE(first()->shaded);
+    order.world = std::make_shared<core::World>();
+    order.movingShows = app::Moving::path;
+    EXPECT_FALSE(first()->shaded);
+}
+
 TEST_F(CoarsePictures, AVerySlowPictureComesByHalvesOfItsSides)
 {
     orderSlow(1.6);

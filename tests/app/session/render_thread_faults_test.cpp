@@ -163,4 +163,34 @@ TEST_F(RenderThread, ABuildThatIsNoLongerWantedEnds)
     EXPECT_EQ(thread->status().errorCount, 0u);
 }
 
+/// What is prepared serves any view of the world: only who wants another one, or asks for another
+/// thing, ends it.
+TEST_F(RenderThread, APreparationThatIsNoLongerWantedEnds)
+{
+    start();
+    book.set(&Book::endlessPrepare, true);
+    post();
+    ASSERT_TRUE(until([&] { return thread->status().stage == "preparing"; }));
+    EXPECT_EQ(thread->status().fraction, 0.25);
+    EXPECT_FALSE(thread->status().rendering);
+    order.camera.position.x = 9;
+    order.params.method.as<core::PathParams>().maxDepth = 3;
+    order.size = {16, 16};
+    post();
+    std::this_thread::sleep_for(20ms);
+    EXPECT_EQ(book.get(&Book::preparations), 1);
+    order.params.method.as<core::PathParams>().sky = core::SkySampling::whole;
+    post();
+    ASSERT_TRUE(until([&] { return book.get(&Book::preparations) == 2; }));
+    order.world = std::make_shared<core::World>();
+    post();
+    ASSERT_TRUE(until([&] { return book.get(&Book::preparations) == 3; }));
+    EXPECT_EQ(book.get(&Book::world), order.world.get());
+    EXPECT_EQ(book.get(&Book::views), 0);
+    book.set(&Book::endlessPrepare, false);
+    EXPECT_EQ(finished()->mean.pixels[0], 9.0f);
+    EXPECT_EQ(thread->status().errorCount, 0u);
+    EXPECT_EQ(work(), (Work{1, 2, 1}));
+}
+
 }  // namespace

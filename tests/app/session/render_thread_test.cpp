@@ -243,16 +243,14 @@ TEST_F(RenderThread, TheCurveHasAPointAtEachGrowthAndKnowsTheReference)
 
 TEST_F(RenderThread, EndsSoonWhateverItDoes)
 {
-    for (const bool building : {true, false}) {
+    book.set(&Book::secondsPerPixel, 1.0);
+    for (int Book::*const stage : {&Book::worlds, &Book::preparations, &Book::advances}) {
+        book.set(&Book::endlessWorld, stage == &Book::worlds);
+        book.set(&Book::endlessPrepare, stage == &Book::preparations);
         start();
-        book.set(&Book::endlessWorld, building);
-        book.set(&Book::secondsPerPixel, 1.0);
-        const int worlds = book.get(&Book::worlds), advances = book.get(&Book::advances);
+        const int before = book.get(stage);
         post();
-        ASSERT_TRUE(until([&] {
-            return building ? book.get(&Book::worlds) > worlds
-                            : book.get(&Book::advances) > advances;
-        }));
+        ASSERT_TRUE(until([&] { return book.get(stage) > before; }));
         const auto begin = Clock::now();
         thread.reset();
         EXPECT_LT(Clock::now() - begin, 1s);

@@ -4,6 +4,7 @@
 
 #include "core/methods/method.h"
 #include "tests/support/compare_films.h"
+#include "tests/support/sky_preparing.h"
 #include "tests/support/sky_rooms.h"
 
 namespace {
@@ -114,6 +115,50 @@ TEST(SkyWindows, RegionsComeAndGoWithWhatIsAsked)
     renderer->setWorld(world, {});
     EXPECT_EQ(first, picture(SkySampling::regions));
     EXPECT_EQ(first, picture(SkySampling::automatic));
+}
+
+TEST(SkyWindows, MakingRegionsTellsHowFarItIsAndCanBeStopped)
+{
+    const auto world = windowRoom(true).world();
+    core::GuidedParams guided;
+    guided.sky = SkySampling::regions;
+    for (const core::AnyParams& p :
+         {core::AnyParams(params(SkySampling::automatic, 1)), core::AnyParams(guided)}) {
+        SCOPED_TRACE(p.id());
+        const auto stages = expectStoppable(*core::makeRenderer(p.id()), world, p);
+        EXPECT_EQ(stages, std::set<std::string>{"looking for the sky"});
+    }
+}
+
+TEST(SkyWindows, WhereTheSkyIsDrawnAsAWholeThereIsNothingToPrepare)
+{
+    const auto world = windowRoom(true).world();
+    const auto renderer = core::makeRenderer("path");
+    renderer->setWorld(world, {});
+    EXPECT_TRUE(prepareUntil(*renderer, params(SkySampling::whole, 1), 0).empty());
+    SceneBuilder dark = windowRoom(true);
+    dark.scene.environment.reset();
+    const auto without = dark.world();
+    for (const core::MethodInfo& method : core::methods()) {
+        const auto other = core::makeRenderer(method.id());
+        other->setWorld(without, {});
+        EXPECT_TRUE(prepareUntil(*other, method.defaults, 0).empty()) << method.id();
+    }
+}
+
+/// A picture that is under way goes on when what another one needs is no longer wanted.
+TEST(SkyWindows, AStopLeavesThePictureOfBefore)
+{
+    const auto world = windowRoom(true).world();
+    const auto renderer = core::makeRenderer("path");
+    renderer->setWorld(world, {});
+    renderer->setView({world->cameras.at(0), {16, 16}, params(SkySampling::whole, 1)},
+                      core::Start::anew);
+    renderer->advance({.samples = 1}, {});
+    prepareUntil(*renderer, params(SkySampling::regions, 1), 3);
+    renderer->advance({.samples = 1}, {});
+    EXPECT_EQ(renderer->read(core::Reading::mean).mean.pixels,
+              render(world, 16, 16, 2, params(SkySampling::whole, 1)).mean.pixels);
 }
 
 }  // namespace
