@@ -14,10 +14,8 @@
 #include "app/files/scene_path.h"
 #include "app/files/stats.h"
 #include "app/session/losses.h"
-#include "app/view/frame_pace.h"
 #include "app/view/input.h"
 #include "core/base/check.h"
-#include "core/base/time.h"
 
 namespace app {
 
@@ -25,10 +23,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kBusyDraw = 0.1;       // seconds between frames when only a progress bar moves
-constexpr double kLookSeconds = 0.002;  // between two looks for a picture that is waited for
-constexpr double kIdleTick = 0.25;      // seconds that an idle window sleeps
-constexpr double kNoticeSeconds = 10;   // for which a message may fade
+constexpr double kBusyDraw = 0.1;      // seconds between frames when only a progress bar moves
+constexpr double kIdleTick = 0.25;     // seconds that an idle window sleeps
+constexpr double kNoticeSeconds = 10;  // for which a message may fade
 constexpr size_t kKeptTimes = 240;
 
 /// Where the window and the renderer keep what is dear to make.
@@ -142,11 +139,6 @@ bool FrameLoop::waitForWork()
     const bool idle = !script_ && !session_->busy() && more_ == 0;
     // Even a late frame waits for a moment: only a wait tells whether there was an event.
     const double wait = idle ? kIdleTick : std::max(due, 0.001);
-    if (session_->isMoving()) {
-        waitForPicture(wait, limit);
-        window_.poll(0);
-        return true;
-    }
     const Clock::time_point before = Clock::now();
     window_.poll(wait);
     const double slept = std::chrono::duration<double>(Clock::now() - before).count();
@@ -156,18 +148,6 @@ bool FrameLoop::waitForWork()
         window_.poll(0);
     }
     return slept < 0.9 * wait;
-}
-
-/// Who moves the camera waits for pictures: one that comes ends the wait, unless that would be the
-/// second in a frame's time.
-void FrameLoop::waitForPicture(double seconds, double frameSeconds)
-{
-    const Clock::time_point begin = Clock::now();
-    while (core::secondsSince(begin) < seconds) {
-        if (session_->hasNews() && core::secondsSince(lastDraw_) >= frameSeconds) return;
-        const double rest = seconds - core::secondsSince(begin);
-        std::this_thread::sleep_for(std::chrono::duration<double>(std::min(rest, kLookSeconds)));
-    }
 }
 
 bool FrameLoop::somethingChanged()
@@ -232,25 +212,12 @@ void FrameLoop::draw(double seconds)
     frame.problem = pictureView_.problem();
     ui_->draw(*session_, requests_, frame);
     gui_->setUiScale(session_->settings.panels.uiScale);
-    if (!isWorthDrawing()) return gui_->pass();
     present(inputs);
     drawn_ = session_->picture();
-    drawnWindow_ = window_.framebufferSize();
-    drawnArea_ = area_;
     lastDraw_ = Clock::now();
     ++frames_;
     drawSeconds_ = std::chrono::duration<double>(lastDraw_ - begin).count();
     measure(drawSeconds_);
-}
-
-bool FrameLoop::isWorthDrawing() const
-{
-    if (!session_->isMoving()) return true;
-    const FrameNews news{.picture = session_->picture() != drawn_,
-                         .panel = ImGui::IsAnyItemActive() || requests_.screenshot.has_value(),
-                         .layout =
-                             area_ != drawnArea_ || window_.framebufferSize() != drawnWindow_};
-    return app::isWorthDrawing(news, core::secondsSince(lastDraw_), drawSeconds_);
 }
 
 void FrameLoop::present(const DisplayInputs& inputs)

@@ -30,11 +30,9 @@ private:
 
     void tick();
     bool waitForWork();
-    void waitForPicture(double seconds, double frameSeconds);
     bool somethingChanged();
     void draw(double seconds);
     void layOutWindow();
-    bool isWorthDrawing() const;
     void present(const DisplayInputs& inputs);
     void measure(double seconds);
     void takeDrops();
@@ -64,7 +62,6 @@ private:
     double noticeAt_ = -1e9, drawSeconds_ = 0;
     WindowLayout layout_;
     glm::uvec2 areaCorner_{0}, area_{0};  // of the picture, pixels
-    glm::uvec2 drawnWindow_{0}, drawnArea_{0};
     bool lostOnce_ = false, quit_ = false;
     int exitCode_ = 0;
 

@@ -278,11 +278,6 @@ void Gui::end(const DisplayInputs& inputs)
     }
 }
 
-void Gui::pass()
-{
-    ImGui::Render();  // for who reads the frame
-}
-
 std::vector<uint8_t> Gui::readFrame(glm::uvec2& size)
 {
     Impl& i = *impl_;

@@ -53,9 +53,6 @@ public:
     /// Runs the display kernel only when its inputs changed.
     void end(const DisplayInputs& inputs);
 
-    /// Ends the frame without drawing it: the window goes on showing the one before.
-    void pass();
-
     /// The frame that was presented last, RGBA rows from the top.
     std::vector<uint8_t> readFrame(glm::uvec2& size);
     /// What the display kernel made last: the picture's area, without what ImGui drew.
