@@ -187,7 +187,7 @@ protected:
     uint32_t maxDepth_ = 8;
 };
 
-/// T-16, as far as samples know over which ways their light has come: to the first hit over two
+/// T-31, as far as samples know over which ways their light has come: to the first hit over two
 /// surfaces at most, old light counts only where nothing has come between. Naive accumulation shows
 /// what the test would see: the ball's shadow of frames before.
 TEST_P(ReuseMotion, ShadowsDoNotStayBehind)

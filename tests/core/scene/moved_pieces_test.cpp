@@ -21,6 +21,7 @@ bool holds(const shared::MovedPiece& piece, glm::vec3 p)
     return all(lessThanEqual(piece.low, p)) && all(lessThanEqual(p, piece.high));
 }
 
+/// T-32.
 TEST(MovedPieces, HoldEveryVertexThatHasMoved)
 {
     const auto before = core::poseWorld(movingRoom().world(), 0.4);
