@@ -37,6 +37,9 @@ reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@stati
 reuse-residual-alone@shaders/shared/reuse_path.h@alpha *= reconnection(@alpha += 0.0f * reconnection(@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-paths-change-c@core/methods/reuse_estimator.cpp@const uint32_t taken = shared::takeRays(settings_, p.v.rays * part, p.v.history);@p.v.c = shared::shareOfHistory(settings_, p.v.history, p.v.rays *= part); sums.rays = p.v.rays; const uint32_t taken = shared::takeRays(settings_, p.v.rays, p.v.history);@*PathAllocation*MeanStays*cpu*
+motion-new-side@shaders/shared/reuse_path.h@!(wayIsOld(scene, settings, v, way, ends, place.triangle) &&@!(true &&@*ReuseMotion.Shadows*cpu*
+motion-old-arrivals@core/methods/reuse_estimator.cpp@if (!shared::arrivingIsOld(scene_, settings_, place, r)) continue;@@*ReuseMotion.Light*cpu*
+motion-camera-rests@shaders/shared/motion.h@    camera.position = m.now + m.turn * (camera.position - m.before);@@Motion.*:*ReuseMotion.WhatMoves*cpu*
 reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - share) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseBias.Asking*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*:*ReuseBias*cpu*
