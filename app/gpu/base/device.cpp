@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <mutex>
 
 #include "app/gpu/base/device_choice.h"
@@ -265,14 +266,24 @@ void Device::check(VkResult result, const char* call)
     checkVulkan(result, call);
 }
 
+/// Processor time of this process, in seconds.
+static double processorSeconds()
+{
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
 void Device::wait(VkFence fence, std::string_view work)
 {
     requireAlive();
     if (!work.empty()) work_ = work;
     constexpr int kNoticeStep = 3;
-    // Steps; a software device shares its processors with everything else
+    // Steps; a software device shares its processors with everything else, and where others have
+    // nearly all of them it is slow, not lost.
     const int patience = software_ ? 30 : 10;
-    for (int step = 1; step <= patience; ++step) {
+    const int most = software_ ? 10 * patience : patience;
+    const double begin = processorSeconds();
+    int step = 1;
+    for (;; ++step) {
         const VkResult result =
             vk.WaitForFences(device_, 1, &fence, VK_TRUE, static_cast<uint64_t>(waitStep_ * 1e9));
         if (result < 0 && result != VK_ERROR_DEVICE_LOST) {
@@ -283,19 +294,23 @@ void Device::wait(VkFence fence, std::string_view work)
             check(result, "vkWaitForFences");
             return;
         }
-        if (step == kNoticeStep) {
-            const std::string text = "GPU busy: " + (work_.empty() ? "its work" : work_) +
-                                     " has been running for " +
-                                     std::to_string(std::lround(step * waitStep_)) + " s";
-            if (notice_) {
-                notice_(text);
-            } else {
-                std::fprintf(stderr, "rekindle: %s\n", text.c_str());
-            }
-        }
+        if (step == kNoticeStep) noticeThatItTakesLong(step * waitStep_);
+        const bool starved = processorSeconds() - begin < 0.5 * step * waitStep_;
+        if (step >= most || (step >= patience && !starved)) break;
     }
     abandon(device_);
-    lose("it has not answered for " + std::to_string(std::lround(patience * waitStep_)) + " s");
+    lose("it has not answered for " + std::to_string(std::lround(step * waitStep_)) + " s");
+}
+
+void Device::noticeThatItTakesLong(double seconds) const
+{
+    const std::string text = "GPU busy: " + (work_.empty() ? "its work" : work_) +
+                             " has been running for " + std::to_string(std::lround(seconds)) + " s";
+    if (notice_) {
+        notice_(text);
+    } else {
+        std::fprintf(stderr, "rekindle: %s\n", text.c_str());
+    }
 }
 
 void Device::record(const std::function<void(VkCommandBuffer)>& commands)

@@ -32,7 +32,9 @@ struct DeviceOptions {
     // Where what is dear to make is kept for the next run (compiled kernels, hierarchies of
     // scenes); empty: nowhere
     std::filesystem::path cacheFolder{};
-    double waitStep = 2;  // seconds; a notice after 3 of them, lost after 10 (software devices: 30)
+    // Seconds; a notice after 3 of them, lost after 10 (software devices: 30, or 300 where the
+    // process gets less than half of a processor)
+    double waitStep = 2;
     std::function<void(const std::string&)> notice{};  // takes "GPU busy ..."; empty: stderr does
 };
 
@@ -110,6 +112,7 @@ private:
     void open(const VkDeviceCreateInfo& create);
     void destroy();
     void record(const std::function<void(VkCommandBuffer)>& commands);
+    void noticeThatItTakesLong(double seconds) const;
     [[noreturn]] void lose(const std::string& how);
 
     double waitStep_;

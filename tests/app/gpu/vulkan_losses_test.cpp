@@ -1,6 +1,9 @@
 // Vulkan that fails while it works, on purpose: calls that give errors, work that never ends,
 // memory that runs out (V4-V7). Nothing here needs a GPU: the faults are planted in the table of
 // functions.
+#include <cmath>
+#include <ctime>
+
 #include "app/gpu/base/memory.h"
 #include "shared/bindings.h"
 #include "tests/support/leak_on_purpose.h"
@@ -40,18 +43,31 @@ TEST_F(VulkanFails, ABusyDeviceIsToldOnceAndWaitedFor)
     EXPECT_FALSE(device.lost());
 }
 
-/// A device that never answers: it throws after `waits` steps and is left alone.
-void expectGivenUp(int expectedWaits, bool software)
+/// A device that never answers: it throws after `waits` steps of `step` seconds and is left alone.
+/// `busy`: the process works meanwhile.
+void expectGivenUp(int expectedWaits, bool software, double step = 2, bool busy = false)
 {
     VulkanFaults faults;
     lieAboutProperties(faults, [software](VkPhysicalDeviceProperties& p) {
         p.deviceType =
             software ? VK_PHYSICAL_DEVICE_TYPE_CPU : VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
     });
-    neverSignal(faults);
+    if (busy) {
+        faults.replace<&Api::WaitForFences>(
+            [step](auto, VkDevice, uint32_t, const VkFence*, VkBool32, uint64_t) {
+                const std::clock_t until =
+                    std::clock() + static_cast<std::clock_t>(step * CLOCKS_PER_SEC);
+                while (std::clock() < until) {
+                }
+                return VK_TIMEOUT;
+            });
+    } else {
+        neverSignal(faults);
+    }
     {
         const tests::LeakOnPurpose leak;
         gpu::DeviceOptions options;
+        options.waitStep = step;
         options.notice = [](const std::string&) {};
         gpu::Device device(options);
         gpu::Buffer buffer(device, "a test", 1 << 10);
@@ -62,7 +78,8 @@ void expectGivenUp(int expectedWaits, bool software)
                 },
                 "the work");
         });
-        expectSays(text, {"lost", "not answered", std::to_string(2 * expectedWaits), "the work"});
+        expectSays(text, {"lost", "not answered",
+                          std::to_string(std::lround(step * expectedWaits)) + " s", "the work"});
         EXPECT_EQ(faults.calls<&Api::WaitForFences>(), static_cast<uint64_t>(expectedWaits));
         EXPECT_TRUE(device.lost());
     }
@@ -77,9 +94,16 @@ TEST_F(VulkanFails, ARealDeviceIsGivenUpAfterTwentySeconds)
     expectGivenUp(10, false);
 }
 
-TEST_F(VulkanFails, ASoftwareDeviceIsGivenUpAfterAMinute)
+/// Thirty steps of 2 s.
+TEST_F(VulkanFails, ASoftwareDeviceThatWorksIsGivenUpAfterAMinute)
 {
-    expectGivenUp(30, true);
+    expectGivenUp(30, true, 0.05, true);
+}
+
+/// Where others have the processors it is slow, and given up only after ten minutes.
+TEST_F(VulkanFails, ASoftwareDeviceThatIsStarvedGetsMoreTime)
+{
+    expectGivenUp(300, true);
 }
 
 TEST_F(VulkanFails, AWaitThatFailsLeavesTheDeviceToItself)
