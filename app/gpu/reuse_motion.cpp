@@ -56,10 +56,10 @@ bool ReuseMotion::take(const GpuScene& scene, const core::World& before,
     constexpr uint64_t kPieceBytes = shared::kMovedPieceWords * sizeof(glm::uvec4);
     room(shared::kBindMovedPieces, pieces_, shared::kMostMovedPieces * kPieceBytes, kWords, sets)
         .writeAll(wordsOf(pieces));
-    const std::vector<glm::uvec4> triangles = scene.movingTriangles(before);
-    room(shared::kBindTrianglesBefore, trianglesBefore_, triangles.size() * sizeof(glm::uvec4),
-         VK_FORMAT_R32G32B32A32_SFLOAT, sets)
-        .writeAll(triangles);
+    constexpr uint64_t kTriangleBytes = 3 * sizeof(glm::vec4);
+    scene.writeMovingTriangles(before, room(shared::kBindTrianglesBefore, trianglesBefore_,
+                                            now.moving.slots.size() * kTriangleBytes,
+                                            VK_FORMAT_R32G32B32A32_SFLOAT, sets));
     const std::vector<uint32_t> slots =
         slotsNow(hierarchyBefore.moving.slots, now.moving.slots, before.movingTriangles);
     room(shared::kBindSlotsNow, slotsNow_, slots.size() * sizeof(uint32_t), VK_FORMAT_R32_UINT,

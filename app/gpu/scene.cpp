@@ -155,10 +155,10 @@ void GpuScene::uploadHierarchy(const core::World& world, const core::Bvh& bvh)
     }
 }
 
-std::vector<glm::uvec4> GpuScene::movingTriangles(const core::World& pose) const
+void GpuScene::writeMovingTriangles(const core::World& pose, Buffer& buffer) const
 {
     CHECK(bvh_ && core::sameTopology(pose, world_));
-    return listedWords(pose, bvh_->moving.slots);
+    writeListed(buffer, 0, pose, bvh_->moving.slots);
 }
 
 /// Where slots that belong to instances lead.

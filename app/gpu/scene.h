@@ -41,9 +41,9 @@ public:
     const core::Bvh& hierarchy() const { return *bvh_; }
     /// The same, to be kept.
     std::shared_ptr<const core::Bvh> sharedHierarchy() const { return bvh_; }
-    /// The triangles of the hierarchy's moving part where `pose`, one of the same topology, has
-    /// them: three words each (kBindTriangles), in the order of their slots.
-    std::vector<glm::uvec4> movingTriangles(const core::World& pose) const;
+    /// Writes the triangles of the hierarchy's moving part where `pose`, one of the same topology,
+    /// has them: as in kBindTriangles, 48 bytes each, in the order of their slots.
+    void writeMovingTriangles(const core::World& pose, Buffer& buffer) const;
     /// How the hierarchy was come by.
     void addTo(core::RenderStats& stats) const;
     uint64_t bytes() const;
