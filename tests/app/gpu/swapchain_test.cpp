@@ -349,9 +349,9 @@ TEST_F(SwapchainTest, AFenceThatNeverComesIsGivenUp)
         } catch (const core::Error& error) {
             EXPECT_EQ(error.code(), core::ExitCode::deviceLost);
         }
-        EXPECT_LE(waits, 30);
+        EXPECT_LE(waits, 300);
     }
-    EXPECT_LE(waits, 60);
+    EXPECT_LE(waits, 330);
 }
 
 /// A headless device needs nothing of a window (V11).
