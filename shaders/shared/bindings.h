@@ -106,9 +106,9 @@ SHARED_CONST uint kBindLightDetails = 4u;
 SHARED_CONST uint kBindSliceValues = 5u;
 
 // The most that any one kernel sees in its three sets.
-SHARED_CONST uint kMostTexelBuffers = 23u;    // reuse_old
+SHARED_CONST uint kMostTexelBuffers = 26u;    // reuse_old
 SHARED_CONST uint kMostStorageBuffers = 10u;  // reuse_old
-SHARED_CONST uint kMostResources = 34u;       // reuse_old
+SHARED_CONST uint kMostResources = 37u;       // reuse_old
 SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
