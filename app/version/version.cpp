@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <OpenImageIO/imageio.h>
 #include <png.h>
+#include <rapidjson/rapidjson.h>
 #include <tbb/version.h>
 
 #include "app/base/program_version.h"
@@ -97,6 +98,7 @@ std::vector<Library> libraries()
          dotted(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                 NLOHMANN_JSON_VERSION_PATCH),
          ""},
+        {"RapidJSON", RAPIDJSON_VERSION_STRING, ""},
     };
 }
 
