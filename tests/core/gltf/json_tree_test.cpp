@@ -154,6 +154,33 @@ TEST(JsonTree, RefusesWhatNlohmannRefuses)
     }
 }
 
+TEST(JsonTree, NumbersOfVeryManyDigitsOrLargeExponents)
+{
+    const std::string zeros(400, '0'), nines(400, '9');
+    JsonDocument document;
+    for (const std::string& text :
+         {"0." + zeros + "1", "-0." + zeros + "1e400", std::string("0.000000001e-2147483639"),
+          "0." + nines, "1e-" + nines, "0e" + nines, "1" + zeros + "e-400", "1" + zeros + ".5e-300",
+          std::string("1e-400"), std::string("2.2250738585072011e-308"),
+          std::string("1.7976931348623157e308")}) {
+        ASSERT_EQ(document.parse("[" + text + "]"), "") << text;
+        EXPECT_EQ(document.root()[0].number(), nlohmann::json::parse(text).get<double>()) << text;
+    }
+    for (const std::string& text : {nines, "1" + zeros + "e308", "1e" + nines, "-" + nines})
+        EXPECT_NE(document.parse(text), "") << text;
+}
+
+TEST(JsonTree, TextIsReadToItsEndAndNotBeyond)
+{
+    JsonDocument document;
+    const std::string text = "[1, 23]4";
+    ASSERT_EQ(document.parse(std::string_view(text).substr(0, 7)), "");
+    EXPECT_NE(document.parse(text), "");
+    EXPECT_NE(document.parse(std::string_view("[1]\0[2]", 7)), "");
+    EXPECT_NE(document.parse(R"(["\udc00"])"), "") << "half of a pair";
+    EXPECT_NE(document.parse(R"({"\udfff": 1})"), "");
+}
+
 TEST(JsonTree, NumbersAloneTakeEightBytesAndKeepTheirKinds)
 {
     JsonDocument document;
@@ -185,6 +212,9 @@ TEST(JsonTree, MemoryOfKeysIsAskedForBeforeItIsTaken)
     asked = 0;
     ASSERT_EQ(document.parse("{\"" + key + "\": 1}", reserve), "");
     EXPECT_GT(asked, key.size());
+    asked = 0;
+    ASSERT_EQ(document.parse("\"" + key + "\"", reserve), "");
+    EXPECT_GT(asked, key.size()) << "where the parser keeps a string while it reads it";
     struct Enough {};
     EXPECT_THROW(document.parse(R"({"a": 1})", [](uint64_t) { throw Enough(); }), Enough);
 }
