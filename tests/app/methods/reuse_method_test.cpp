@@ -214,6 +214,9 @@ TEST_P(ReuseMethod, OtherParametersAndScenesBeginAnew)
     EXPECT_EQ(largestWeight(), 1);
     renderer_->setWorld(world_, {});
     look(camera, params, core::Start::moved);
+    EXPECT_EQ(largestWeight(), 2) << "the same world in the same pose";
+    renderer_->setWorld(asset("cornell-glossy"), {});
+    look(camera, params, core::Start::moved);
     EXPECT_EQ(largestWeight(), 1);
 }
 
