@@ -1,6 +1,7 @@
 // See reuse_motion.h.
 #include "app/gpu/reuse_motion.h"
 
+#include <algorithm>
 #include <bit>
 #include <numeric>
 #include <vector>
@@ -26,12 +27,13 @@ std::vector<glm::uvec4> wordsOf(std::span<const shared::MovedPiece> pieces)
 }
 
 /// The slot in `now` of the triangle in each slot of `before`: both hold the same triangles, each
-/// of them once. Buffers are a multiple of four words long: what lies behind stays where it is.
+/// of them once. Buffers have a multiple of four words, and at least four: what lies behind stays
+/// where it is.
 std::vector<uint32_t> slotsNow(const core::SharedArray<uint32_t>& before,
                                const core::SharedArray<uint32_t>& now, core::IndexRange triangles)
 {
     std::vector<uint32_t> slotOf(triangles.size(), shared::kNone);
-    std::vector<uint32_t> slots((before.size() + 3) / 4 * 4);
+    std::vector<uint32_t> slots(std::max<size_t>((before.size() + 3) / 4 * 4, 4));
     std::iota(slots.begin(), slots.end(), 0u);
     for (uint32_t slot = 0; slot < now.size(); ++slot) slotOf[now[slot] - triangles.begin] = slot;
     for (size_t slot = 0; slot < before.size(); ++slot)
@@ -69,11 +71,13 @@ bool ReuseMotion::take(const GpuScene& scene, const core::World& before,
     return true;
 }
 
-/// A buffer of so many bytes in place of `buffer`, or the same.
+/// A buffer of so many bytes in place of `buffer`, or the same if it has just these: kernels ask
+/// for its size.
 Buffer& ReuseMotion::room(uint32_t binding, Buffer& buffer, uint64_t bytes, VkFormat format,
                           std::span<DescriptorSet* const> sets)
 {
-    if (buffer.bytes() < bytes || buffer.bytes() == 0) {
+    const uint64_t rounded = std::max<uint64_t>((bytes + 15) & ~uint64_t(15), 16);
+    if (buffer.bytes() != rounded) {
         buffer = {};
         buffer = Buffer(device_, "what has moved", bytes, format);
         for (DescriptorSet* set : sets) set->bind(binding, buffer);

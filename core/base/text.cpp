@@ -80,31 +80,6 @@ std::string printableLines(std::string_view text)
     return escapedText(text, std::string_view::npos, "\n\t");
 }
 
-size_t utf8Bytes(std::string_view text)
-{
-    return firstLetter(text).bytes;
-}
-
-void appendUtf8(std::string& text, uint32_t code)
-{
-    const auto follow = [&](int bits) { text += static_cast<char>(0x80 | (code >> bits & 0x3f)); };
-    if (code < 0x80) {
-        text += static_cast<char>(code);
-    } else if (code < 0x800) {
-        text += static_cast<char>(0xc0 | code >> 6);
-        follow(0);
-    } else if (code < 0x10000) {
-        text += static_cast<char>(0xe0 | code >> 12);
-        follow(6);
-        follow(0);
-    } else {
-        text += static_cast<char>(0xf0 | code >> 18);
-        follow(12);
-        follow(6);
-        follow(0);
-    }
-}
-
 std::string placeInText(std::string_view text, size_t offset)
 {
     const std::string_view before = text.substr(0, offset);

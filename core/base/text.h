@@ -1,7 +1,6 @@
 // Text that came from files or names, before it reaches a person, a terminal or JSON.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -15,12 +14,6 @@ std::string printable(std::string_view text, size_t longest = std::string_view::
 
 /// The same for text of several lines: line breaks and tabs stay.
 std::string printableLines(std::string_view text);
-
-/// Bytes of the letter of UTF-8 that a text (not empty) begins with; 0: none does.
-size_t utf8Bytes(std::string_view text);
-
-/// Appends the letter of that number, at most 0x10ffff, as UTF-8.
-void appendUtf8(std::string& text, uint32_t code);
 
 /// "line 3, column 14" of a byte of a text.
 std::string placeInText(std::string_view text, size_t offset);

@@ -64,12 +64,7 @@ SHARED_FN uvec4 packChain(ReuseChain c, uint i)
         v = c.restBeta;
         word = 0u;
     }
-    return uvec4(floatAsUint(v.x), floatAsUint(v.y), floatAsUint(v.z), word);
-}
-
-SHARED_FN vec3 vectorOfWord(uvec4 w)
-{
-    return vec3(uintAsFloat(w.x), uintAsFloat(w.y), uintAsFloat(w.z));
+    return packVector(v, word);
 }
 
 SHARED_FN ReuseChain unpackChain(uvec4 word0, uvec4 word1, uvec4 word2, uvec4 word3, uvec4 word4)
@@ -79,13 +74,13 @@ SHARED_FN ReuseChain unpackChain(uvec4 word0, uvec4 word1, uvec4 word2, uvec4 wo
     c.towardsBefore = unpackOct(word0.y);
     c.bounces = word0.z;
     c.restBounces = word0.w;
-    c.beta = vectorOfWord(word1);
+    c.beta = unpackVector(word1);
     c.medium = word1.w;
-    c.seen = vectorOfWord(word2);
+    c.seen = unpackVector(word2);
     c.restMedium = word2.w;
-    c.restOrigin = vectorOfWord(word3);
+    c.restOrigin = unpackVector(word3);
     c.restDirection = unpackOct(word3.w);
-    c.restBeta = vectorOfWord(word4);
+    c.restBeta = unpackVector(word4);
     return c;
 }
 

@@ -151,6 +151,17 @@ SHARED_FN vec3 reusedSquares(IN(ReuseSums) s)
     return mean * mean + s.beta * s.beta * (s.part * (around + direct));
 }
 
+/// A vector and a word as one kernel leaves them to the next.
+SHARED_FN uvec4 packVector(vec3 v, uint word)
+{
+    return uvec4(floatAsUint(v.x), floatAsUint(v.y), floatAsUint(v.z), word);
+}
+
+SHARED_FN vec3 unpackVector(uvec4 w)
+{
+    return vec3(uintAsFloat(w.x), uintAsFloat(w.y), uintAsFloat(w.z));
+}
+
 /// Word `i` of sums over new paths alone, as one kernel leaves them to the next.
 SHARED_FN uvec4 packPathSums(IN(ReuseSums) s, uint i)
 {
@@ -167,29 +178,21 @@ SHARED_FN uvec4 packPathSums(IN(ReuseSums) s, uint i)
     } else if (i == 4u) {
         v = s.plain;
     }
-    return uvec4(floatAsUint(v.x), floatAsUint(v.y), floatAsUint(v.z), floatAsUint(rest));
-}
-
-SHARED_FN vec4 numbersOfWord(uvec4 w)
-{
-    return vec4(uintAsFloat(w.x), uintAsFloat(w.y), uintAsFloat(w.z), uintAsFloat(w.w));
+    return packVector(v, floatAsUint(rest));
 }
 
 /// Sums over `taken` new paths, and nothing else yet.
 SHARED_FN void addPathSums(INOUT(ReuseSums) s, uvec4 word0, uvec4 word1, uvec4 word2, uvec4 word3,
                            uvec4 word4, uint taken)
 {
-    const vec4 around = numbersOfWord(word0);
-    const vec4 aroundSquares = numbersOfWord(word1);
-    const vec4 direct = numbersOfWord(word2);
-    s.around = xyz(around);
-    s.weightSum = around.w;
-    s.aroundSquares = xyz(aroundSquares);
-    s.weightSquares = aroundSquares.w;
-    s.direct = xyz(direct);
-    s.plainSquares = direct.w;
-    s.directSquares = xyz(numbersOfWord(word3));
-    s.plain = xyz(numbersOfWord(word4));
+    s.around = unpackVector(word0);
+    s.weightSum = uintAsFloat(word0.w);
+    s.aroundSquares = unpackVector(word1);
+    s.weightSquares = uintAsFloat(word1.w);
+    s.direct = unpackVector(word2);
+    s.plainSquares = uintAsFloat(word2.w);
+    s.directSquares = unpackVector(word3);
+    s.plain = unpackVector(word4);
     s.taken = taken;
 }
 
