@@ -61,7 +61,8 @@ public:
         // Figures are of the pass under way, too.
         const double pixels =
             double(film_.size().x) * film_.size().y * (passes_ + film_.progress().fraction);
-        stats.details = figures_.details(params_, visibility_, recordsKept(params_), pixels);
+        stats.details = figures_.details(params_, world_ && mayMove(*world_), visibility_,
+                                         recordsKept(params_), pixels);
         return stats;
     }
 

@@ -47,10 +47,11 @@ struct ReuseFigures {
         return visibility > 0 ? lost / std::max(asked, 1.0) / visibility : 0;
     }
 
-    std::vector<StatsDetail> details(const ReuseParams& params, float visibility, uint32_t records,
-                                     double pixels) const
+    /// What is told of a view of so many pixels; `mayMove`: the scene has other poses.
+    std::vector<StatsDetail> details(const ReuseParams& params, bool mayMove, float visibility,
+                                     uint32_t records, double pixels) const
     {
-        std::vector<StatsDetail> details{{"bias", std::string(biasOf(params))},
+        std::vector<StatsDetail> details{{"bias", std::string(biasOf(params, mayMove))},
                                          {"history", withHistory / count()},
                                          {"c", shares / count()},
                                          {"n", paths / std::max(pixels, 1.0)},
@@ -67,14 +68,16 @@ struct ReuseFigures {
 private:
     double count() const { return scatters > 0 ? scatters : 1; }
 
-    static std::string_view biasOf(const ReuseParams& params)
+    static std::string_view biasOf(const ReuseParams& params, bool mayMove)
     {
         const auto strategy = static_cast<uint32_t>(params.reuse);
         if (shared::keepsMeans(strategy)) return "old light as it was";
         if (!shared::keepsSamples(strategy)) return "none";
         if (params.bias == ReuseBias::unbiased) return "none";
-        return params.bias == ReuseBias::bounded ? "visibility of old samples, bounded"
-                                                 : "visibility of old samples";
+        if (params.bias == ReuseBias::bounded) return "visibility of old samples, bounded";
+        return mayMove ? "visibility of old samples; light over more than two surfaces, where "
+                         "things move"
+                       : "visibility of old samples";
     }
 };
 

@@ -94,7 +94,8 @@ public:
         const core::ReuseFigures& figures = film_.counts().reuse;
         const double pixels = double(film_.frame().width()) * film_.frame().height();
         // Figures are of the round under way, too.
-        stats.details = figures.details(params_, visibility_, recordsOf(passes_.settings()),
+        stats.details = figures.details(params_, world_ && core::mayMove(*world_), visibility_,
+                                        recordsOf(passes_.settings()),
                                         pixels * (rounds_ + film_.progress().fraction));
         film_.addTo(stats);
         stats.paths = static_cast<uint64_t>(figures.paths);

@@ -166,6 +166,14 @@ protected:
         renderer_->setWorld(world_, {});
     }
 
+    /// What is said of the bias.
+    std::string bias() const
+    {
+        for (const core::StatsDetail& d : renderer_->stats().details)
+            if (d.name == "bias") return std::get<std::string>(d.value);
+        return {};
+    }
+
     ReuseParams paramsOf(ReuseStrategy strategy, uint32_t seed) const
     {
         ReuseParams params = with(strategy, seed);
@@ -326,7 +334,9 @@ TEST_P(ReuseMotion, WhoAsksForABoundBeginsAnew)
         EXPECT_EQ(play(params).pixels, discard.pixels) << core::enumName(bias);
         EXPECT_EQ(detail("history"), 0);
     }
+    EXPECT_EQ(bias(), "none");
     EXPECT_NE(play(paramsOf(ReuseStrategy::ra, 5)).pixels, discard.pixels);
+    EXPECT_NE(bias().find("where things move"), std::string::npos) << "what lags is named";
     EXPECT_GT(detail("history"), 0.9);
 }
 
