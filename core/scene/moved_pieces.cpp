@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace core {
 
@@ -40,9 +41,27 @@ MovedPiece joined(const MovedPiece& a, const MovedPiece& b)
             (end - a.first) | shared::kMovedSeveral};
 }
 
+/// Joins equally long rows of neighbours, so that a few hundred boxes are left of very many: to
+/// find the best pair takes as long as there are boxes, for each that goes.
+void joinRows(std::vector<MovedPiece>& pieces)
+{
+    constexpr size_t kMost = 256;
+    const size_t row = (pieces.size() + kMost - 1) / kMost;
+    if (row < 2) return;
+    std::vector<MovedPiece> rows;
+    for (size_t i = 0; i < pieces.size(); ++i) {
+        if (i % row == 0)
+            rows.push_back(pieces[i]);
+        else
+            rows.back() = joined(rows.back(), pieces[i]);
+    }
+    pieces = std::move(rows);
+}
+
 /// Joins neighbours until there are no more than `most`: those first whose box wastes least.
 void joinNeighbours(std::vector<MovedPiece>& pieces, size_t most)
 {
+    joinRows(pieces);
     while (pieces.size() > most) {
         size_t best = 0;
         float least = std::numeric_limits<float>::infinity();

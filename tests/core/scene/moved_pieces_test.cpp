@@ -93,22 +93,25 @@ TEST(MovedPieces, AreOnesThatMovedAndLights)
 
 TEST(MovedPieces, AreJoinedWhereThereAreMany)
 {
-    const auto before = balls(50, 50, shared::kEmitterSpot);
-    const auto now = core::poseWorld(before, 1);
-    const auto pieces = core::movedPieces(*before, *now);
-    ASSERT_TRUE(pieces.has_value());
-    EXPECT_LE(pieces->size(), shared::kMostMovedPieces);
-    EXPECT_GT(pieces->size(), 8u);
-    uint32_t triangles = 0;
-    for (const shared::MovedPiece& piece : *pieces) {
-        const uint32_t count = piece.count & ~shared::kMovedSeveral;
-        triangles += count;
-        EXPECT_EQ((piece.count & shared::kMovedSeveral) != 0, count > 32);
-        for (uint32_t t = piece.first; t < piece.first + count; ++t)
-            for (const auto& world : {before, now})
-                EXPECT_TRUE(holds(piece, world->positions[world->triangles[t].v0]));
+    for (const uint32_t count : {50u, 1001u}) {
+        const auto before = balls(int(count), int(count), shared::kEmitterSpot);
+        const auto now = core::poseWorld(before, 1);
+        const auto pieces = core::movedPieces(*before, *now);
+        ASSERT_TRUE(pieces.has_value());
+        EXPECT_LE(pieces->size(), shared::kMostMovedPieces);
+        EXPECT_GT(pieces->size(), 8u);
+        uint32_t triangles = 0, outside = 0;
+        for (const shared::MovedPiece& piece : *pieces) {
+            const uint32_t its = piece.count & ~shared::kMovedSeveral;
+            triangles += its;
+            EXPECT_EQ((piece.count & shared::kMovedSeveral) != 0, its > 32);
+            for (uint32_t t = piece.first; t < piece.first + its; ++t)
+                for (const auto& world : {before, now})
+                    outside += holds(piece, world->positions[world->triangles[t].v0]) ? 0u : 1u;
+        }
+        EXPECT_EQ(triangles, count * 32);
+        EXPECT_EQ(outside, 0u);
     }
-    EXPECT_EQ(triangles, 50u * 32);
 }
 
 TEST(MovedPieces, ASunThatTurnsChangesEverything)
