@@ -100,6 +100,7 @@ void ReusePasses::makeStore(uint32_t side)
     make(store.places, recordsOf(settings_), kWords);
     make(store.arriving, recordsOf(settings_), kWords);
     make(store.lights, lightsOf(settings_), kWords);
+    make(store.remainders, 1, VK_FORMAT_R32G32B32A32_SFLOAT);
     make(store.means, 1, VK_FORMAT_R32G32B32A32_SFLOAT);
     store.size = size_;
     bindStore(side);
@@ -118,11 +119,13 @@ void ReusePasses::bindStore(uint32_t side)
     writes.bind(shared::kBindArrivingNow, store.arriving);
     writes.bind(shared::kBindLightsNow, store.lights);
     writes.bind(shared::kBindMeansNow, store.means);
+    writes.bind(shared::kBindRemaindersNow, store.remainders);
     DescriptorSet& reads = oldSets_[1 - side];
     reads.bind(shared::kBindPlacesBefore, store.places);
     reads.bind(shared::kBindArrivingBefore, store.arriving);
     reads.bind(shared::kBindLightsBefore, store.lights);
     reads.bind(shared::kBindMeansBefore, store.means);
+    reads.bind(shared::kBindRemaindersBefore, store.remainders);
     hitsSets_[1 - side].bind(shared::kBindMeansBefore, store.means);
 }
 

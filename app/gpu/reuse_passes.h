@@ -73,7 +73,7 @@ public:
 private:
     /// What one frame leaves to the next.
     struct Store {
-        Buffer pixels, places, arriving, lights, means;
+        Buffer pixels, places, arriving, lights, means, remainders;
         glm::uvec2 size{0};  // of the picture that it was last made for
     };
     using ReuseKernel = Kernel<shared::ReuseBatch, ReuseConstants>;

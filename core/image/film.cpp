@@ -58,7 +58,7 @@ void Film::begin(size_t pixel, const glm::vec3& mean, const glm::vec3& squares, 
                  FilmCounters& dropped)
 {
     weight[pixel] = static_cast<uint32_t>(std::max(std::lround(count), 1L));
-    const bool colour = isColour(mean, dropped);
+    const bool colour = isColour(glm::abs(mean), dropped);
     const double n = weight[pixel];
     sum[pixel] = colour ? n * glm::dvec3(mean) : glm::dvec3(0);
     sumOfSquares[pixel] = colour ? n * glm::dvec3(squares) : glm::dvec3(0);

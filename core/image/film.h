@@ -44,7 +44,8 @@ struct Film {
     void add(size_t pixel, const glm::vec3& radiance, FilmCounters& dropped);
 
     /// What is already known of a pixel counts as `count` samples (rounded, at least one) of that
-    /// mean and mean square; replaces what there is.
+    /// mean and mean square; replaces what there is. An estimate may be below zero: to leave that
+    /// out would be a bias.
     void begin(size_t pixel, const glm::vec3& mean, const glm::vec3& squares, float count,
                FilmCounters& dropped);
 

@@ -47,6 +47,7 @@ void ReuseStore::reset(uvec2 newSize, const ReuseParams& params)
     samples.resize(count * recordsKept(params));
     lights.resize(count * lightsKept(params));
     means.resize(shared::keepsMeans(uint32_t(params.reuse)) ? count : 0);
+    remainders.resize(carriesRemainder(params) ? count : 0);
     size = newSize;
 }
 
@@ -59,23 +60,30 @@ static float keepNumber(const shared::SampleStream& stream, uint32_t dimension)
 /// Samples that compete for the places of a store.
 template <class Record> struct ReuseEstimator::Competition {
     std::array<Record, shared::kReuseMostScores> records;
-    std::array<vec2, shared::kReuseMostScores> worth;  // v, and what it brings
+    std::array<float, shared::kReuseMostScores> weights;  // v
+    std::array<vec3, shared::kReuseMostScores> brings;    // u F
     uint32_t count = 0;
 
-    void add(const Record& record, vec2 itsWorth)
+    void add(const Record& record, float v, vec3 itBrings)
     {
         records[count] = record;
-        worth[count++] = itsWorth;
+        weights[count] = v;
+        brings[count++] = itBrings;
     }
 
     /// Keeps `out.size()` of them by threshold resampling; `weight` is the member that is paid,
-    /// `mean` what all together have brought.
-    void keep(std::span<Record> out, float Record::*weight, const shared::ReuseSettings& settings,
+    /// `mean` what all together have brought. Returns what they brought less what the kept ones
+    /// bring.
+    vec3 keep(std::span<Record> out, float Record::*weight, const shared::ReuseSettings& settings,
               vec3 mean, float xi) const
     {
         std::array<float, shared::kReuseMostScores> scores;
-        for (uint32_t i = 0; i < count; ++i)
-            scores[i] = shared::reuseScore(settings, worth[i].x, worth[i].y, mean);
+        vec3 remainder(0);
+        for (uint32_t i = 0; i < count; ++i) {
+            scores[i] =
+                shared::reuseScore(settings, weights[i], shared::luminance(brings[i]), mean);
+            remainder += brings[i];
+        }
         const auto most = static_cast<uint32_t>(out.size());
         const float kappa = shared::reuseThreshold(scores.data(), count, most);
         float sum = 0;
@@ -83,11 +91,13 @@ template <class Record> struct ReuseEstimator::Competition {
         for (uint32_t i = 0; i < count && kept < most; ++i) {
             if (!shared::usableDensity(scores[i])) continue;
             if (kappa > 0 && !shared::reuseKeep(sum, scores[i], kappa, xi)) continue;
+            const float scale = kappa > 0 ? shared::reuseKeepScale(scores[i], kappa) : 1.0f;
             out[kept] = records[i];
-            if (kappa > 0) out[kept].*weight *= shared::reuseKeepScale(scores[i], kappa);
-            ++kept;
+            out[kept++].*weight *= scale;
+            remainder -= scale * brings[i];
         }
         for (; kept < most; ++kept) out[kept].*weight = 0;
+        return remainder;
     }
 };
 
@@ -138,8 +148,9 @@ shared::ReuseSums ReuseEstimator::estimate(uvec2 pixel, shared::ReuseTally& tall
         deviation = shared::grownDeviation(sums, p.v.history.nominal, deviation);
         now_.pixels[index].history = shared::packHistory(shared::grownHistory(
             settings_, p.v.history, p.v.rays, shared::narrowestLobe(p.v.vertex.bsdf)));
-    } else if (keepsMeans()) {
-        now_.means[index] = sums.seen + sums.rest;
+    } else {
+        if (keepsMeans()) now_.means[index] = sums.seen + sums.rest;
+        if (shared::carriesRemainder(settings_)) now_.remainders[index] = vec3(0);
     }
     now_.maps[index] = shared::reuseMap(sums, settings_.strategy, deviation);
     return sums;
@@ -268,17 +279,24 @@ void ReuseEstimator::keepSamples(Pixel& p, std::span<const shared::ReuseNew> fre
 {
     Competition<shared::ReuseSample> samples;
     Competition<shared::ReuseLight> lights;
-    if (p.source >= 0) lookAtOld(p, samples, lights, sums);
+    const bool carries = shared::carriesRemainder(settings_);
+    if (p.source >= 0) {
+        if (carries) shared::giveBack(p.v, before_.remainders[size_t(p.source)], sums);
+        lookAtOld(p, samples, lights, sums);
+    }
     for (const shared::ReuseNew& n : fresh) {
         shared::addReuseNew(sums, n);
-        if (n.record.u > 0) samples.add(n.record, {n.scale, n.scale * shared::luminance(n.around)});
-        if (n.light.v > 0)
-            lights.add(n.light, {n.light.v, n.light.v * shared::luminance(n.direct)});
+        if (n.record.u > 0) samples.add(n.record, n.scale, n.scale * n.around);
+        if (n.light.v > 0) lights.add(n.light, n.light.v, n.light.v * n.direct);
     }
-    samples.keep({&now_.samples[p.index * records_], records_}, &shared::ReuseSample::u, settings_,
-                 sums.around, keepNumber(p.stream, 0));
-    lights.keep({&now_.lights[p.index * lights_], lights_}, &shared::ReuseLight::v, settings_,
-                sums.direct, keepNumber(p.stream, 1));
+    sums.remainder =
+        samples.keep({&now_.samples[p.index * records_], records_}, &shared::ReuseSample::u,
+                     settings_, sums.around, keepNumber(p.stream, 0));
+    const vec3 ofLights =
+        lights.keep({&now_.lights[p.index * lights_], lights_}, &shared::ReuseLight::v, settings_,
+                    sums.direct, keepNumber(p.stream, 1));
+    if (!shared::isUnbiased(settings_)) sums.remainder += ofLights;  // else not looked at again
+    if (carries) now_.remainders[p.index] = shared::remainderNow(sums);
 }
 
 /// The mean of old light and new.
@@ -314,16 +332,16 @@ void ReuseEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& sampl
             shared::dropOldSample(sums, view, L);
             continue;
         }
-        const float brings = shared::addOldSample(sums, view, L);
+        const vec3 brings = shared::addOldSample(sums, view, L);
         r.u = view.u * view.perPlace;
-        samples.add(r, {view.u * view.p, brings});
+        samples.add(r, view.u * view.p, brings);
     }
     for (uint32_t i = 0; i < lights_; ++i) {
         shared::ReuseLight r = before_.lights[source * lights_ + i];
         if (!(r.v > 0)) continue;
-        const float brings =
+        const vec3 brings =
             shared::addOldLight(scene_, p.path, settings_, p.v, p.stream, i, r, sums, p.tally);
-        if (r.v > 0) lights.add(r, {r.v, brings});
+        if (r.v > 0) lights.add(r, r.v, brings);
     }
 }
 

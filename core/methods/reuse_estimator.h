@@ -20,6 +20,7 @@ struct ReuseStore {
     std::vector<shared::ReuseSample> samples;  // `records` per pixel
     std::vector<shared::ReuseLight> lights;    // `lights` per pixel
     std::vector<glm::vec3> means;              // of strategies that keep one
+    std::vector<glm::vec3> remainders;         // of those that keep samples (remainderNow)
     std::vector<shared::ReuseMapPixel> maps;
     shared::CameraData camera{};
     glm::uvec2 size{0};  // 0: there is nothing

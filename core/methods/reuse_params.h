@@ -31,6 +31,13 @@ template <> struct EnumNames<PathAllocation> {
     static constexpr std::array<std::string_view, 2> names{"even", "deviation"};
 };
 
+/// What becomes of the light that a store brings less, or more, after it was cut down: it is kept
+/// beside the store and given back in the next frame, or dropped, which is noise.
+enum class ReuseRemainder : uint32_t { keep, drop };
+template <> struct EnumNames<ReuseRemainder> {
+    static constexpr std::array<std::string_view, 2> names{"keep", "drop"};
+};
+
 /// Where in its pixel a first hit lies: at the centre while the camera moves and anywhere once it
 /// rests (edges are steady, then smooth), or one of the two at all times.
 enum class PixelJitter : uint32_t { settled, always, never };
@@ -56,6 +63,7 @@ struct ReuseParams {
     PathAllocation allocation = PathAllocation::even;
     float cap = 32;
     float protection = 1;
+    ReuseRemainder remainder = ReuseRemainder::keep;
     ReuseBias bias = ReuseBias::fast;
     float bound = 0.005f;
     PixelJitter jitter = PixelJitter::settled;
@@ -96,6 +104,11 @@ struct ReuseParams {
                 "how much bright samples are preferred when the store is cut down",
                 {0, 16}},
           p.protection);
+        v(Field{"remainder",
+                "what a pixel's store brings too little or too much for having been cut down: kept "
+                "beside it and given back in the next view, so that a few samples do as well as "
+                "all that they stand for, or dropped (noise)"},
+          p.remainder);
         v(Field{"bias",
                 "whether it is asked again what lies between a surface and where its old samples "
                 "come from: never (fast), as often as keeps the error below the bound, or always "

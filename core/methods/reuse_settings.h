@@ -46,6 +46,14 @@ inline bool allocatesPaths(const ReuseParams& params)
            !shared::keepsMeans(static_cast<uint32_t>(params.reuse));
 }
 
+/// Whether pixels hand on what cutting their stores down has taken away. A reservoir does as its
+/// authors have it.
+inline bool carriesRemainder(const ReuseParams& params)
+{
+    return params.remainder == ReuseRemainder::keep && params.reuse != ReuseStrategy::restirGi &&
+           shared::keepsSamples(static_cast<uint32_t>(params.reuse));
+}
+
 /// Whether samples may be kept when something in the scene has moved: what light does beyond the
 /// second surface is then taken for what it was, which no bound is known for.
 inline bool followsMotion(const ReuseParams& params)
@@ -61,6 +69,7 @@ inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass, bool mayMov
         params.jitter == PixelJitter::always || (params.jitter == PixelJitter::settled && pass > 0);
     return (jitters ? shared::kReuseJitters : 0) | (pass > 0 ? shared::kReuseFollows : 0) |
            (allocatesPaths(params) ? shared::kReuseAllocates : 0) |
+           (carriesRemainder(params) ? shared::kReuseCarries : 0) |
            (mayMove && followsMotion(params) ? shared::kReuseMoves : 0);
 }
 

@@ -18,6 +18,7 @@ layout(set = kSetKernel, binding = kBindPlacesBefore) uniform usamplerBuffer pla
 layout(set = kSetKernel, binding = kBindArrivingBefore) uniform usamplerBuffer arrivingBefore;
 layout(set = kSetKernel, binding = kBindLightsBefore) uniform usamplerBuffer lightsBefore;
 layout(set = kSetKernel, binding = kBindMeansBefore) uniform samplerBuffer meansBefore;
+layout(set = kSetKernel, binding = kBindRemaindersBefore) uniform samplerBuffer remaindersBefore;
 layout(set = kSetKernel, binding = kBindNewSamples) uniform usamplerBuffer newSamples;
 layout(set = kSetKernel, binding = kBindFirstNew) uniform usamplerBuffer firstNew;
 
@@ -39,6 +40,11 @@ layout(set = kSetKernel, binding = kBindLightsNow, scalar) writeonly buffer Ligh
 layout(set = kSetKernel, binding = kBindMeansNow, scalar) writeonly buffer MeansNowBlock
 {
     vec4 meansNow[];
+};
+
+layout(set = kSetKernel, binding = kBindRemaindersNow, scalar) writeonly buffer RemaindersNowBlock
+{
+    vec4 remaindersNow[];
 };
 
 uvec2 sizeNow()
@@ -92,7 +98,7 @@ ReuseSample oldSample(uint source, uint i)
 }
 
 /// Adds an old sample by which radiance L comes; one that is hidden loses its weight.
-void addOrDrop(ReuseView view, vec3 L, bool hidden, inout float weight, inout float brings, inout ReuseSums sums)
+void addOrDrop(ReuseView view, vec3 L, bool hidden, inout float weight, inout vec3 brings, inout ReuseSums sums)
 {
     if (hidden) {
         dropOldSample(sums, view, L);
@@ -110,7 +116,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
 {
     const uint most = recordsOf(push.settings);
     float weights[kReuseMostScores];  // v
-    float brings[kReuseMostScores];
+    vec3 brings[kReuseMostScores];    // u F
     float places[kReuseMostScores];  // u as it is stored
     vec3 responses[kReuseMostRecords];
     uint evaluated = 0u;  // a bit for each
@@ -118,7 +124,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
     const uint count = looks ? most : 0u;
     for (uint i = 0u; i < most; ++i) {
         weights[i] = 0.0;
-        brings[i] = 0.0;
+        brings[i] = vec3(0.0);
         places[i] = 0.0;
     }
     for (uint i = 0u; i < count; ++i) {
@@ -168,10 +174,13 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         mean += found.scale * found.around;
         places[most + k] = found.record.u;
         weights[most + k] = found.record.u > 0.0 ? found.scale : 0.0;
-        brings[most + k] = found.record.u > 0.0 ? found.scale * luminance(found.around) : 0.0;
+        brings[most + k] = found.record.u > 0.0 ? found.scale * found.around : vec3(0.0);
     }
     const uint all = most + fresh.count;
-    for (uint i = 0u; i < all; ++i) weights[i] = reuseScore(push.settings, weights[i], brings[i], mean);
+    for (uint i = 0u; i < all; ++i) {
+        weights[i] = reuseScore(push.settings, weights[i], luminance(brings[i]), mean);
+        sums.remainder += brings[i];
+    }
     const float kappa = reuseThreshold(weights, all, most);
     float sum = 0.0;
     uint kept = 0u;
@@ -182,7 +191,9 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         const uint which = fresh.first + i - most;
         uvec4 place = i < most ? texelFetch(placesBefore, at) : newWord(which, 0u);
         if (i < most) place.x = slotNow(place.x);
-        place.z = floatBitsToUint(places[i] * (kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0));
+        const float scale = kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0;
+        place.z = floatBitsToUint(places[i] * scale);
+        sums.remainder -= scale * brings[i];
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
         if (place.w != kReuseEvaluated) continue;
@@ -197,11 +208,11 @@ void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool loo
 {
     const uint most = lightsOf(push.settings);
     float scores[kReuseMostScores];
-    float brings[kReuseMostScores];
+    vec3 brings[kReuseMostScores];
     float weights[kReuseMostScores];
     for (uint i = 0u; i < most; ++i) {
         weights[i] = 0.0;
-        brings[i] = 0.0;
+        brings[i] = vec3(0.0);
         if (!looks) continue;
         ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
         if (!(r.v > 0.0)) continue;
@@ -213,10 +224,15 @@ void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool loo
         const ReuseNew found = loadNew(fresh.first + k, fresh.part);
         mean += found.light.v * found.direct;
         weights[most + k] = found.light.v;
-        brings[most + k] = found.light.v * luminance(found.direct);
+        brings[most + k] = found.light.v * found.direct;
     }
     const uint all = most + fresh.count;
-    for (uint i = 0u; i < all; ++i) scores[i] = reuseScore(push.settings, weights[i], brings[i], mean);
+    // Unbiased connections are not looked at again.
+    const float carries = isUnbiased(push.settings) ? 0.0 : 1.0;
+    for (uint i = 0u; i < all; ++i) {
+        scores[i] = reuseScore(push.settings, weights[i], luminance(brings[i]), mean);
+        sums.remainder += carries * brings[i];
+    }
     const float kappa = reuseThreshold(scores, all, most);
     float sum = 0.0;
     uint kept = 0u;
@@ -225,7 +241,9 @@ void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool loo
         if (kappa > 0.0 && !reuseKeep(sum, scores[i], kappa, xi)) continue;
         const uvec4 old = texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, min(i, most - 1u))));
         uvec4 light = i < most ? old : newWord(fresh.first + i - most, 2u);
-        light.z = floatBitsToUint(weights[i] * (kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0));
+        const float scale = kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0;
+        light.z = floatBitsToUint(weights[i] * scale);
+        sums.remainder -= (carries * scale) * brings[i];
         lightsNow[recordIndex(sizeNow(), pixel, kept++)] = light;
     }
     for (; kept < most; ++kept) lightsNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(0u);
@@ -236,7 +254,8 @@ void addToFilm(uint pixel, bool begins, vec3 L, vec3 squares, float weight)
 {
     FilmPixel p = FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
     if (!begins) p = loadFilm(pixel);
-    if (isColour(L)) {
+    // What is known at the beginning is an estimate, which may be below zero.
+    if (isColour(begins ? abs(L) : L)) {
         addCompensated(p.sum, p.sumLost, weight * L);
         addCompensated(p.squares, p.squaresLost, weight * squares);
     }
@@ -337,10 +356,13 @@ void main()
         fresh.count = 0u;
     }
     if (keepsSamples(strategy)) {
+        if (looks && carriesRemainder(push.settings))
+            giveBack(v, texelFetch(remaindersBefore, int(source)).xyz, sums);
         reuseSamples(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 0u), sums, tally);
         reuseLights(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 1u), sums, tally);
     }
     addNewPaths(fresh, sums);
+    if (carriesRemainder(push.settings)) remaindersNow[i] = vec4(remainderNow(sums), 0.0);
     if (FEATURE(kFeatureDelta) && fresh.rest != kNone) sums.rest = loadNew(fresh.rest, 1.0).around;
     vec3 L = reusedRadiance(sums);
     vec3 squares = reusedSquares(sums);

@@ -78,15 +78,17 @@ SHARED_CONST uint kBindPlacesNow = 11u;
 SHARED_CONST uint kBindArrivingNow = 12u;
 SHARED_CONST uint kBindLightsNow = 13u;
 SHARED_CONST uint kBindMeansNow = 14u;
-SHARED_CONST uint kBindNewSamples = 15u;       // ReuseNew per new path, kReuseNewWords each
-SHARED_CONST uint kBindWaiting = 16u;          // lanes that get a new path, with its number above
-SHARED_CONST uint kBindWaitingHead = 17u;      // WaitingHead of these
-SHARED_CONST uint kBindFirstNew = 18u;         // per lane: which are the pixel's, and its credit
-SHARED_CONST uint kBindChainsNow = 19u;        // ReuseChain per lane, where there is one,
-SHARED_CONST uint kBindChains = 20u;           // and as it is read
-SHARED_CONST uint kBindMovedPieces = 21u;      // MovedPiece, two texels each
-SHARED_CONST uint kBindTrianglesBefore = 22u;  // three texels each
-SHARED_CONST uint kBindSlotsNow = 23u;         // uint per slot of the frame before
+SHARED_CONST uint kBindNewSamples = 15u;        // ReuseNew per new path, kReuseNewWords each
+SHARED_CONST uint kBindWaiting = 16u;           // lanes that get a new path, with its number above
+SHARED_CONST uint kBindWaitingHead = 17u;       // WaitingHead of these
+SHARED_CONST uint kBindFirstNew = 18u;          // per lane: which are the pixel's, and its credit
+SHARED_CONST uint kBindChainsNow = 19u;         // ReuseChain per lane, where there is one,
+SHARED_CONST uint kBindChains = 20u;            // and as it is read
+SHARED_CONST uint kBindMovedPieces = 21u;       // MovedPiece, two texels each
+SHARED_CONST uint kBindTrianglesBefore = 22u;   // three texels each
+SHARED_CONST uint kBindSlotsNow = 23u;          // uint per slot of the frame before
+SHARED_CONST uint kBindRemaindersBefore = 24u;  // remainderNow of strategies that keep samples
+SHARED_CONST uint kBindRemaindersNow = 25u;
 
 // Set 2 of bench_closest and bench_any.
 SHARED_CONST uint kBindRays = 0u;  // texels, two per ray
@@ -106,9 +108,9 @@ SHARED_CONST uint kBindLightDetails = 4u;
 SHARED_CONST uint kBindSliceValues = 5u;
 
 // The most that any one kernel sees in its three sets.
-SHARED_CONST uint kMostTexelBuffers = 26u;    // reuse_old
-SHARED_CONST uint kMostStorageBuffers = 10u;  // reuse_old
-SHARED_CONST uint kMostResources = 37u;       // reuse_old
+SHARED_CONST uint kMostTexelBuffers = 27u;    // reuse_old
+SHARED_CONST uint kMostStorageBuffers = 11u;  // reuse_old
+SHARED_CONST uint kMostResources = 39u;       // reuse_old
 SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the

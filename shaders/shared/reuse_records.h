@@ -26,6 +26,8 @@ SHARED_CONST uint kReuseJitters = 1u;    // first hits lie anywhere in the pixel
 SHARED_CONST uint kReuseFollows = 2u;    // adds to a picture that has begun; else begins it
 SHARED_CONST uint kReuseAllocates = 4u;  // noisy pixels get more of the paths (reuse_allocation.h)
 SHARED_CONST uint kReuseMoves = 8u;      // later frames may be of other poses
+SHARED_CONST uint kReuseCarries =
+    16u;  // what cutting a store down took is given back (reuse_sums.h)
 // Behind these flags: how many pieces of the scene have moved since the frame before (motion.h).
 SHARED_CONST uint kReuseMovedShift = 8u;
 
@@ -64,6 +66,12 @@ SHARED_FN bool isUnbiased(ReuseSettings settings)
 SHARED_FN bool keepsArrivals(ReuseSettings settings)
 {
     return FEATURE(kFeatureMoves) && (settings.flags & kReuseMoves) != 0u;
+}
+
+/// Whether a pixel hands on what cutting its store down took away, or added.
+SHARED_FN bool carriesRemainder(ReuseSettings settings)
+{
+    return (settings.flags & kReuseCarries) != 0u;
 }
 
 /// Pieces of the scene that have moved since the frame before.

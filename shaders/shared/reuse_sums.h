@@ -47,6 +47,8 @@ struct ReuseSums {
     vec3 aroundSquares;  // of what single paths would have brought, on average
     vec3 direct;
     vec3 directSquares;
+    vec3 carried;         // given back of the frame before's remainder; 0 on average
+    vec3 remainder;       // what cutting the store down has taken away
     vec3 plain;           // by the new path and connection alone
     float plainSquares;   // of the luminance of single ones, towards the camera
     float weightSum;      // of v, of all samples of directions
@@ -71,6 +73,8 @@ SHARED_FN ReuseSums noReuseSums()
     s.aroundSquares = vec3(0.0f);
     s.direct = vec3(0.0f);
     s.directSquares = vec3(0.0f);
+    s.carried = vec3(0.0f);
+    s.remainder = vec3(0.0f);
     s.plain = vec3(0.0f);
     s.plainSquares = 0.0f;
     s.weightSum = 0.0f;
@@ -125,7 +129,20 @@ SHARED_FN void addReuseNew(INOUT(ReuseSums) s, ReuseNew n)
 /// Radiance by old samples and new.
 SHARED_FN vec3 reusedRadiance(IN(ReuseSums) s)
 {
-    return s.seen + s.rest + s.beta * (s.around + s.direct);
+    return s.seen + s.rest + s.beta * (s.around + s.direct + s.carried);
+}
+
+/// What a pixel hands on beside its store: what all samples brought that competed for a place
+/// there, less what the kept ones bring (s.remainder), and what it was handed itself. Its mean is
+/// zero whatever the samples bring, since resampling keeps all sums on average; so the next frame
+/// may add any share of it that does not depend on what was sampled (giveBack in reuse_view.h).
+/// Where old samples bring nearly what they brought before, the noise of cutting down goes with it:
+/// the store is a control variate of its own past, and the pixel has the noise of all samples that
+/// it stands for, not of those few that it keeps.
+SHARED_FN vec3 remainderNow(IN(ReuseSums) s)
+{
+    const vec3 sum = s.carried + s.remainder;
+    return maxComponent(abs(sum)) < kInfinity ? sum : vec3(0.0f);
 }
 
 /// Radiance by the new paths alone, where there are any.

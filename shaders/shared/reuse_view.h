@@ -361,8 +361,24 @@ SHARED_FN ShadowRay viewLight(IN(SceneView) scene, PathSettings settings, IN(Reu
                      unpackNumbers(r.numbers), pathFromHere(v), v.vertex);
 }
 
+/// Gives back a share of the remainder that the frame before has left: as much as the vertex's
+/// samples are likely to bring what they brought there. Lobes that have turned by their width bring
+/// something else, and the remainder is noise then.
+SHARED_FN void giveBack(IN(ReuseVertex) v, vec3 remainder, INOUT(ReuseSums) sums)
+{
+    const Bsdf b = v.vertex.bsdf;
+    const LobeChoice lobes = v.vertex.lobes;
+    const float turned = 0.25f * length(v.vertex.wo - v.woBefore);  // see lobeTurn
+    const float facet = b.alpha > 0.0f ? lobes.facet : 0.0f;        // mirrors keep no samples
+    const float coat = b.coatAlpha > 0.0f ? lobes.coat : 0.0f;
+    const float lost = facet * min(turned / max(b.alpha, 1.0e-6f), 1.0f) +
+                       coat * min(turned / max(b.coatAlpha, 1.0e-6f), 1.0f);
+    const float all = max(facet + coat + lobes.diffuse, 1.0e-6f);
+    sums.carried = (v.c * (1.0f - min(lost / all, 1.0f))) * remainder;
+}
+
 /// Adds an old sample by which radiance L comes; returns what it brings (u F).
-SHARED_FN float addOldSample(INOUT(ReuseSums) sums, IN(ReuseView) view, vec3 L)
+SHARED_FN vec3 addOldSample(INOUT(ReuseSums) sums, IN(ReuseView) view, vec3 L)
 {
     const vec3 F = view.response * L;
     sums.around += view.u * F;
@@ -370,7 +386,7 @@ SHARED_FN float addOldSample(INOUT(ReuseSums) sums, IN(ReuseView) view, vec3 L)
     sums.weightSum += view.u * view.p;
     sums.weightSquares += view.u * view.p * view.u * view.p;
     sums.oldShare = sums.weightSum;
-    return view.u * luminance(F);
+    return view.u * F;
 }
 
 /// Drops one that is hidden, and remembers what it would have brought.

@@ -120,23 +120,23 @@ SHARED_FN bool newLightHid(IN(SceneView) scene, ReuseSettings settings, IN(Reuse
 
 /// Adds old connection number `i`, of the vertex's share: `r.v` is changed to what it weighs now.
 /// Returns what it brings (v F).
-SHARED_FN float addOldLight(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                            IN(ReuseVertex) v, SampleStream stream, uint i, INOUT(ReuseLight) r,
-                            INOUT(ReuseSums) sums, INOUT(ReuseTally) tally)
+SHARED_FN vec3 addOldLight(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                           IN(ReuseVertex) v, SampleStream stream, uint i, INOUT(ReuseLight) r,
+                           INOUT(ReuseSums) sums, INOUT(ReuseTally) tally)
 {
     const ShadowRay shadow = viewLight(scene, path, v, r);
     const vec3 F = shadow.contribution;
     r.v *= lightShare(scene, settings, v, shadow);
-    const float brings = r.v * luminance(F);
-    if (brings > 0.0f && asksAgain(settings, stream, kAskOldLight + i)) {
+    const vec3 brings = r.v * F;
+    if (maxComponent(brings) > 0.0f && asksAgain(settings, stream, kAskOldLight + i)) {
         ++tally.shadowRays;
         if (!wayIsOpen(scene, shadow, askSeed(stream, kAskOldLight + i))) {
-            sums.leaked += brings;
+            sums.leaked += luminance(brings);
             r.v = 0.0f;
-            return 0.0f;
+            return vec3(0.0f);
         }
     }
-    sums.direct += r.v * F;
+    sums.direct += brings;
     sums.directSquares += r.v * F * F;
     return brings;
 }

@@ -106,6 +106,36 @@ TEST_P(ReuseMethod, OldSamplesTakeTheNoiseAway)
     EXPECT_LT(error(ReuseStrategy::restirGi), 0.5 * discard);
 }
 
+/// T-33. At rest a pixel has the noise of all the samples that it stands for, however few of them
+/// its store holds: what does not fit is handed on as light. Dropped it is noise.
+TEST_P(ReuseMethod, AFewSamplesDoAsWellAsAllThatTheyStandFor)
+{
+    constexpr uint32_t kFrames = 16, kFlights = 12;
+    begin("cornell-moderate", {24, 24});
+    const core::Image truth = reference(4096).mean;
+    const auto error = [&](ReuseStrategy strategy, core::ReuseRemainder remainder) {
+        double sum = 0;
+        for (uint32_t flight = 0; flight < kFlights; ++flight) {
+            ReuseParams params = with(strategy, 70 + flight);
+            params.records = 2;
+            params.lights = 1;
+            params.remainder = remainder;
+            const core::Estimate e = fly(params, kFrames, 0);
+            EXPECT_TRUE(e.counters.clean());
+            sum += meanSquare(e.mean, truth);
+        }
+        return sum / kFlights;
+    };
+    const double discard = error(ReuseStrategy::discard, core::ReuseRemainder::keep);
+    for (const ReuseStrategy strategy :
+         {ReuseStrategy::ra, ReuseStrategy::mis, ReuseStrategy::reweighting}) {
+        const double kept = error(strategy, core::ReuseRemainder::keep);
+        EXPECT_LT(kept, 1.25 / kFrames * discard) << core::enumName(strategy);
+        EXPECT_GT(error(strategy, core::ReuseRemainder::drop), 2 * kept)
+            << core::enumName(strategy);
+    }
+}
+
 /// Where nothing of before can be seen, the picture is that of Discard, to the bit.
 TEST_P(ReuseMethod, ATeleportIsDiscard)
 {
