@@ -196,6 +196,8 @@ std::span<const MethodPreset> reusePresets()
     static const std::array kPresets{
         MethodPreset{"flight", ReuseParams{},
                      "Reweighting-Augmentation with eight samples a pixel"},
+        MethodPreset{"lean", ReuseParams{.records = 4, .lights = 2},
+                     "four samples a pixel: half of the memory, less time, hardly more noise"},
         MethodPreset{"balance", ReuseParams{.reuse = ReuseStrategy::mis},
                      "the balance heuristic between old and new samples: nearly as good, cheaper"},
         MethodPreset{"fresh", ReuseParams{.reuse = ReuseStrategy::discard},
