@@ -197,7 +197,8 @@ std::span<const MethodPreset> reusePresets()
         MethodPreset{"flight", ReuseParams{},
                      "Reweighting-Augmentation with eight samples a pixel"},
         MethodPreset{"lean", ReuseParams{.records = 4, .lights = 2},
-                     "four samples a pixel: half of the memory, less time, hardly more noise"},
+                     "four samples a pixel: little more than half of the memory, less time, hardly "
+                     "more noise"},
         MethodPreset{"balance", ReuseParams{.reuse = ReuseStrategy::mis},
                      "the balance heuristic between old and new samples: nearly as good, cheaper"},
         MethodPreset{"fresh", ReuseParams{.reuse = ReuseStrategy::discard},

@@ -119,7 +119,7 @@ SHARED_FN uint candidatesFor(ReuseSettings settings, IN(ReuseVertex) v)
 {
     const bool augments = settings.strategy == kReuseRa || settings.strategy == kReuseRejection;
     if (!augments || !(v.c > 0.0f)) return 1u;
-    const float turn = lobeTurn(v.history, length(v.vertex.wo - v.woBefore));
+    const float turn = lobeTurn(v.history.width, length(v.vertex.wo - v.woBefore));
     return turn > kReuseTurnsALot ? candidatesOf(settings) : 1u;
 }
 

@@ -26,8 +26,7 @@ SHARED_CONST uint kReuseJitters = 1u;    // first hits lie anywhere in the pixel
 SHARED_CONST uint kReuseFollows = 2u;    // adds to a picture that has begun; else begins it
 SHARED_CONST uint kReuseAllocates = 4u;  // noisy pixels get more of the paths (reuse_allocation.h)
 SHARED_CONST uint kReuseMoves = 8u;      // later frames may be of other poses
-SHARED_CONST uint kReuseCarries =
-    16u;  // what cutting a store down took is given back (reuse_sums.h)
+SHARED_CONST uint kReuseCarries = 16u;   // pixels hand on remainders (reuse_sums.h)
 // Behind these flags: how many pieces of the scene have moved since the frame before (motion.h).
 SHARED_CONST uint kReuseMovedShift = 8u;
 
@@ -185,12 +184,11 @@ SHARED_FN ReuseHistory grownHistory(ReuseSettings settings, ReuseHistory h, floa
 SHARED_CONST float kReuseTurnsALittle = 0.02f;
 SHARED_CONST float kReuseTurnsALot = 0.1f;
 
-/// The total variation between a first hit's narrowest lobe and that of the frame before, roughly:
-/// for a microfacet lobe a quarter of angle / alpha. `turned` is the length between the unit
-/// directions to the camera.
-SHARED_FN float lobeTurn(ReuseHistory h, float turned)
+/// The total variation between a microfacet lobe and that of the frame before, roughly: a quarter
+/// of angle / alpha, its `width`. `turned` is the length between the unit directions to the camera.
+SHARED_FN float lobeTurn(float width, float turned)
 {
-    return 0.25f * turned / max(h.width, 1.0e-6f);
+    return 0.25f * turned / max(width, 1.0e-6f);
 }
 
 /// Paths that are due to a pixel in this pass, on average: n, and of `full` N + n.
@@ -198,7 +196,7 @@ SHARED_FN float raysDue(ReuseSettings settings, ReuseHistory h, float turned)
 {
     if ((settings.flags & kReuseFollows) != 0u) return 1.0f;
     const bool few = settings.rays < 1.0f && h.nominal >= kReuseYoung &&
-                     lobeTurn(h, turned) < kReuseTurnsALittle;
+                     lobeTurn(h.width, turned) < kReuseTurnsALittle;
     const float rays = few ? settings.rays : max(settings.rays, 1.0f);
     return takesAllAnew(settings) ? h.nominal + rays : rays;
 }

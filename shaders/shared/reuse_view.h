@@ -368,11 +368,11 @@ SHARED_FN void giveBack(IN(ReuseVertex) v, vec3 remainder, INOUT(ReuseSums) sums
 {
     const Bsdf b = v.vertex.bsdf;
     const LobeChoice lobes = v.vertex.lobes;
-    const float turned = 0.25f * length(v.vertex.wo - v.woBefore);  // see lobeTurn
-    const float facet = b.alpha > 0.0f ? lobes.facet : 0.0f;        // mirrors keep no samples
+    const float turned = length(v.vertex.wo - v.woBefore);
+    const float facet = b.alpha > 0.0f ? lobes.facet : 0.0f;  // mirrors keep no samples
     const float coat = b.coatAlpha > 0.0f ? lobes.coat : 0.0f;
-    const float lost = facet * min(turned / max(b.alpha, 1.0e-6f), 1.0f) +
-                       coat * min(turned / max(b.coatAlpha, 1.0e-6f), 1.0f);
+    const float lost = facet * min(lobeTurn(b.alpha, turned), 1.0f) +
+                       coat * min(lobeTurn(b.coatAlpha, turned), 1.0f);
     const float all = max(facet + coat + lobes.diffuse, 1.0e-6f);
     sums.carried = (v.c * (1.0f - min(lost / all, 1.0f))) * remainder;
 }
