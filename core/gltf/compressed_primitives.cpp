@@ -20,8 +20,8 @@ std::vector<Wanted> wantedOf(Load& load, const std::vector<Accessor>& accessors,
                              const Object& attributes, const Object& compressed)
 {
     std::vector<Wanted> result;
-    for (const JsonMember& member : compressed.json().members()) {
-        const char* name = member.key->c_str();
+    for (size_t i = 0; i < compressed.json().size(); ++i) {
+        const char* name = compressed.json().member(i).key->c_str();
         const uint64_t id = compressed.requiredInteger(name);
         if (id > std::numeric_limits<uint32_t>::max())
             load.refuse("VALUE_NOT_IN_RANGE", compressed.at(name),
@@ -32,7 +32,7 @@ std::vector<Wanted> wantedOf(Load& load, const std::vector<Accessor>& accessors,
                       "is no attribute of the primitive — ignored");
             continue;
         }
-        result.push_back({*member.key, static_cast<uint32_t>(id), &usable(load, accessors, index)});
+        result.push_back({name, static_cast<uint32_t>(id), &usable(load, accessors, index)});
     }
     return result;
 }

@@ -118,10 +118,10 @@ std::string decode(const Stream& stream, Bytes& out)
 
 std::optional<Object> meshoptOf(const Object& view)
 {
-    const Json* extensions = view.find("extensions");
+    const std::optional<Json> extensions = view.find("extensions");
     if (!extensions) return std::nullopt;
     for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
-        if (const Json* found = extensions->find(name))
+        if (const std::optional<Json> found = extensions->find(name))
             return Object(view.load(), *found, child(view.at("extensions"), name));
     return std::nullopt;
 }

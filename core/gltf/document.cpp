@@ -69,7 +69,7 @@ std::vector<std::string> strings(const Load& load, const char* key)
 {
     std::vector<std::string> result;
     for (size_t i = 0; i < countOf(load, key); ++i) {
-        const Json& name = (*load.document.root().find(key))[i];
+        const Json name = (*load.document.root().find(key))[i];
         if (!name.isString())
             load.refuse("TYPE_MISMATCH", child(std::string("/") + key, i),
                         "is " + describe(name) + ", must be a string");

@@ -76,7 +76,7 @@ std::string describe(std::string_view text)
 
 size_t countOf(const Load& load, const char* key)
 {
-    const Json* found = load.document.root().find(key);
+    const std::optional<Json> found = load.document.root().find(key);
     if (!found) return 0;
     if (!found->isArray())
         load.refuse("TYPE_MISMATCH", std::string("/") + key,
@@ -86,7 +86,7 @@ size_t countOf(const Load& load, const char* key)
 
 Object topLevel(Load& load, const char* key, size_t i)
 {
-    const Json* all = load.document.root().find(key);
+    const std::optional<Json> all = load.document.root().find(key);
     CHECK(all);
     return {load, (*all)[i], child(std::string("/") + key, i)};
 }
@@ -98,7 +98,7 @@ Object::Object(Load& load, const Json& value, std::string pointer)
         load.refuse("TYPE_MISMATCH", pointer_, "is " + describe(value) + ", must be an object");
 }
 
-const Json* Object::find(const char* key) const
+std::optional<Json> Object::find(const char* key) const
 {
     return value_.find(key);
 }
@@ -112,7 +112,7 @@ uint64_t Object::integer(const char* key, uint64_t fallback) const
 
 uint64_t Object::requiredInteger(const char* key) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value)
         load_->refuse("UNDEFINED_PROPERTY", pointer_, std::string("'") + key + "' is missing");
     const std::optional<uint64_t> whole = wholeNumber(*value);
@@ -141,7 +141,7 @@ int Object::requiredIndex(const char* key, size_t limit, const char* array) cons
 
 std::string Object::requiredString(const char* key) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value)
         load_->refuse("UNDEFINED_PROPERTY", pointer_, std::string("'") + key + "' is missing");
     if (!value->isString())
@@ -151,7 +151,7 @@ std::string Object::requiredString(const char* key) const
 
 bool Object::boolean(const char* key, bool fallback) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return fallback;
     if (!value->isBoolean())
         load_->refuse("TYPE_MISMATCH", at(key),
@@ -161,21 +161,21 @@ bool Object::boolean(const char* key, bool fallback) const
 
 std::optional<Object> Object::object(const char* key) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return std::nullopt;
     return Object(*load_, *value, at(key));
 }
 
 bool Object::numbers(const char* key, double* out, size_t count) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return false;
     if (!value->isArray() || value->size() != count)
         load_->refuse("ARRAY_LENGTH_NOT_IN_LIST", at(key),
                       "is " + describe(*value) + ", must be an array of " + std::to_string(count) +
                           " numbers");
     for (size_t i = 0; i < count; ++i) {
-        const Json& number = (*value)[i];
+        const Json number = (*value)[i];
         if (!number.isNumber())
             load_->refuse("TYPE_MISMATCH", child(at(key), i),
                           "is " + describe(number) + ", must be a number");
@@ -184,11 +184,10 @@ bool Object::numbers(const char* key, double* out, size_t count) const
     return true;
 }
 
-const Json& Object::array(const char* key) const
+Json Object::array(const char* key) const
 {
-    static const Json empty{std::span<const Json>()};
-    const Json* value = find(key);
-    if (!value) return empty;
+    const std::optional<Json> value = find(key);
+    if (!value) return Json::emptyArray();
     if (!value->isArray())
         load_->refuse("TYPE_MISMATCH", at(key), "is " + describe(*value) + ", must be an array");
     return *value;
@@ -203,7 +202,7 @@ Object Object::element(const char* key, size_t i) const
 
 std::string Object::softString(const char* key) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return {};
     if (value->isString()) return std::string(value->text());
     load_->warn("TYPE_MISMATCH", at(key),
@@ -218,7 +217,7 @@ std::string Object::name() const
 
 bool Object::softBoolean(const char* key, bool fallback) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return fallback;
     if (value->isBoolean()) return value->boolean();
     load_->warn("TYPE_MISMATCH", at(key),
@@ -228,7 +227,7 @@ bool Object::softBoolean(const char* key, bool fallback) const
 
 double Object::softNumber(const char* key, double fallback, double low, double high) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return fallback;
     if (!value->isNumber()) {
         load_->warn("TYPE_MISMATCH", at(key),
@@ -247,7 +246,7 @@ double Object::softNumber(const char* key, double fallback, double low, double h
 void Object::softNumbers(const char* key, double* values, size_t count, double low,
                          double high) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return;
     bool isNumbers = value->isArray() && value->size() == count;
     for (size_t i = 0; isNumbers && i < count; ++i) isNumbers = (*value)[i].isNumber();
@@ -270,7 +269,7 @@ void Object::softNumbers(const char* key, double* values, size_t count, double l
 
 std::optional<Object> Object::softObject(const char* key) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return std::nullopt;
     if (value->isObject()) return Object(*load_, *value, at(key));
     load_->warn("TYPE_MISMATCH", at(key),
@@ -281,7 +280,7 @@ std::optional<Object> Object::softObject(const char* key) const
 int Object::softIndex(const char* key, size_t limit, const char* array,
                       const char* consequence) const
 {
-    const Json* value = find(key);
+    const std::optional<Json> value = find(key);
     if (!value) return -1;
     const std::optional<uint64_t> whole = wholeNumber(*value);
     if (whole && *whole < limit) return static_cast<int>(*whole);
@@ -293,7 +292,7 @@ int Object::softIndex(const char* key, size_t limit, const char* array,
 
 std::optional<Object> Object::extension(const char* name) const
 {
-    const Json* extensions = find("extensions");
+    const std::optional<Json> extensions = find("extensions");
     if (!extensions || !extensions->isObject()) return std::nullopt;
     return Object(*load_, *extensions, at("extensions")).softObject(name);
 }

@@ -29,8 +29,8 @@ public:
 
     const std::string& pointer() const { return pointer_; }
     std::string at(std::string_view key) const { return child(pointer_, key); }
-    bool has(const char* key) const { return find(key) != nullptr; }
-    const Json* find(const char* key) const;
+    bool has(const char* key) const { return find(key).has_value(); }
+    std::optional<Json> find(const char* key) const;
     const Json& json() const { return value_; }
     Load& load() const { return *load_; }
 
@@ -49,7 +49,7 @@ public:
         return numbers(key, out.data(), N);
     }
     /// The array of that name, or an empty one.
-    const Json& array(const char* key) const;
+    Json array(const char* key) const;
     /// Element `i` of that array, as an object.
     Object element(const char* key, size_t i) const;
 

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
-#include <cstring>
+#include <functional>
+#include <limits>
 #include <new>
+#include <numeric>
 #include <system_error>
 #include <vector>
 
@@ -13,7 +16,7 @@
 #include <rapidjson/memorystream.h>
 #include <rapidjson/reader.h>
 
-#include "core/gltf/json_tree.h"
+#include "core/gltf/json_storage.h"
 
 namespace core::gltf {
 
@@ -33,10 +36,11 @@ public:
     bool whole(uint64_t value) { return take(Json(value)); }
     bool negative(int64_t value) { return take(Json(value)); }
     bool real(double value) { return take(Json(value)); }
-    bool string(std::string_view value)
+    bool string(std::string_view text)
     {
-        const std::span<const char> kept = keep(std::span<const char>(value));
-        return take(Json(std::string_view(kept.data(), kept.size())));
+        Json::Content content;
+        content.text = textOf(text);
+        return take({Json::Kind::string, content});
     }
     bool key(std::string_view text)
     {
@@ -44,27 +48,21 @@ public:
         return true;
     }
     bool startObject() { return open(true); }
-    bool endObject()
-    {
-        const auto first = stack_.begin() + static_cast<std::ptrdiff_t>(open_.back().first);
-        sortMembers(first);
-        return close(Json(keep(std::span<const JsonMember>(first, stack_.end()))));
-    }
+    bool endObject() { return close(objectOf(top())); }
     bool startArray() { return open(false); }
-    bool endArray()
-    {
-        const std::span<const JsonMember> top = std::span(stack_).subspan(open_.back().first);
-        const bool isNumbers = std::ranges::all_of(
-            top, [](const JsonMember& member) { return isPlainNumber(member.value); });
-        return close(
-            isNumbers ? arrayOf<double>(top, [](const Json& element) { return element.number(); })
-                      : arrayOf<Json>(top, [](const Json& element) { return element; }));
-    }
+    bool endArray() { return close(arrayOf(top())); }
 
 private:
     struct Container {
         size_t first;  // of its members or elements on the stack
         bool object;
+    };
+
+    /// How objects are stored whose members stand in the text in this order and are of these kinds.
+    struct Layout {
+        std::vector<std::pair<const std::string*, Json::Kind>> members;  // in the text's order
+        std::vector<uint32_t> order;  // of those that count, by key
+        const JsonShape* shape = nullptr;
     };
 
     bool open(bool object)
@@ -91,13 +89,25 @@ private:
         return true;
     }
 
+    /// What the container that ends holds.
+    std::span<const JsonMember> top() const
+    {
+        return std::span(stack_).subspan(open_.back().first);
+    }
+
+    /// A place among `places` for a text: the same for the same text.
+    static size_t placeOf(std::string_view text, size_t places)
+    {
+        const size_t ends =
+            text.empty() ? 0 : static_cast<unsigned char>(text.front() + text.back());
+        return (ends + text.size()) % places;
+    }
+
     /// The key as the document holds it. Most of a text's keys were met before: few are looked for
     /// in the set.
     const std::string* keyOf(std::string_view text)
     {
-        const size_t place =
-            text.empty() ? 0 : static_cast<unsigned char>(text.front() + text.back());
-        const std::string*& met = met_.at((place + text.size()) % met_.size());
+        const std::string*& met = metKeys_.at(placeOf(text, metKeys_.size()));
         if (met != nullptr && *met == text) return met;
         auto found = document_.keys_.find(text);
         if (found == document_.keys_.end()) {
@@ -108,51 +118,134 @@ private:
         return met = &*found;
     }
 
+    /// The string as the document holds it: once where it was met not long before.
+    const Json::Text* textOf(std::string_view text)
+    {
+        const Json::Text*& met = metTexts_.at(placeOf(text, metTexts_.size()));
+        if (met != nullptr && met->view() == text) return met;
+        auto* kept = new (allocate(sizeof(Json::Text) + text.size(), alignof(Json::Text)))
+            Json::Text{static_cast<uint32_t>(text.size())};
+        std::ranges::copy(text, reinterpret_cast<char*>(kept + 1));
+        return met = kept;
+    }
+
+    Json arrayOf(std::span<const JsonMember> elements)
+    {
+        using Of = Json::Array::Of;
+        if (elements.empty()) return Json::emptyArray();
+        const auto all = [&](const auto& is) {
+            return std::ranges::all_of(elements, is, &JsonMember::value);
+        };
+        const Json::Kind kind = elements.front().value.kind();
+        if (elements.front().value.isNumber() && all(isPlainNumber))
+            return all(isFloat) ? array<float>(elements, Of::floats,
+                                               [](const Json& element) {
+                                                   return static_cast<float>(element.number());
+                                               })
+                                : array<double>(elements, Of::doubles, &Json::number);
+        if (all([&](const Json& element) { return element.kind() == kind; }))
+            return array<Json::Content>(elements, Of::kind, &Json::content);
+        return array<Json>(elements, Of::values, std::identity());
+    }
+
+    static bool isFloat(const Json& value)
+    {
+        const double number = value.number();
+        return std::abs(number) <= double{std::numeric_limits<float>::max()} &&
+               static_cast<double>(static_cast<float>(number)) == number;
+    }
+
     template <class T, class Convert>
-    Json arrayOf(std::span<const JsonMember> elements, const Convert& convert)
+    Json array(std::span<const JsonMember> elements, Json::Array::Of of, const Convert& convert)
     {
-        T* values = allocate<T>(elements.size());
-        std::ranges::transform(elements, values, convert, &JsonMember::value);
-        return Json(std::span<const T>(values, elements.size()));
+        const size_t bytes = sizeof(Json::Array) + elements.size() * sizeof(T);
+        auto* made = new (allocate(bytes, std::max(alignof(Json::Array), alignof(T))))
+            Json::Array{static_cast<uint32_t>(elements.size()), of, elements.front().value.kind()};
+        T* values = reinterpret_cast<T*>(made + 1);
+        for (const JsonMember& element : elements)
+            new (values++) T(std::invoke(convert, element.value));
+        Json::Content content;
+        content.array = made;
+        return {Json::Kind::array, content};
     }
 
-    /// Sorts the members on the stack from `first` on; of equal keys the last one stays.
-    void sortMembers(std::vector<JsonMember>::iterator first)
+    Json objectOf(std::span<const JsonMember> members)
     {
-        const auto inOrder = [](const JsonMember& a, const JsonMember& b) {
-            return *a.key < *b.key;
+        if (members.empty()) return Json::emptyObject();
+        const Layout& layout = layoutOf(members);
+        const size_t bytes = sizeof(Json::Members) + layout.order.size() * sizeof(Json::Content);
+        auto* made = new (allocate(bytes, alignof(Json::Members))) Json::Members{layout.shape};
+        auto* contents = reinterpret_cast<Json::Content*>(made + 1);
+        for (const uint32_t member : layout.order)
+            new (contents++) Json::Content(members[member].value.content());
+        Json::Content content;
+        content.members = made;
+        return {Json::Kind::object, content};
+    }
+
+    /// Most objects are laid out as one that was met not long before.
+    const Layout& layoutOf(std::span<const JsonMember> members)
+    {
+        size_t place = members.size();
+        for (const JsonMember& member : members)
+            place = place * 31 + reinterpret_cast<uintptr_t>(member.key) / sizeof(std::string) +
+                    static_cast<size_t>(member.value.kind());
+        Layout& met = metLayouts_.at(place % metLayouts_.size());
+        const auto same = [](const auto& known, const JsonMember& member) {
+            return known.first == member.key && known.second == member.value.kind();
         };
-        const auto notAbove = [&](const JsonMember& a, const JsonMember& b) {
-            return !inOrder(a, b);
-        };
-        if (std::adjacent_find(first, stack_.end(), notAbove) == stack_.end()) return;
-        std::stable_sort(first, stack_.end(), inOrder);
-        auto kept = first;
-        for (auto next = first + 1; next != stack_.end(); ++next) {
-            if (next->key != kept->key) ++kept;
-            *kept = *next;
+        if (!std::ranges::equal(met.members, members, same)) met = newLayout(members);
+        return met;
+    }
+
+    /// Sorted by key; of equal keys the last one counts.
+    Layout newLayout(std::span<const JsonMember> members)
+    {
+        Layout layout;
+        for (const JsonMember& member : members)
+            layout.members.emplace_back(member.key, member.value.kind());
+        std::vector<uint32_t>& order = layout.order;
+        order.resize(members.size());
+        std::iota(order.begin(), order.end(), 0u);
+        std::ranges::stable_sort(
+            order, [&](uint32_t a, uint32_t b) { return *members[a].key < *members[b].key; });
+        size_t kept = 0;
+        for (size_t next = 1; next < order.size(); ++next) {
+            if (members[order[next]].key != members[order[kept]].key) ++kept;
+            order[kept] = order[next];
         }
-        stack_.erase(kept + 1, stack_.end());
+        order.resize(kept + 1);
+        layout.shape = shapeOf(layout);
+        return layout;
     }
 
-    template <class T> T* allocate(size_t count)
+    const JsonShape* shapeOf(const Layout& layout)
     {
-        return static_cast<T*>(document_.memory_.allocate(count * sizeof(T), alignof(T)));
+        const size_t size = layout.order.size();
+        const size_t bytes =
+            sizeof(JsonShape) + size * (sizeof(const std::string*) + sizeof(Json::Kind));
+        auto* shape = new (allocate(bytes, alignof(JsonShape))) JsonShape{size};
+        auto* keys = reinterpret_cast<const std::string**>(shape + 1);
+        auto* kinds = reinterpret_cast<Json::Kind*>(keys + size);
+        for (const uint32_t member : layout.order) {
+            new (keys++) const std::string*(layout.members[member].first);
+            new (kinds++) Json::Kind(layout.members[member].second);
+        }
+        return shape;
     }
 
-    template <class T> std::span<const T> keep(std::span<const T> values)
+    void* allocate(size_t bytes, size_t alignment)
     {
-        if (values.empty()) return {};
-        T* copy = allocate<T>(values.size());
-        std::memcpy(copy, values.data(), values.size_bytes());
-        return {copy, values.size()};
+        return document_.memory_.allocate(bytes, alignment);
     }
 
     JsonDocument& document_;
     const Reserve& reserve_;
     std::vector<JsonMember> stack_;
     std::vector<Container> open_;
-    std::array<const std::string*, 64> met_{};
+    std::array<const std::string*, 64> metKeys_{};
+    std::array<const Json::Text*, 64> metTexts_{};
+    std::array<Layout, 64> metLayouts_{};
 };
 
 /// Passes on what RapidJSON tells. False ends its parse.

@@ -6,10 +6,10 @@
 #include <type_traits>
 
 #include "core/base/check.h"
+#include "core/gltf/json_storage.h"
 
 namespace core::gltf {
 
-static_assert(sizeof(Json) == 16 && sizeof(JsonMember) == 24);
 static_assert(std::is_trivially_copyable_v<Json> && std::is_trivially_copyable_v<JsonMember>);
 
 namespace {
@@ -38,27 +38,21 @@ bool isPlainNumber(const Json& value)
     }
 }
 
-Json::Json(std::string_view text) : size_(static_cast<uint32_t>(text.size())), kind_(Kind::string)
+Json Json::emptyArray()
 {
-    content_.text = text.data();
+    static const Array none;
+    Content content;
+    content.array = &none;
+    return {Kind::array, content};
 }
 
-Json::Json(std::span<const Json> elements)
-    : size_(static_cast<uint32_t>(elements.size())), kind_(Kind::array)
+Json Json::emptyObject()
 {
-    content_.elements = elements.data();
-}
-
-Json::Json(std::span<const double> numbers)
-    : size_(static_cast<uint32_t>(numbers.size())), kind_(Kind::array), isNumbers_(true)
-{
-    content_.numbers = numbers.data();
-}
-
-Json::Json(std::span<const JsonMember> members)
-    : size_(static_cast<uint32_t>(members.size())), kind_(Kind::object)
-{
-    content_.members = members.data();
+    static const JsonShape noKeys;
+    static const Members none{&noKeys};
+    Content content;
+    content.members = &none;
+    return {Kind::object, content};
 }
 
 bool Json::isNumber() const
@@ -89,32 +83,53 @@ double Json::number() const
 std::string_view Json::text() const
 {
     CHECK(isString());
-    return {content_.text, size_};
+    return content_.text->view();
+}
+
+size_t Json::size() const
+{
+    if (isArray()) return content_.array->size;
+    return isObject() ? content_.members->shape->size : 0;
 }
 
 Json Json::operator[](size_t i) const
 {
-    CHECK(isArray() && i < size_);
-    return isNumbers_ ? plainNumber(content_.numbers[i]) : content_.elements[i];
+    CHECK(isArray() && i < content_.array->size);
+    const Array& array = *content_.array;
+    switch (array.of) {
+    case Array::Of::floats:
+        return plainNumber(static_cast<double>(array.elements<float>()[i]));
+    case Array::Of::doubles:
+        return plainNumber(array.elements<double>()[i]);
+    case Array::Of::kind:
+        return {array.kind, array.elements<Content>()[i]};
+    case Array::Of::values:
+        break;
+    }
+    return array.elements<Json>()[i];
 }
 
-std::span<const JsonMember> Json::members() const
+JsonMember Json::member(size_t i) const
 {
-    return isObject() ? std::span(content_.members, size_) : std::span<const JsonMember>();
+    CHECK(isObject() && i < size());
+    const Members& members = *content_.members;
+    return {members.shape->keys()[i], {members.shape->kinds()[i], members.contents()[i]}};
 }
 
-const Json* Json::find(std::string_view key) const
+std::optional<Json> Json::find(std::string_view key) const
 {
     constexpr size_t kFew = 8;  // so many lengths are compared faster than three keys
-    const std::span<const JsonMember> all = members();
-    auto found = all.begin();
-    if (all.size() > kFew)
+    if (!isObject()) return std::nullopt;
+    const std::span<const std::string* const> keys = content_.members->shape->keys();
+    auto found = keys.begin();
+    if (keys.size() > kFew)
         found = std::lower_bound(
-            all.begin(), all.end(), key,
-            [](const JsonMember& member, std::string_view wanted) { return *member.key < wanted; });
+            keys.begin(), keys.end(), key,
+            [](const std::string* one, std::string_view wanted) { return *one < wanted; });
     else
-        while (found != all.end() && *found->key != key) ++found;
-    return found != all.end() && *found->key == key ? &found->value : nullptr;
+        while (found != keys.end() && **found != key) ++found;
+    if (found == keys.end() || **found != key) return std::nullopt;
+    return member(static_cast<size_t>(found - keys.begin())).value;
 }
 
 void JsonDocument::clear()
@@ -126,7 +141,10 @@ void JsonDocument::clear()
 
 uint64_t jsonTreeBytes(uint64_t commas, uint64_t colons, uint64_t containers)
 {
-    return (commas + containers) * sizeof(Json) + colons * sizeof(JsonMember);
+    constexpr uint64_t kElement = 24;    // a value, and what a string takes beside its letters
+    constexpr uint64_t kMember = 24;     // a content and a string's head; its key and kind
+    constexpr uint64_t kContainer = 32;  // its head, that of a shape, and what alignment leaves
+    return (commas + containers) * kElement + colons * kMember + containers * kContainer;
 }
 
 }  // namespace core::gltf

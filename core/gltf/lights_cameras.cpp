@@ -15,7 +15,7 @@ using std::numbers::pi;
 double positive(const Object& object, const char* key, double fallback, double high)
 {
     Load& load = object.load();
-    const Json* value = object.find(key);
+    const std::optional<Json> value = object.find(key);
     if (!value) {
         load.warn("UNDEFINED_PROPERTY", object.pointer(),
                   std::string("'") + key + "' is missing — " + describe(fallback) + " instead");
@@ -31,7 +31,7 @@ double positive(const Object& object, const char* key, double fallback, double h
 /// A path tracer ignores clip planes, but a wrong one deserves a warning.
 void checkClipPlanes(const Object& lens)
 {
-    const Json *near = lens.find("znear"), *far = lens.find("zfar");
+    const std::optional<Json> near = lens.find("znear"), far = lens.find("zfar");
     const bool wrong =
         (near && (!near->isNumber() || near->number() < 0)) ||
         (far && (!far->isNumber() || far->number() <= 0)) ||
@@ -140,7 +140,7 @@ void readLights(Load& load, const NodePlan& plan)
     const std::optional<Object> extension = root.extension("KHR_lights_punctual");
     std::vector<int> sceneLight;  // per light of the document, -1: skipped
     if (extension && extension->has("lights")) {
-        const Json* list = extension->find("lights");
+        const std::optional<Json> list = extension->find("lights");
         if (!list->isArray())
             load.warn("TYPE_MISMATCH", extension->at("lights"),
                       "is " + describe(*list) + ", must be an array — ignored");

@@ -36,7 +36,7 @@ glm::vec3 vector(const std::array<double, 3>& v)
 uint32_t wrapFlags(const Object& sampler, const char* key, uint32_t shift)
 {
     constexpr uint64_t kRepeat = 10497, kClampToEdge = 33071, kMirroredRepeat = 33648;
-    const Json* value = sampler.find(key);
+    const std::optional<Json> value = sampler.find(key);
     const uint64_t mode = value ? wholeNumber(*value).value_or(0) : kRepeat;
     switch (mode) {
     case kRepeat:
@@ -57,7 +57,7 @@ uint32_t samplerFlags(const Object& sampler)
     constexpr uint64_t kNearest = 9728, kLinear = 9729;
     uint32_t flags = wrapFlags(sampler, "wrapS", shared::kTextureWrapSShift) |
                      wrapFlags(sampler, "wrapT", shared::kTextureWrapTShift);
-    if (const Json* filter = sampler.find("magFilter")) {
+    if (const std::optional<Json> filter = sampler.find("magFilter")) {
         const uint64_t mode = wholeNumber(*filter).value_or(0);
         if (mode == kNearest)
             flags |= shared::kTextureNearest;
@@ -342,7 +342,7 @@ MaterialPlan readMaterials(Load& load, const NodePlan& plan)
         const Object mesh = topLevel(load, "meshes", index);
         for (size_t i = 0; i < mesh.array("primitives").size(); ++i) {
             const Object primitive = mesh.element("primitives", i);
-            const Json* value = primitive.find("material");
+            const std::optional<Json> value = primitive.find("material");
             const std::optional<uint64_t> material = value ? wholeNumber(*value) : std::nullopt;
             if (material && *material < count)
                 used[*material] = true;

@@ -281,8 +281,9 @@ void checkReferences(const Object& mesh, size_t accessorCount, size_t viewCount)
         const Object primitive = mesh.element("primitives", i);
         primitive.index("indices", accessorCount, "accessor");
         const auto check = [&](const Object& attributes) {
-            for (const JsonMember& member : attributes.json().members())
-                attributes.index(member.key->c_str(), accessorCount, "accessor");
+            for (size_t k = 0; k < attributes.json().size(); ++k)
+                attributes.index(attributes.json().member(k).key->c_str(), accessorCount,
+                                 "accessor");
         };
         if (const std::optional<Object> attributes = primitive.object("attributes"))
             check(*attributes);

@@ -51,7 +51,7 @@ Forest readForest(Load& load)
     forest.first.reserve(count + 1);
     for (size_t i = 0; i < count; ++i) {
         const Object node = topLevel(load, "nodes", i);
-        const Json& children = node.array("children");
+        const Json children = node.array("children");
         for (size_t k = 0; k < children.size(); ++k) {
             const size_t c = nodeIn(node, "children", children, k, count);
             if (c == i)
@@ -173,7 +173,7 @@ Transform readTransform(Load& load, const Object& node)
 std::vector<double> readWeights(const Object& holder, size_t targets)
 {
     if (!holder.has("weights")) return {};
-    const Json& weights = holder.array("weights");
+    const Json weights = holder.array("weights");
     std::vector<double> result;
     for (size_t i = 0; i < weights.size(); ++i) {
         if (!weights[i].isNumber() || weights.size() != targets) {
@@ -209,7 +209,7 @@ size_t lightCount(Load& load)
 {
     const Object root(load, load.document.root(), "");
     const std::optional<Object> extension = root.extension("KHR_lights_punctual");
-    const Json* list = extension ? extension->find("lights") : nullptr;
+    const std::optional<Json> list = extension ? extension->find("lights") : std::nullopt;
     return list && list->isArray() ? list->size() : 0;
 }
 
@@ -234,7 +234,7 @@ std::vector<int> readRoots(Load& load, const Forest& forest)
             if (forest.parent[i] < 0) roots.push_back(static_cast<int>(i));
         return roots;
     }
-    const Json& nodes = scene->array("nodes");
+    const Json nodes = scene->array("nodes");
     for (size_t i = 0; i < nodes.size(); ++i)
         roots.push_back(static_cast<int>(nodeIn(*scene, "nodes", nodes, i, forest.parent.size())));
     return roots;

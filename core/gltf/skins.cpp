@@ -29,7 +29,7 @@ public:
 private:
     bool readJoints(const Object& object, Skin& skin)
     {
-        const Json& joints = object.array("joints");
+        const Json joints = object.array("joints");
         if (joints.size() == 0) return warn("EMPTY_ENTITY", object.pointer(), "has no joints");
         load_.reserveMemory(joints.size() * sizeof(int), object.pointer());
         skin.joints.reserve(joints.size());

@@ -43,14 +43,14 @@ std::vector<Job> makeJobs(const std::vector<TextureRequest>& requests)
 /// array of images.
 std::span<const std::byte> fetch(Load& load, Job& job)
 {
-    const Json& image = (*load.document.root().find("images"))[job.image];
+    const Json image = (*load.document.root().find("images"))[job.image];
     if (!image.isObject()) {
         job.problem = "is " + describe(image) + ", must be an object";
         return {};
     }
-    if (const Json* name = image.find("name"); name && name->isString())
+    if (const std::optional<Json> name = image.find("name"); name && name->isString())
         job.name = printable(name->text(), kLongestName);
-    const Json *uri = image.find("uri"), *view = image.find("bufferView");
+    const std::optional<Json> uri = image.find("uri"), view = image.find("bufferView");
     if (!uri == !view) {
         job.problem =
             uri ? "has both 'uri' and 'bufferView'" : "has neither 'uri' nor 'bufferView'";

@@ -36,7 +36,7 @@ void requireVertices(Load& load, const Object& primitive, const Accessor& indice
     const auto high = std::max_element(values.begin(), values.end());
     const std::string what =
         "index " + std::to_string(high - values.begin()) + " is " + std::to_string(*high);
-    const Json* accessor = primitive.find("indices");
+    const std::optional<Json> accessor = primitive.find("indices");
     const std::string where = accessor
                                   ? child("/accessors", size_t(wholeNumber(*accessor).value_or(0)))
                                   : primitive.pointer();

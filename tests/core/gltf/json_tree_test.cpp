@@ -3,6 +3,7 @@
 #include "core/gltf/json_tree.h"
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -47,7 +48,10 @@ nlohmann::json copied(const Json& value)
         break;
     case Json::Kind::object:
         copy = nlohmann::json::object();
-        for (const JsonMember& member : value.members()) copy[*member.key] = copied(member.value);
+        for (size_t i = 0; i < value.size(); ++i) {
+            const JsonMember member = value.member(i);
+            copy[*member.key] = copied(member.value);
+        }
         break;
     }
     return copy;
@@ -77,17 +81,17 @@ TEST(JsonTree, FindsMembersOfSmallAndLargeObjects)
                 (i > 0 ? ",\"" : "\"") + std::to_string(i * 37 % 101) + "\":" + std::to_string(i);
         ASSERT_EQ(document.parse(text + "}"), "");
         for (int i = 0; i < 101; ++i) {
-            const Json* found = document.root().find(std::to_string(i * 37 % 101));
-            ASSERT_EQ(found != nullptr, i < count) << i << " of " << count;
+            const std::optional<Json> found = document.root().find(std::to_string(i * 37 % 101));
+            ASSERT_EQ(found.has_value(), i < count) << i << " of " << count;
             if (i < count) {
                 EXPECT_EQ(found->whole(), static_cast<uint64_t>(i));
             }
         }
-        EXPECT_EQ(document.root().find(""), nullptr);
-        EXPECT_EQ(document.root().find("zzz"), nullptr);
+        EXPECT_FALSE(document.root().find(""));
+        EXPECT_FALSE(document.root().find("zzz"));
     }
     ASSERT_EQ(document.parse("[1]"), "");
-    EXPECT_EQ(document.root().find("a"), nullptr);
+    EXPECT_FALSE(document.root().find("a"));
 }
 
 TEST(JsonTree, OfEqualKeysTheLastCounts)
@@ -181,7 +185,7 @@ TEST(JsonTree, TextIsReadToItsEndAndNotBeyond)
     EXPECT_NE(document.parse(R"({"\udfff": 1})"), "");
 }
 
-TEST(JsonTree, NumbersAloneTakeEightBytesAndKeepTheirKinds)
+TEST(JsonTree, NumbersAloneKeepTheirKinds)
 {
     JsonDocument document;
     ASSERT_EQ(document.parse("[[3, -4, 0.5, -0.0, 9007199254740992, -7.0], [1, 9007199254740993]]"),
@@ -195,6 +199,30 @@ TEST(JsonTree, NumbersAloneTakeEightBytesAndKeepTheirKinds)
     EXPECT_EQ(plain[4].whole(), 9007199254740992u);
     EXPECT_EQ(plain[5].number(), -7);
     EXPECT_EQ(large[1].whole(), 9007199254740993u) << "no double holds it";
+}
+
+TEST(JsonTree, NumbersThatFloatsHoldAndThoseThatTheyDoNot)
+{
+    JsonDocument document;
+    for (const char* text :
+         {"[0.5, -0.0, 16777216, -3, 3.4028234663852886e38]", "[0.5, 0.1]", "[16777217]",
+          "[3.4028235677973366e38, 1]", "[-1e300]", "[1e-60, 2]", "[1.401298464324817e-45, -7]"}) {
+        ASSERT_EQ(document.parse(text), "") << text;
+        EXPECT_EQ(copied(document.root()), nlohmann::json::parse(text)) << text;
+    }
+}
+
+TEST(JsonTree, ObjectsThatAreAlikeButForAKindOrAnOrder)
+{
+    JsonDocument document;
+    std::string text = "[";
+    for (int i = 0; i < 300; ++i)
+        text +=
+            R"({"a":1,"b":"x"},{"b":"x","a":1},{"a":1.5,"b":"x"},{"a":-1,"b":[]},{"a":1},{"b":)" +
+            std::to_string(i) + R"(},{"a":0,"b":1,"a":2},{"b":null,"a":{}},)";
+    text += "{}]";
+    ASSERT_EQ(document.parse(text), "");
+    EXPECT_EQ(copied(document.root()), nlohmann::json::parse(text));
 }
 
 TEST(JsonTree, MemoryOfKeysIsAskedForBeforeItIsTaken)
