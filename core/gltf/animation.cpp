@@ -1,9 +1,11 @@
 // Keyframes of nodes. A channel with a fault is left out with a warning; the node then keeps its
 // rest pose.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <utility>
+#include <variant>
 
 #include "core/gltf/parts.h"
 
@@ -13,45 +15,37 @@ namespace {
 
 using Channel = AnimationChannel;
 
+/// What the keys of a channel are made of.
+struct KeySource {
+    int input = -1, output = -1;  // accessors
+    uint32_t width = 0;           // components of a value: 1 for weights, 4 for rotations, else 3
+    size_t elements = 1;          // values of a key
+    Channel::Interpolation interpolation = Channel::Interpolation::linear;
+
+    bool cubic() const { return interpolation == Channel::Interpolation::cubicSpline; }
+    friend bool operator==(const KeySource&, const KeySource&) = default;
+};
+
 struct Keys {
-    std::vector<float> times, values;
+    std::shared_ptr<const Keyframes> keyframes;  // null: there is a fault
     std::string fault;
 };
 
-/// Times and values of a sampler for a property of `elements` elements of `width` components.
-Keys readKeys(const Accessor& input, const Accessor& output, uint32_t width, size_t elements,
-              Channel::Interpolation interpolation)
+/// What is wrong with the accessors themselves; empty: nothing.
+std::string faultOf(const Accessor& input, const Accessor& output, const KeySource& source)
 {
-    Keys keys;
-    const uint64_t perKey = interpolation == Channel::Interpolation::cubicSpline ? 3 : 1;
-    if (input.components != 1 || !input.isFloat()) {
-        keys.fault = "its times are not floats";
-        return keys;
-    }
-    if (output.components != width || output.matrix) {
-        keys.fault = std::string("its values do not have ")
-                         .append(std::to_string(width))
-                         .append(" components");
-        return keys;
-    }
-    if (output.count % elements != 0 || output.count / elements != input.count * perKey) {
-        keys.fault = "it has " + std::to_string(input.count) + " times and " +
-                     std::to_string(output.count) + " values" +
-                     (elements > 1 ? " for " + std::to_string(elements) + " morph targets" : "");
-        return keys;
-    }
-    keys.times.resize(input.count);
-    readFloats(input, 0, input.count, 1, keys.times.data());
-    for (size_t i = 0; i < keys.times.size(); ++i)
-        if (!std::isfinite(keys.times[i]) || keys.times[i] < 0 ||
-            (i > 0 && keys.times[i] <= keys.times[i - 1]))
-            keys.fault = "its times do not increase from 0";
-    keys.values.resize(output.count * width);
-    readFloats(output, 0, output.count, width, keys.values.data());
-    if (!std::all_of(keys.values.begin(), keys.values.end(),
-                     [](float v) { return std::abs(v) < 1e18f; }))
-        keys.fault = "it has values that are not finite or beyond 1e18";
-    return keys;
+    const size_t elements = source.elements;
+    if (input.components != 1 || !input.isFloat()) return "its times are not floats";
+    if (output.components != source.width || output.matrix)
+        return std::string("its values do not have ")
+            .append(std::to_string(source.width))
+            .append(" components");
+    if (output.count % elements != 0 ||
+        output.count / elements != input.count * (source.cubic() ? 3 : 1))
+        return "it has " + std::to_string(input.count) + " times and " +
+               std::to_string(output.count) + " values" +
+               (elements > 1 ? " for " + std::to_string(elements) + " morph targets" : "");
+    return {};
 }
 
 /// Values of `width` components each.
@@ -64,15 +58,38 @@ std::vector<glm::vec4> vectors(const std::vector<float>& flat, uint32_t width)
 }
 
 /// Rotations are unit quaternions; tangents of splines are not.
-bool normaliseRotations(Channel& channel)
+bool normaliseRotations(std::vector<glm::vec4>& values, bool cubic)
 {
-    const size_t step = channel.interpolation == Channel::Interpolation::cubicSpline ? 3 : 1;
-    for (size_t i = step == 3 ? 1 : 0; i < channel.values.size(); i += step) {
-        const float length = glm::length(channel.values[i]);
+    for (size_t i = cubic ? 1 : 0; i < values.size(); i += cubic ? 3 : 1) {
+        const float length = glm::length(values[i]);
         if (!(length > 1e-6f)) return false;
-        channel.values[i] /= length;
+        values[i] /= length;
     }
     return true;
+}
+
+Keys readKeys(const Accessor& input, const Accessor& output, const KeySource& source)
+{
+    if (std::string fault = faultOf(input, output, source); !fault.empty())
+        return {nullptr, std::move(fault)};
+    Keyframes keys;
+    std::vector<float>& times = keys.times;
+    times.resize(input.count);
+    readFloats(input, 0, input.count, 1, times.data());
+    std::vector<float> values(output.count * source.width);
+    readFloats(output, 0, output.count, source.width, values.data());
+    if (!std::all_of(values.begin(), values.end(), [](float v) { return std::abs(v) < 1e18f; }))
+        return {nullptr, "it has values that are not finite or beyond 1e18"};
+    for (size_t i = 0; i < times.size(); ++i)
+        if (!std::isfinite(times[i]) || times[i] < 0 || (i > 0 && times[i] <= times[i - 1]))
+            return {nullptr, "its times do not increase from 0"};
+    if (source.width == 1)
+        keys.weights = std::move(values);
+    else
+        keys.values = vectors(values, source.width);
+    if (source.width == 4 && !normaliseRotations(keys.values, source.cubic()))
+        return {nullptr, "it has a rotation of length 0"};
+    return {std::make_shared<const Keyframes>(std::move(keys)), {}};
 }
 
 class Reader {
@@ -92,7 +109,7 @@ public:
             std::optional<Channel> channel = readChannel(object, object.element("channels", i));
             if (!channel) continue;
             animation.duration =
-                std::max(animation.duration, static_cast<double>(channel->times.back()));
+                std::max(animation.duration, static_cast<double>(channel->keys->times.back()));
             animation.channels.push_back(std::move(*channel));
         }
         return animation;
@@ -131,7 +148,8 @@ private:
         if (elements == 0)
             return skip("ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS", target->at("path"),
                         "the node has no mesh with morph targets");
-        if (!weights && load_.scene.nodes[static_cast<size_t>(channel.node)].local.matrix)
+        if (!weights && std::holds_alternative<glm::dmat4x3>(
+                            load_.scene.nodes[static_cast<size_t>(channel.node)].local))
             return skip("ANIMATION_CHANNEL_TARGET_NODE_MATRIX", target->at("node"),
                         "the node has a matrix, which cannot be animated");
 
@@ -144,25 +162,34 @@ private:
             return skip("VALUE_NOT_IN_LIST", source.at("interpolation"),
                         describe(interpolation) + " is not known");
 
-        const Accessor& times = usable(load_, accessors_, input);
-        const Accessor& values = usable(load_, accessors_, output);
-        // Channels may share a sampler, but each has keys of its own here.
-        load_.reserveMemory(times.count * sizeof(float) +
-                                values.count * (weights ? sizeof(float) : sizeof(glm::vec4)),
-                            object.pointer());
-        const uint32_t width = weights ? 1 : channel.path == Channel::Path::rotation ? 4 : 3;
-        Keys keys = readKeys(times, values, width, elements, channel.interpolation);
-        if (!keys.fault.empty())
-            return skip("ANIMATION_SAMPLER_INVALID", source.pointer(), keys.fault);
-        channel.times = std::move(keys.times);
-        if (weights)
-            channel.weights = std::move(keys.values);
-        else
-            channel.values = vectors(keys.values, width);
-        if (channel.path == Channel::Path::rotation && !normaliseRotations(channel))
-            return skip("ANIMATION_SAMPLER_INVALID", source.pointer(),
-                        "it has a rotation of length 0");
+        const KeySource keySource{input, output,
+                                  weights                                   ? 1u
+                                  : channel.path == Channel::Path::rotation ? 4u
+                                                                            : 3u,
+                                  elements, channel.interpolation};
+        const Keys& keys = keysOf(keySource, object);
+        if (!keys.keyframes) return skip("ANIMATION_SAMPLER_INVALID", source.pointer(), keys.fault);
+        channel.keys = keys.keyframes;
         return channel;
+    }
+
+    /// The keys that were made not long before of the same, as of a million channels with one
+    /// sampler; or new ones.
+    const Keys& keysOf(const KeySource& source, const Object& channel)
+    {
+        const Accessor& times = usable(load_, accessors_, source.input);
+        const Accessor& values = usable(load_, accessors_, source.output);
+        const auto place =
+            static_cast<size_t>(source.input) * 31 + static_cast<size_t>(source.output);
+        auto& [known, keys] = met_.at(place % met_.size());
+        if (known == source) return keys;
+        load_.reserveMemory(sizeof(Keyframes) + times.count * sizeof(float) +
+                                values.count *
+                                    (source.width == 1 ? sizeof(float) : sizeof(glm::vec4)),
+                            channel.pointer());
+        known = source;
+        keys = readKeys(times, values, source);
+        return keys;
     }
 
     /// Morph targets of the mesh of a node of the document.
@@ -182,6 +209,7 @@ private:
     Load& load_;
     const std::vector<Accessor>& accessors_;
     const NodePlan& plan_;
+    std::array<std::pair<KeySource, Keys>, 64> met_;
 };
 
 }  // namespace

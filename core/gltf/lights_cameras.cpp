@@ -128,7 +128,7 @@ void readCameras(Load& load, const NodePlan& plan)
         Node& node = load.scene.nodes[static_cast<size_t>(use.node)];
         SceneCamera camera = cameras[use.index];
         camera.node = use.node;
-        if (camera.name.empty()) camera.name = node.name;
+        if (camera.name.empty()) camera.name = use.name;
         node.camera = static_cast<int>(load.scene.cameras.size());
         load.scene.cameras.push_back(std::move(camera));
     }

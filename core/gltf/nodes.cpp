@@ -49,8 +49,14 @@ Forest readForest(Load& load)
     load.reserveMemory(count * kBytes, "/nodes");
     Forest forest{std::vector<int>(count, -1), {}, {0}};
     forest.first.reserve(count + 1);
+    const Json nodes = load.document.root().find("nodes").value_or(Json::emptyArray());
     for (size_t i = 0; i < count; ++i) {
-        const Object node = topLevel(load, "nodes", i);
+        const Json value = nodes[i];
+        if (value.isObject() && !value.find("children")) {  // as most, whose place is not needed
+            forest.first.push_back(forest.below.size());
+            continue;
+        }
+        const Object node(load, value, child("/nodes", i));
         const Json children = node.array("children");
         for (size_t k = 0; k < children.size(); ++k) {
             const size_t c = nodeIn(node, "children", children, k, count);
@@ -131,9 +137,8 @@ glm::dvec3 readVector(Load& load, const Object& node, const char* key, double fa
     return result;
 }
 
-Transform readTransform(Load& load, const Object& node)
+std::variant<Transform, glm::dmat4x3> readTransform(Load& load, const Object& node)
 {
-    Transform transform;
     std::array<double, 16> m{};
     if (node.numbers("matrix", m)) {
         for (const char* key : {"translation", "rotation", "scale"})
@@ -148,22 +153,19 @@ Transform readTransform(Load& load, const Object& node)
         }
         if (clamped)
             load.warn("VALUE_NOT_IN_RANGE", node.at("matrix"), "has values beyond 1e18 — clamped");
-        glm::dmat4 matrix(1);
+        glm::dmat4x3 matrix(1);
         for (int column = 0; column < 4; ++column)
-            for (int row = 0; row < 4; ++row)
+            for (int row = 0; row < 3; ++row)
                 matrix[column][row] = m[static_cast<size_t>(4 * column + row)];
         const bool affine = m[3] == 0 && m[7] == 0 && m[11] == 0 && m[15] == 1;
-        if (!affine) {
-            // An all-zero matrix is reported where the scene is flattened, because nothing of it is
-            // visible.
-            if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 0)
-                load.warn("NODE_MATRIX_NON_TRS", node.at("matrix"),
-                          "has a last row other than 0 0 0 1 — taken as that");
-            for (int column = 0; column < 4; ++column) matrix[column][3] = column == 3 ? 1 : 0;
-        }
-        transform.matrix = std::make_shared<const glm::dmat4>(matrix);
-        return transform;
+        // An all-zero matrix is reported where the scene is flattened, because nothing of it is
+        // visible.
+        if (!affine && (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 0))
+            load.warn("NODE_MATRIX_NON_TRS", node.at("matrix"),
+                      "has a last row other than 0 0 0 1 — taken as that");
+        return matrix;
     }
+    Transform transform;
     transform.translation = readVector(load, node, "translation", 0);
     transform.rotation = readRotation(load, node);
     transform.scale = readVector(load, node, "scale", 1);
@@ -187,20 +189,34 @@ std::vector<double> readWeights(const Object& holder, size_t targets)
     return result;
 }
 
-void readMeshUse(Load& load, const Object& node, int sceneNode, NodePlan& plan)
+/// What nodes may refer to.
+struct Targets {
+    size_t meshes, skins, cameras, lights;
+    std::vector<bool> rigid;  // meshes that a node has shown, and that have no weights
+
+    Targets(Load& load, size_t nodes);
+};
+
+void readMeshUse(Load& load, const Object& node, int sceneNode, Targets& all, NodePlan& plan)
 {
-    const int mesh = node.index("mesh", countOf(load, "meshes"), "mesh");
-    const int skin = node.index("skin", countOf(load, "skins"), "skin");
+    const int mesh = node.index("mesh", all.meshes, "mesh");
+    const int skin = node.index("skin", all.skins, "skin");
     if (mesh < 0) return;
-    const Object source = topLevel(load, "meshes", static_cast<size_t>(mesh));
+    const auto place = static_cast<size_t>(mesh);
+    if (all.rigid[place] && !node.has("weights")) {
+        plan.meshUses.push_back({sceneNode, mesh, 0, skin});
+        return;
+    }
+    const Object source = topLevel(load, "meshes", place);
     const size_t targets = targetCount(source);
+    all.rigid[place] = !source.has("weights");
     std::vector<double> weights = readWeights(node, targets);
     if (weights.empty()) weights = readWeights(source, targets);
     if (std::all_of(weights.begin(), weights.end(), [](double w) { return w == 0; }))
         weights.clear();
     load.reserveMemory(2 * weights.size() * sizeof(double), node.pointer());
-    const auto place = static_cast<uint32_t>(plan.weights.size());
-    plan.meshUses.push_back({sceneNode, mesh, weights.empty() ? 0 : place, skin});
+    const auto next = static_cast<uint32_t>(plan.weights.size());
+    plan.meshUses.push_back({sceneNode, mesh, weights.empty() ? 0 : next, skin});
     if (!weights.empty()) plan.weights.push_back(std::move(weights));
 }
 
@@ -213,15 +229,21 @@ size_t lightCount(Load& load)
     return list && list->isArray() ? list->size() : 0;
 }
 
-void readOtherUses(const Object& node, int sceneNode, size_t cameras, size_t lights, NodePlan& plan)
+Targets::Targets(Load& load, size_t nodes)
+    : meshes(countOf(load, "meshes")), skins(nodes == 0 ? 0 : countOf(load, "skins")),
+      cameras(countOf(load, "cameras")), lights(lightCount(load)), rigid(meshes, false)
+{}
+
+void readOtherUses(const Object& node, std::string name, int sceneNode, const Targets& all,
+                   NodePlan& plan)
 {
-    if (const int camera = node.softIndex("camera", cameras, "cameras", "no camera here");
+    if (const int camera = node.softIndex("camera", all.cameras, "cameras", "no camera here");
         camera >= 0)
-        plan.cameraUses.push_back({sceneNode, static_cast<size_t>(camera)});
+        plan.cameraUses.push_back({sceneNode, static_cast<size_t>(camera), std::move(name)});
     const std::optional<Object> use = node.extension("KHR_lights_punctual");
     if (!use) return;
-    if (const int light = use->softIndex("light", lights, "lights", "no light here"); light >= 0)
-        plan.lightUses.push_back({sceneNode, static_cast<size_t>(light)});
+    const int light = use->softIndex("light", all.lights, "lights", "no light here");
+    if (light >= 0) plan.lightUses.push_back({sceneNode, static_cast<size_t>(light), {}});
 }
 
 /// Document indices of the scene's roots.
@@ -262,8 +284,8 @@ NodePlan readNodes(Load& load)
 {
     const Forest forest = readForest(load);
     requireNoLoops(load, forest);
-    const size_t cameraCount = countOf(load, "cameras"), lights = lightCount(load);
     NodePlan plan;
+    Targets targets(load, forest.parent.size());
     plan.sceneNode.assign(forest.parent.size(), -1);
     load.scene.nodes.reserve(std::min(forest.parent.size(), kMaxNodes));
     plan.meshUses.reserve(std::min(forest.parent.size(), kMaxNodes));
@@ -271,6 +293,7 @@ NodePlan readNodes(Load& load)
         int node, parent;  // of the document, of the scene
     };
     std::vector<Visit> stack;
+    const Json nodes = load.document.root().find("nodes").value_or(Json::emptyArray());
     const std::vector<int> roots = readRoots(load, forest);
     for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({*root, -1});
     while (!stack.empty()) {
@@ -287,14 +310,14 @@ NodePlan readNodes(Load& load)
             load.refuse("TOO_MANY_NODES", "/nodes",
                         "the scene has more than " + std::to_string(kMaxNodes) + " nodes");
         plan.sceneNode[source] = index;
-        const Object object = topLevel(load, "nodes", source);
+        const Object object(load, nodes[source], child("/nodes", source));
+        std::string name = object.name();  // which only cameras take
         Node node;
-        node.name = object.name();
         node.parent = visit.parent;
         node.local = readTransform(load, object);
         load.scene.nodes.push_back(std::move(node));
-        readMeshUse(load, object, index, plan);
-        readOtherUses(object, index, cameraCount, lights, plan);
+        readMeshUse(load, object, index, targets, plan);
+        readOtherUses(object, std::move(name), index, targets, plan);
         const std::span<const int> children = forest.children(source);
         for (auto c = children.rbegin(); c != children.rend(); ++c) stack.push_back({*c, index});
     }

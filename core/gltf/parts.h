@@ -20,6 +20,7 @@ struct MeshUse {
 struct NodeUse {
     int node = -1;
     size_t index = 0;
+    std::string name;  // of the node, where it has a camera
 };
 
 /// How the nodes of the document became those of the scene.

@@ -91,11 +91,11 @@ private:
 
 void readPlacements(Load& load, const std::vector<Accessor>& accessors, const NodePlan& plan)
 {
+    const Json nodes = load.document.root().find("nodes").value_or(Json::emptyArray());
     for (size_t i = 0; i < plan.sceneNode.size(); ++i) {
         const int node = plan.sceneNode[i];
-        if (node < 0) continue;
-        const Object source = topLevel(load, "nodes", i);
-        if (!source.has("mesh")) continue;
+        if (node < 0 || !nodes[i].find("mesh") || !nodes[i].find("extensions")) continue;
+        const Object source(load, nodes[i], child("/nodes", i));
         const std::optional<Object> extension = source.extension("EXT_mesh_gpu_instancing");
         if (!extension) continue;
         load.scene.nodes[static_cast<size_t>(node)].placements =

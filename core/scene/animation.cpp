@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include <glm/gtc/matrix_transform.hpp>
+#include <optional>
+#include <utility>
+#include <variant>
 
 #include "core/base/check.h"
 
@@ -33,12 +34,18 @@ glm::dvec4 slerp(const glm::dvec4& a, const glm::dvec4& b, double t)
     return {q.x, q.y, q.z, q.w};
 }
 
-glm::dmat4 localMatrix(const Transform& t)
+/// Translation times rotation times scale.
+glm::dmat4x3 matrixOf(const Transform& t)
 {
-    if (t.matrix) return *t.matrix;
-    const glm::dmat4 translation = glm::translate(glm::dmat4(1), t.translation);
-    return translation * glm::mat4_cast(normalised(t.rotation)) *
-           glm::scale(glm::dmat4(1), t.scale);
+    const glm::dmat3 rotation = glm::mat3_cast(normalised(t.rotation));
+    return {rotation[0] * t.scale.x, rotation[1] * t.scale.y, rotation[2] * t.scale.z,
+            t.translation};
+}
+
+const Keyframes& keysOf(const AnimationChannel& channel)
+{
+    static const Keyframes none;
+    return channel.keys ? *channel.keys : none;
 }
 
 /// Parts of a key: in-tangent, value and out-tangent, or the value alone.
@@ -55,15 +62,16 @@ struct Between {
     /// `keys` is at least 1.
     Between(const AnimationChannel& channel, size_t keys, double time)
     {
-        const auto begin = channel.times.begin();
+        const std::vector<float>& times = keysOf(channel).times;
+        const auto begin = times.begin();
         const auto next = std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(keys), time);
         after = static_cast<size_t>(next - begin);
         before = after == 0 ? 0 : after - 1;
         if (after == 0 || after == keys ||
             channel.interpolation == AnimationChannel::Interpolation::step)
             after = before;
-        const double t0 = static_cast<double>(channel.times[before]);
-        span = static_cast<double>(channel.times[after]) - t0;
+        const double t0 = static_cast<double>(times[before]);
+        span = static_cast<double>(times[after]) - t0;
         t = span > 0 ? (time - t0) / span : 0;
     }
 };
@@ -105,47 +113,37 @@ template <class T> bool hasOneValue(const std::vector<T>& values, size_t parts, 
 /// Morph targets of a channel of their weights.
 size_t targetsOf(const AnimationChannel& channel)
 {
-    const size_t parts = channel.times.size() * partsOf(channel);
-    return parts == 0 ? 0 : channel.weights.size() / parts;
+    const size_t parts = keysOf(channel).times.size() * partsOf(channel);
+    return parts == 0 ? 0 : keysOf(channel).weights.size() / parts;
 }
 
-/// The transforms of nodes that an animation changes; the others are at rest.
-class Animated {
+/// The channels of each node's transform, in their order.
+class ChannelLists {
 public:
-    explicit Animated(const Scene& scene) : scene_(scene)
+    ChannelLists(const std::vector<AnimationChannel>& channels, size_t nodes)
+        : channels_(channels), first_(nodes, kNone), next_(channels.size(), kNone)
     {
-        if (!scene.animations.empty()) place_.assign(scene.nodes.size(), -1);
-    }
-
-    /// That of a node, to be changed; at rest until then.
-    Transform& change(size_t node)
-    {
-        if (place_[node] < 0) {
-            place_[node] = static_cast<int>(changed_.size());
-            changed_.push_back(scene_.nodes[node].local);
+        for (size_t i = channels.size(); i-- > 0;) {
+            if (channels[i].path == AnimationChannel::Path::weights) continue;
+            const auto node = static_cast<size_t>(channels[i].node);
+            if (channels[i].node < 0 || node >= nodes) continue;
+            next_[i] = std::exchange(first_[node], static_cast<uint32_t>(i));
         }
-        return changed_[static_cast<size_t>(place_[node])];
     }
 
-    const Transform& of(size_t node) const
+    template <class Use> void forEach(size_t node, const Use& use) const
     {
-        const int place = place_.empty() ? -1 : place_[node];
-        return place < 0 ? scene_.nodes[node].local : changed_[static_cast<size_t>(place)];
+        for (uint32_t i = first_[node]; i != kNone; i = next_[i]) use(channels_[i]);
     }
 
 private:
-    const Scene& scene_;
-    std::vector<int> place_;  // in `changed_`, -1: at rest; empty: all are
-    std::vector<Transform> changed_;
+    static constexpr uint32_t kNone = ~uint32_t(0);
+    const std::vector<AnimationChannel>& channels_;
+    std::vector<uint32_t> first_, next_;
 };
 
-void apply(const AnimationChannel& channel, double time, const Scene& scene, Animated& animated)
+void apply(const AnimationChannel& channel, const glm::dvec4& value, Transform& local)
 {
-    if (channel.node < 0 || static_cast<size_t>(channel.node) >= scene.nodes.size()) return;
-    glm::dvec4 value;
-    if (!evaluateChannel(channel, time, value)) return;
-    Transform& local = animated.change(static_cast<size_t>(channel.node));
-    local.matrix.reset();  // glTF forbids animating a node that has a matrix
     switch (channel.path) {
     case AnimationChannel::Path::translation:
         local.translation = glm::dvec3(value);
@@ -161,17 +159,35 @@ void apply(const AnimationChannel& channel, double time, const Scene& scene, Ani
     }
 }
 
+/// From the node's space into its parent's.
+glm::dmat4x3 localMatrix(const Scene& scene, const ChannelLists* lists, size_t node, double time)
+{
+    const std::variant<Transform, glm::dmat4x3>& local = scene.nodes[node].local;
+    const Transform* rest = std::get_if<Transform>(&local);
+    Transform moved = rest != nullptr ? *rest : Transform();
+    bool moves = false;
+    if (lists != nullptr)
+        lists->forEach(node, [&](const AnimationChannel& channel) {
+            glm::dvec4 value;
+            if (!evaluateChannel(channel, time, value)) return;
+            apply(channel, value, moved);
+            moves = true;  // glTF forbids animating a node that has a matrix
+        });
+    return rest != nullptr || moves ? matrixOf(moved) : std::get<glm::dmat4x3>(local);
+}
+
 }  // namespace
 
 bool evaluateChannel(const AnimationChannel& channel, double time, glm::dvec4& value)
 {
     const size_t parts = partsOf(channel);
-    const size_t keys = std::min(channel.times.size(), channel.values.size() / parts);
+    const std::vector<glm::vec4>& values = keysOf(channel).values;
+    const size_t keys = std::min(keysOf(channel).times.size(), values.size() / parts);
     if (keys == 0) return false;
     const bool rotation = channel.path == AnimationChannel::Path::rotation;
     value = interpolate(
         Between(channel, keys, time), parts == 3,
-        [&](size_t key, size_t part) { return glm::dvec4(channel.values[key * parts + part]); },
+        [&](size_t key, size_t part) { return glm::dvec4(values[key * parts + part]); },
         [&](const glm::dvec4& a, const glm::dvec4& b, double t) {
             return rotation ? slerp(a, b, t) : glm::mix(a, b, t);
         });
@@ -187,13 +203,14 @@ std::vector<double> evaluateWeights(const AnimationChannel& channel, double time
     std::vector<double> weights(targetsOf(channel));
     if (weights.empty()) return weights;
     const size_t parts = partsOf(channel);
-    const Between keys(channel, channel.times.size(), time);
+    const Keyframes& all = keysOf(channel);
+    const Between keys(channel, all.times.size(), time);
     for (size_t i = 0; i < weights.size(); ++i) {
         weights[i] = interpolate(
             keys, parts == 3,
             [&](size_t key, size_t part) {
                 const size_t at = (key * parts + part) * weights.size() + i;
-                return static_cast<double>(channel.weights[at]);
+                return static_cast<double>(all.weights[at]);
             },
             [](double a, double b, double t) { return a + (b - a) * t; });
     }
@@ -203,33 +220,38 @@ std::vector<double> evaluateWeights(const AnimationChannel& channel, double time
 bool isConstant(const AnimationChannel& channel)
 {
     if (channel.path != AnimationChannel::Path::weights)
-        return hasOneValue(channel.values, partsOf(channel), 1);
+        return hasOneValue(keysOf(channel).values, partsOf(channel), 1);
     const size_t targets = targetsOf(channel);
-    return targets == 0 || hasOneValue(channel.weights, partsOf(channel), targets);
+    return targets == 0 || hasOneValue(keysOf(channel).weights, partsOf(channel), targets);
 }
 
 Pose poseAt(const Scene& scene, double time)
 {
     Pose pose;
-    Animated animated(scene);
+    poseAt(scene, time, pose);
+    return pose;
+}
+
+void poseAt(const Scene& scene, double time, Pose& pose)
+{
+    pose.time = time;
+    pose.weights.clear();
+    std::optional<ChannelLists> lists;
     if (!scene.animations.empty()) {
-        for (const AnimationChannel& channel : scene.animations.front().channels) {
+        const std::vector<AnimationChannel>& channels = scene.animations.front().channels;
+        lists.emplace(channels, scene.nodes.size());
+        for (const AnimationChannel& channel : channels)
             if (channel.path == AnimationChannel::Path::weights)
                 pose.weights[channel.node] = evaluateWeights(channel, time);
-            else
-                apply(channel, time, scene, animated);
-        }
     }
-    pose.toFile.reserve(scene.nodes.size());
+    pose.toFile.resize(scene.nodes.size());
     for (size_t n = 0; n < scene.nodes.size(); ++n) {
-        const Node& node = scene.nodes[n];
-        CHECK(node.parent < static_cast<int>(n));
-        const glm::dmat4 local = localMatrix(animated.of(n));
-        pose.toFile.push_back(node.parent < 0
-                                  ? glm::dmat4x3(local)
-                                  : pose.toFile[static_cast<size_t>(node.parent)] * local);
+        const int parent = scene.nodes[n].parent;
+        CHECK(parent < static_cast<int>(n));
+        const glm::dmat4x3 local = localMatrix(scene, lists ? &*lists : nullptr, n, time);
+        pose.toFile[n] =
+            parent < 0 ? local : pose.toFile[static_cast<size_t>(parent)] * glm::dmat4(local);
     }
-    return pose;
 }
 
 std::vector<bool> movingNodes(const Scene& scene)

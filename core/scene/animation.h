@@ -11,6 +11,7 @@ namespace core {
 
 /// The matrices of all nodes into the file's space. The last row, 0 0 0 1, is left out.
 struct Pose {
+    double time = 0;
     std::vector<glm::dmat4x3> toFile;
     std::map<int, std::vector<double>> weights;  // of the morph targets of nodes that animate them
 };
@@ -29,6 +30,9 @@ bool isConstant(const AnimationChannel& channel);
 /// The pose at `time` seconds of the first animation; the rest pose when there is none. Rotations
 /// are normalised, one without length is the identity. CHECKs that parents come before children.
 Pose poseAt(const Scene& scene, double time);
+
+/// The same in the memory of another pose: its matrices stay where they are.
+void poseAt(const Scene& scene, double time, Pose& pose);
 
 /// Per node, whether it stands elsewhere at some times than at others: the first animation has a
 /// channel for it, or for a node above it, with more than one value.

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -83,8 +84,6 @@ struct Transform {
     glm::dvec3 translation{0};
     glm::dquat rotation{1, 0, 0, 0};
     glm::dvec3 scale{1};
-    // Used instead of the three when present; apart, for few nodes have one.
-    std::shared_ptr<const glm::dmat4> matrix;
 };
 
 /// EXT_mesh_gpu_instancing: where a node shows its meshes, in its own space.
@@ -110,11 +109,11 @@ struct IndexRange {
     friend bool operator==(const IndexRange&, const IndexRange&) = default;
 };
 
+/// Without a name: of a million nodes that would be a fifth, and only cameras tell theirs.
 struct Node {
-    std::string name;
     int parent = -1;    // comes before its children in Scene::nodes; -1: none
     IndexRange meshes;  // one glTF mesh may become several (one per primitive)
-    Transform local;
+    std::variant<Transform, glm::dmat4x3> local;
     int camera = -1, light = -1;
     int placements = -1;  // index into Scene::placements; -1: the meshes are where the node is
     int skin = -1;        // whose joints the meshes with influences follow, instead of the node
@@ -155,18 +154,23 @@ struct Sun {
     glm::vec3 radiance{0};
 };
 
-/// Keyframes of one node's property. `values` holds vec3 in xyz or quaternions as xyzw; cubic
-/// splines store (in-tangent, value, out-tangent) per key. Weights of morph targets are in
-/// `weights` instead, those of all targets side by side.
-struct AnimationChannel {
-    enum class Path { translation, rotation, scale, weights };
-    enum class Interpolation { step, linear, cubicSpline };
-    int node = -1;
-    Path path = Path::translation;
-    Interpolation interpolation = Interpolation::linear;
+/// `values` holds vec3 in xyz or quaternions as xyzw; cubic splines store (in-tangent, value,
+/// out-tangent) per key. Weights of morph targets are in `weights` instead, those of all targets
+/// side by side.
+struct Keyframes {
     std::vector<float> times;
     std::vector<glm::vec4> values;
     std::vector<float> weights;
+};
+
+/// How one node's property changes. Channels with the same keys share them.
+struct AnimationChannel {
+    enum class Path : uint8_t { translation, rotation, scale, weights };
+    enum class Interpolation : uint8_t { step, linear, cubicSpline };
+    int node = -1;
+    Path path = Path::translation;
+    Interpolation interpolation = Interpolation::linear;
+    std::shared_ptr<const Keyframes> keys;  // null: none
 };
 
 struct Animation {

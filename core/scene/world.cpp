@@ -201,7 +201,6 @@ void placeCameras(World& world, const Scene& scene, const Pose& pose)
         if (camera < 0 || static_cast<size_t>(camera) >= scene.cameras.size()) continue;
         Camera placed = cameraOfNode(scene.cameras[static_cast<size_t>(camera)], pose.toFile[n],
                                      world.placement);
-        if (placed.name.empty()) placed.name = scene.nodes[n].name;
         if (placed.name.empty()) placed.name = "camera " + std::to_string(world.cameras.size());
         if (placed.apertureRadius > 0) world.features |= shared::kFeatureThinLens;
         const double sum = glm::dot(placed.position, placed.position);
@@ -238,7 +237,7 @@ void finishPose(World& world, const Topology& topology, const Scene& scene, cons
 
 /// All steps from the start. `previous`, another pose or null, lends its materials where they are
 /// the same, and its choice of emitters.
-std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, const Pose& pose,
+std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, Pose& pose,
                                           uint32_t forcedFeatures,
                                           const std::optional<Placement>& placement,
                                           Instancing instancing, const World* previous)
@@ -306,7 +305,7 @@ std::shared_ptr<const World> makeWorld(std::shared_ptr<const Scene> scene, doubl
                                        const std::optional<Placement>& placement,
                                        Instancing instancing)
 {
-    const Pose pose = poseAt(*scene, time);
+    Pose pose = poseAt(*scene, time);
     return flattenWorld(std::move(scene), pose, forcedFeatures, placement, instancing, nullptr);
 }
 
@@ -316,7 +315,7 @@ std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& from,
     const Scene& scene = *from->scene;
     if (scene.animations.empty()) return from;  // one pose at all times
     const Topology& topology = *from->topology;
-    const Pose pose = poseAt(scene, time);
+    Pose pose = poseAt(scene, time);
     auto world = std::make_shared<World>(*from);
     world->warnings = scene.warnings;
     std::vector<Instance> instances = findInstances(scene, pose, world->warnings);

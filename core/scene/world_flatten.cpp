@@ -88,9 +88,9 @@ Extent boundsOf(const Mesh& mesh)
 /// Where the moving instances are at samples of the animation's time, by the corners of their
 /// meshes' bounds, of those that deform by those of each joint. What lies between samples may leave
 /// it: nothing depends on it but how well a grid that is laid over it fits. So there are fewer
-/// samples of very many nodes.
+/// samples of very many nodes. They lie in the memory of `pose`, which is made anew then.
 Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
-                 const Placement& placement)
+                 const Placement& placement, Pose& pose)
 {
     constexpr size_t kFewestSamples = 4, kMostSamples = 32,
                      kMostPlaces = 1 << 20;  // in all samples
@@ -111,15 +111,14 @@ Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
     const size_t samples =
         std::clamp(kMostPlaces / (moving + scene.nodes.size()), kFewestSamples, kMostSamples);
     const double duration = scene.animations.empty() ? 0 : scene.animations.front().duration;
+    const double time = pose.time;
     for (size_t i = 0; i <= samples; ++i) {
-        const Pose pose =
-            poseAt(scene, duration * static_cast<double>(i) / static_cast<double>(samples));
+        poseAt(scene, duration * static_cast<double>(i) / static_cast<double>(samples), pose);
         for (const DeformedBounds& bounds : deforming) bounds.add(pose, placement, reach);
-        for (Instance instance : instances) {
+        for (const Instance& instance : instances) {  // whose matrices lie in the pose
             if (!instance.moves || instance.deforms) continue;
             const Extent& box = *boxes[static_cast<size_t>(instance.mesh)];
             if (box.empty()) continue;
-            instance.nodeToFile = &pose.toFile[static_cast<size_t>(instance.node)];
             const Mapping mapping(instance, placement);
             for (const glm::vec3& corner : box.corners()) {
                 const glm::vec3 p = mapping.point(corner);
@@ -127,12 +126,13 @@ Extent findReach(const Scene& scene, const std::vector<Instance>& instances,
             }
         }
     }
+    poseAt(scene, time, pose);
     return reach;
 }
 
 }  // namespace
 
-Extent flattenInstances(World& world, Topology& topology, const Scene& scene, const Pose& pose,
+Extent flattenInstances(World& world, Topology& topology, const Scene& scene, Pose& pose,
                         std::vector<Instance> instances,
                         const std::vector<PrototypePlan>& prototypes)
 {
@@ -168,7 +168,7 @@ Extent flattenInstances(World& world, Topology& topology, const Scene& scene, co
     world.triangles = std::move(geometry.triangles);
     world.movingPieces = std::move(pieces);
     if (!moving.empty()) {
-        Extent reach = findReach(scene, instances, world.placement);
+        Extent reach = findReach(scene, instances, world.placement, pose);
         reach.add(moving);
         world.reachLow = reach.low;
         world.reachHigh = reach.high;

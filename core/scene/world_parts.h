@@ -126,8 +126,9 @@ void orderInstances(const Scene& scene, bool alpha, std::vector<Instance>& insta
 Placement placeScene(const Scene& scene, const std::vector<Instance>& instances, const Pose& pose);
 
 /// Fills positions, attributes, extra, triangles, what moves, bounds and radius. `world.features`
-/// decides what is stored. Returns the extent of all triangles.
-Extent flattenInstances(World& world, Topology& topology, const Scene& scene, const Pose& pose,
+/// decides what is stored. Returns the extent of all triangles. `pose` is the same afterwards, but
+/// others lie in its memory meanwhile.
+Extent flattenInstances(World& world, Topology& topology, const Scene& scene, Pose& pose,
                         std::vector<Instance> instances,
                         const std::vector<PrototypePlan>& prototypes);
 

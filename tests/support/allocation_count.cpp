@@ -1,14 +1,25 @@
-// The program's operator new with a counter per thread. See allocation_count.h.
+// The program's operator new with counters per thread. See allocation_count.h.
 #include "tests/support/allocation_count.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <new>
+
+#include <malloc.h>
 
 #include "tests/support/sanitized.h"
 
 namespace {
 
 thread_local uint64_t count = 0;
+thread_local int64_t held = 0, heldAtStart = 0, most = 0;
+
+#ifndef REKINDLE_SANITIZED
+int64_t sizeOf(void* memory)
+{
+    return static_cast<int64_t>(malloc_usable_size(memory));
+}
+#endif
 
 }  // namespace
 
@@ -17,7 +28,11 @@ void* operator new(std::size_t bytes)
 {
     ++count;
     for (;;) {
-        if (void* memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;
+        if (void* memory = std::malloc(bytes == 0 ? 1 : bytes)) {
+            held += sizeOf(memory);
+            most = std::max(most, held);
+            return memory;
+        }
         const std::new_handler handler = std::get_new_handler();
         if (!handler) throw std::bad_alloc();
         handler();
@@ -26,12 +41,13 @@ void* operator new(std::size_t bytes)
 
 void operator delete(void* memory) noexcept
 {
+    held -= sizeOf(memory);
     std::free(memory);
 }
 
 void operator delete(void* memory, std::size_t) noexcept
 {
-    std::free(memory);
+    operator delete(memory);
 }
 #endif
 
@@ -40,6 +56,16 @@ namespace tests {
 uint64_t allocations()
 {
     return count;
+}
+
+void watchPeak()
+{
+    heldAtStart = most = held;
+}
+
+uint64_t peakBytes()
+{
+    return static_cast<uint64_t>(most - heldAtStart);
 }
 
 bool allocationsAreCounted()

@@ -18,10 +18,12 @@ core::AnimationChannel channelOf(int node, Path path, std::vector<glm::vec4> val
     channel.node = node;
     channel.path = path;
     channel.interpolation = interpolation;
+    core::Keyframes keys;
     const bool cubic = interpolation == core::AnimationChannel::Interpolation::cubicSpline;
     for (size_t key = 0; key < values.size() / (cubic ? 3 : 1); ++key)
-        channel.times.push_back(static_cast<float>(key));
-    channel.values = std::move(values);
+        keys.times.push_back(static_cast<float>(key));
+    keys.values = std::move(values);
+    channel.keys = std::make_shared<const core::Keyframes>(std::move(keys));
     return channel;
 }
 
@@ -31,7 +33,7 @@ void animate(core::Scene& scene, std::vector<core::AnimationChannel> channels)
     core::Animation& animation = scene.animations.front();
     for (core::AnimationChannel& channel : channels) {
         animation.duration =
-            std::max(animation.duration, static_cast<double>(channel.times.back()));
+            std::max(animation.duration, static_cast<double>(channel.keys->times.back()));
         animation.channels.push_back(std::move(channel));
     }
 }
@@ -55,10 +57,10 @@ SceneBuilder movingRoom()
     point.intensity = 0.3f;
     b.light(point, glm::dmat4(1));
     const int light = lastNode();
-    b.scene.nodes[static_cast<size_t>(light)].local.matrix.reset();
+    b.scene.nodes[static_cast<size_t>(light)].local = core::Transform();
     b.camera({0, 0, 3.2}, {0, 0, 0}, 0.7);
     const int camera = lastNode();
-    b.scene.nodes[static_cast<size_t>(camera)].local.matrix.reset();
+    b.scene.nodes[static_cast<size_t>(camera)].local = core::Transform();
     const glm::vec4 upright(0, 0, 0, 1), quarter(0, 0.7071068f, 0, 0.7071068f);
     animate(b.scene, {channelOf(ball, Path::translation,
                                 {{0, 0, 0, 0},

@@ -42,8 +42,9 @@ void addSkin(SceneBuilder& b, const std::vector<glm::vec3>& positions, const glm
     strip.lower = b.node(glm::dmat4(1), {}, b.node(glm::translate(glm::dmat4(1), place), {}));
     strip.upper = b.node(glm::translate(glm::dmat4(1), {0, 1, 0}), {}, strip.lower);
     for (const int joint : {strip.lower, strip.upper})
-        b.scene.nodes[static_cast<size_t>(joint)].local.matrix.reset();
-    b.scene.nodes[static_cast<size_t>(strip.upper)].local.translation = {0, 1, 0};
+        b.scene.nodes[static_cast<size_t>(joint)].local = core::Transform();
+    std::get<core::Transform>(b.scene.nodes[static_cast<size_t>(strip.upper)].local).translation = {
+        0, 1, 0};
     core::Skin skin;
     skin.joints = {strip.lower, idle, strip.upper};
     skin.inverseBinds.assign(3, glm::mat4x3(1));
@@ -82,8 +83,8 @@ void addTargets(SceneBuilder& b, const std::vector<glm::vec3>& positions, const 
     core::AnimationChannel channel;
     channel.node = strip.node;
     channel.path = Path::weights;
-    channel.times = {0, 1, 2};
-    channel.weights = {0, 0, 1, 0, 1, -2};
+    channel.keys = std::make_shared<const core::Keyframes>(
+        core::Keyframes{{0, 1, 2}, {}, {0, 0, 1, 0, 1, -2}});
     animate(b.scene, {channel});
 }
 

@@ -133,7 +133,7 @@ int SceneBuilder::sphere(glm::vec3 centre, float radius, int levels, int materia
 int SceneBuilder::node(const glm::dmat4& matrix, const std::vector<int>& meshes, int parent)
 {
     core::Node n;
-    n.local.matrix = std::make_shared<const glm::dmat4>(matrix);
+    n.local = glm::dmat4x3(matrix);
     if (!meshes.empty()) {
         CHECK(meshes.back() - meshes.front() + 1 == static_cast<int>(meshes.size()));
         n.meshes = {static_cast<uint32_t>(meshes.front()),

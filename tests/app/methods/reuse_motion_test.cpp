@@ -26,7 +26,7 @@ std::shared_ptr<const core::World> roomWith(Moves moves)
     SceneBuilder b = room(lambert(glm::vec3(0.7f)), glossy(glm::vec3(0.8f), 0, 0.5f));
     const auto lastNode = [&] {
         const int node = static_cast<int>(b.scene.nodes.size()) - 1;
-        b.scene.nodes[static_cast<size_t>(node)].local.matrix.reset();
+        b.scene.nodes[static_cast<size_t>(node)].local = core::Transform();
         return node;
     };
     const int green = b.material(lambert(glm::vec3(0.4f, 0.6f, 0.2f)));
@@ -59,7 +59,7 @@ std::shared_ptr<const core::World> roomWithPointLight()
     light.intensity = 0.5f;
     b.light(light, glm::dmat4(1));
     const int node = static_cast<int>(b.scene.nodes.size()) - 1;
-    b.scene.nodes[static_cast<size_t>(node)].local.matrix.reset();
+    b.scene.nodes[static_cast<size_t>(node)].local = core::Transform();
     animate(b.scene,
             {channelOf(node, Path::translation, {{0.5f, 0.3f, 0.3f, 0}, {0, 0.5f, 0.3f, 0}})});
     return b.world();

@@ -167,7 +167,7 @@ TEST(Assets, hallHasAThousandLampsAllVisible)
             const size_t material = size_t(scene->meshes[mesh].material);
             if (scene->materials[material].data.emissive == glm::vec3(0)) continue;
             ++lamps;
-            const glm::dvec3 p = node.local.translation;
+            const glm::dvec3 p = std::get<core::Transform>(node.local).translation;
             EXPECT_TRUE(std::abs(p.x) < 11.9 && std::abs(p.z) < 15.9 && p.y > 3 && p.y < 5.9);
         }
     EXPECT_GE(lamps, 1000u);

@@ -309,10 +309,11 @@ TEST(GltfNodes, HierarchyTransformsCamerasAndLights)
     EXPECT_EQ(scene->nodes[0].parent, -1);
     EXPECT_EQ(scene->nodes[1].parent, 0) << "in the file's order of children, parents first";
     EXPECT_EQ(scene->nodes[2].parent, 0);
-    EXPECT_EQ(scene->nodes[0].local.translation, glm::dvec3(1, 2, 3));
-    EXPECT_EQ(scene->nodes[0].local.rotation, glm::dquat(0, 0, 1, 0));
-    EXPECT_EQ(scene->nodes[0].local.scale, glm::dvec3(2));
-    EXPECT_EQ((*scene->nodes[1].local.matrix)[3], glm::dvec4(7, 8, 9, 1));
+    const core::Transform& local = std::get<core::Transform>(scene->nodes[0].local);
+    EXPECT_EQ(local.translation, glm::dvec3(1, 2, 3));
+    EXPECT_EQ(local.rotation, glm::dquat(0, 0, 1, 0));
+    EXPECT_EQ(local.scale, glm::dvec3(2));
+    EXPECT_EQ(std::get<glm::dmat4x3>(scene->nodes[1].local)[3], glm::dvec3(7, 8, 9));
 
     ASSERT_EQ(scene->cameras.size(), 2u);
     EXPECT_EQ(scene->cameras[0].name, "wide");
@@ -381,18 +382,19 @@ TEST(GltfAnimations, ChannelsKeepKeysAndInterpolation)
     EXPECT_EQ(channel.node, 0);
     EXPECT_EQ(channel.path, Channel::Path::translation);
     EXPECT_EQ(channel.interpolation, Channel::Interpolation::step);
-    EXPECT_EQ(channel.times, (std::vector<float>{0, 2.5f}));
-    EXPECT_EQ(channel.values.at(1), glm::vec4(4, 5, 6, 0));
+    EXPECT_EQ(channel.keys->times, (std::vector<float>{0, 2.5f}));
+    EXPECT_EQ(channel.keys->values.at(1), glm::vec4(4, 5, 6, 0));
     const auto linear =
         test::load(animated("rotation", "LINEAR", {0, 1}, {0, 0, 0, 2, 0, 1, 0, 0}, 4));
     EXPECT_EQ(linear->animations.at(0).channels.at(0).interpolation,
               Channel::Interpolation::linear);
-    EXPECT_EQ(linear->animations[0].channels[0].values[0], glm::vec4(0, 0, 0, 1)) << "unit length";
+    EXPECT_EQ(linear->animations[0].channels[0].keys->values[0], glm::vec4(0, 0, 0, 1))
+        << "unit length";
     const auto cubic =
         test::load(animated("scale", "CUBICSPLINE", {0, 1}, std::vector<float>(18, 3), 3));
     EXPECT_EQ(cubic->animations.at(0).channels.at(0).interpolation,
               Channel::Interpolation::cubicSpline);
-    EXPECT_EQ(cubic->animations[0].channels[0].values.size(), 6u);
+    EXPECT_EQ(cubic->animations[0].channels[0].keys->values.size(), 6u);
 }
 
 TEST(GltfAnimations, FaultyChannelsAreIgnoredAndTold)

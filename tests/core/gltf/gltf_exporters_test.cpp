@@ -129,22 +129,45 @@ void expectTooLarge(const std::string& text, uint64_t mb)
     EXPECT_EQ(refused.code, "TOO_LARGE") << refused.message;
 }
 
-TEST(GltfExporters, ChannelsThatShareASamplerCountEach)
+/// 200 channels of 20,000 keys of 20 bytes, of one sampler or of a sampler each whose values are an
+/// accessor of its own.
+std::string manyChannels(bool ofOneSampler)
 {
     Document document = test::triangle();
     constexpr size_t kKeys = 20000;
     std::vector<float> times(kKeys), values(3 * kKeys, 1.0f);
     for (size_t i = 0; i < kKeys; ++i) times[i] = static_cast<float>(i);
-    Json sampler{{"input", document.values(times, test::kFloat, "SCALAR", 1)},
-                 {"output", document.values(values, test::kFloat, "VEC3", 3)}};
-    Json channels = Json::array();
-    for (int i = 0; i < 200; ++i)
-        channels.push_back({{"sampler", 0}, {"target", {{"node", 0}, {"path", "scale"}}}});
-    document.json["animations"] =
-        Json::array({{{"samplers", Json::array({sampler})}, {"channels", channels}}});
-    const std::string text = document.text();  // 200 times 20,000 keys of 20 bytes: 76 MiB
+    const auto input = document.values(times, test::kFloat, "SCALAR", 1);
+    const auto output = document.values(values, test::kFloat, "VEC3", 3);
+    Json channels = Json::array(), samplers = Json::array();
+    for (int i = 0; i < 200; ++i) {
+        channels.push_back(
+            {{"sampler", ofOneSampler ? 0 : i}, {"target", {{"node", 0}, {"path", "scale"}}}});
+        if (i > 0) document.json["accessors"].push_back(document.json["accessors"][size_t(output)]);
+        const size_t last = document.json["accessors"].size() - 1;
+        samplers.push_back({{"input", input}, {"output", last}});
+    }
+    document.json["animations"] = Json::array({{{"samplers", samplers}, {"channels", channels}}});
+    return document.text();
+}
+
+TEST(GltfExporters, ChannelsOfOneSamplerShareItsKeys)
+{
+    const auto scene = test::loadText(manyChannels(true), withMemory(40));
+    const auto& channels = scene->animations.at(0).channels;
+    ASSERT_EQ(channels.size(), 200u);
+    EXPECT_EQ(channels.front().keys->times.size(), 20000u);
+    EXPECT_EQ(channels.front().keys, channels.back().keys);
+}
+
+TEST(GltfExporters, ChannelsWithKeysOfTheirOwnCountEach)
+{
+    const std::string text = manyChannels(false);  // 76 MiB of keys
     expectTooLarge(text, 40);
-    EXPECT_EQ(test::loadText(text, withMemory(200))->animations.at(0).channels.size(), 200u);
+    const auto scene = test::loadText(text, withMemory(200));
+    const auto& channels = scene->animations.at(0).channels;
+    ASSERT_EQ(channels.size(), 200u);
+    EXPECT_NE(channels.front().keys, channels.back().keys);
 }
 
 TEST(GltfExporters, InstancesCountBeforeTheyAreMade)

@@ -15,6 +15,11 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
                 kInfinity = std::numeric_limits<float>::infinity();
 const std::string kPrimitive = "/meshes/0/primitives/0";
 
+const core::Transform& transformOf(const core::Scene& scene)
+{
+    return std::get<core::Transform>(scene.nodes.at(0).local);
+}
+
 /// The triangle with another list of positions and no indices.
 test::Document withPositions(const std::vector<float>& positions)
 {
@@ -309,10 +314,10 @@ TEST(GltfRepairs, RotationsAreMadeUnit)
     for (const Json& q :
          {Json{0, 0, 0, 2}, Json{0, 0, 0, 1e-20}, Json{0, 0, 0, 1e-300}, Json{0, 0, 0, 1e300}}) {
         EXPECT_REPAIRED(scene, rotated(q), "ROTATION_NON_UNIT", "/nodes/0/rotation");
-        EXPECT_NEAR(scene->nodes[0].local.rotation.w, 1, 1e-12);
+        EXPECT_NEAR(transformOf(*scene).rotation.w, 1, 1e-12);
     }
     EXPECT_REPAIRED(zero, rotated({0, 0, 0, 0}), "ROTATION_NON_UNIT", "/nodes/0/rotation");
-    EXPECT_EQ(zero->nodes[0].local.rotation, glm::dquat(1, 0, 0, 0));
+    EXPECT_EQ(transformOf(*zero).rotation, glm::dquat(1, 0, 0, 0));
     const auto fine = test::load(rotated({0.7071067, 0, 0, 0.7071068}));
     EXPECT_EQ(fine->warnings.total(), 0u) << "rounding is no fault";
 }
@@ -322,16 +327,16 @@ TEST(GltfRepairs, StrangeScalesAndMatricesStayFinite)
     test::Document document = test::triangle();
     document.json["nodes"][0]["scale"] = {1e300, -1, 0};
     EXPECT_REPAIRED(scene, document, "VALUE_NOT_IN_RANGE", "/nodes/0/scale");
-    EXPECT_EQ(scene->nodes[0].local.scale, glm::dvec3(1e18, -1, 0));
+    EXPECT_EQ(transformOf(*scene).scale, glm::dvec3(1e18, -1, 0));
     test::Document projective = test::triangle();
     projective.json["nodes"][0]["matrix"] = {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1};
     EXPECT_REPAIRED(matrix, projective, "NODE_MATRIX_NON_TRS", "/nodes/0/matrix");
-    EXPECT_EQ((*matrix->nodes[0].local.matrix)[0], glm::dvec4(1, 0, 0, 0));
-    EXPECT_EQ((*matrix->nodes[0].local.matrix)[3], glm::dvec4(7, 8, 9, 1));
+    EXPECT_EQ(std::get<glm::dmat4x3>(matrix->nodes[0].local)[0], glm::dvec3(1, 0, 0));
+    EXPECT_EQ(std::get<glm::dmat4x3>(matrix->nodes[0].local)[3], glm::dvec3(7, 8, 9));
     projective.json["nodes"][0]["matrix"] = std::vector<int>(16, 0);
     const auto zero = test::load(projective);
     ASSERT_TRUE(zero);
-    EXPECT_EQ((*zero->nodes[0].local.matrix)[3], glm::dvec4(0, 0, 0, 1));
+    EXPECT_EQ(std::get<glm::dmat4x3>(zero->nodes[0].local)[3], glm::dvec3(0));
 }
 
 TEST(GltfRepairs, CamerasFallBack)

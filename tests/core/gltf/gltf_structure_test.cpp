@@ -278,8 +278,9 @@ TEST(GltfNodes, AMillionShowOneMesh)
     ASSERT_TRUE(scene);
     ASSERT_EQ(scene->nodes.size(), kCount);
     EXPECT_EQ(scene->warnings.total(), 0u);
-    EXPECT_EQ(scene->nodes[kCount - 2].local.translation, glm::dvec3(1, 0.5, kCount - 2));
-    EXPECT_EQ(scene->nodes[kCount - 1].local.scale, glm::dvec3(2));
+    EXPECT_EQ(std::get<core::Transform>(scene->nodes[kCount - 2].local).translation,
+              glm::dvec3(1, 0.5, kCount - 2));
+    EXPECT_EQ(std::get<core::Transform>(scene->nodes[kCount - 1].local).scale, glm::dvec3(2));
     EXPECT_EQ(scene->nodes[kCount - 1].meshes, scene->nodes[0].meshes);
 }
 

@@ -259,7 +259,7 @@ TEST(PathCpu, ScaleAndPlaceDoNotMatter)
     const auto moved = [](const glm::dmat4& matrix) {
         SceneBuilder b = room(lambert(glm::vec3(0.7f)), lambert(glm::vec3(0.5f)));
         for (core::Node& node : b.scene.nodes)
-            node.local.matrix = std::make_shared<const glm::dmat4>(matrix * *node.local.matrix);
+            node.local = glm::dmat4x3(matrix * glm::dmat4(std::get<glm::dmat4x3>(node.local)));
         return b.world();
     };
     const core::PathParams params = independentParams(core::Strategy::mis, 5);

@@ -121,7 +121,7 @@ TEST(Instances, AreNeitherLampsNorPanesNorInMotion)
     SceneBuilder moving = thicket(9);
     const auto node = static_cast<int>(moving.scene.nodes.size()) - 2;  // the last thing
     ASSERT_FALSE(moving.scene.nodes[static_cast<size_t>(node)].meshes.empty());
-    moving.scene.nodes[static_cast<size_t>(node)].local = {};
+    moving.scene.nodes[static_cast<size_t>(node)].local = core::Transform();
     animate(moving.scene, {channelOf(node, core::AnimationChannel::Path::translation,
                                      {{0, 0, 0, 0}, {1, 2, 3, 0}})});
     const auto world = worldOf(moving, Instancing::kept);

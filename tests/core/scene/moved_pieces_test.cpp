@@ -58,7 +58,7 @@ std::shared_ptr<const core::World> balls(int count, int moving, uint32_t lightKi
     for (int i = 0; i < count; ++i) {
         b.sphere({0, 0, 0}, 0.02f, 1, grey);
         const int node = static_cast<int>(b.scene.nodes.size()) - 1;
-        b.scene.nodes[static_cast<size_t>(node)].local.matrix.reset();
+        b.scene.nodes[static_cast<size_t>(node)].local = core::Transform();
         const glm::vec4 here(-0.8f + 1.6f * float(i) / float(count), 0.5f, 0, 0);
         channels.push_back(channelOf(node, Path::translation,
                                      {here, here + glm::vec4(0, i < moving ? 0.1f : 0, 0, 0)}));
@@ -67,7 +67,7 @@ std::shared_ptr<const core::World> balls(int count, int moving, uint32_t lightKi
     light.kind = lightKind;
     b.light(light, glm::dmat4(1));
     const int node = static_cast<int>(b.scene.nodes.size()) - 1;
-    b.scene.nodes[static_cast<size_t>(node)].local.matrix.reset();
+    b.scene.nodes[static_cast<size_t>(node)].local = core::Transform();
     channels.push_back(
         channelOf(node, Path::translation, {{0.5f, 0.5f, 0.5f, 0}, {0.2f, 0.5f, 0.5f, 0}}));
     if (lightKind == shared::kEmitterDirectional)

@@ -111,7 +111,7 @@ TEST(WorldPose, ChannelsOfOneValueMoveNothing)
 {
     SceneBuilder b = room(lambert(glm::vec3(0.7f)), lambert(glm::vec3(0.7f)));
     const int parent = b.node(glm::dmat4(1), {});
-    b.scene.nodes[static_cast<size_t>(parent)].local.matrix.reset();
+    b.scene.nodes[static_cast<size_t>(parent)].local = core::Transform();
     const int child = b.node(glm::dmat4(1), {0}, parent);
     const glm::vec4 odd(0.1f, 0.7f, 0.3f, 0);
     animate(b.scene, {channelOf(0, Path::translation, {odd, odd, odd}),

@@ -43,7 +43,7 @@ SceneBuilder boxUnder(const glm::dmat4& matrix)
 {
     SceneBuilder b;
     b.box({-1, -1.5f, -2}, {1, 1.5f, 2}, b.material(lambert(glm::vec3(0.5f))), false);
-    b.scene.nodes[0].local.matrix = std::make_shared<const glm::dmat4>(matrix);
+    b.scene.nodes[0].local = glm::dmat4x3(matrix);
     return b;
 }
 
@@ -184,8 +184,7 @@ TEST(Transforms, NormalsFollowTheSurface)
          {glm::dvec3(1, 1, 1), glm::dvec3(3, 1, 0.5), glm::dvec3(-3, 1, 0.5)}) {
         SceneBuilder b;
         b.sphere(glm::vec3(0), 1, 4, b.material(lambert(glm::vec3(0.5f))), false, true);
-        b.scene.nodes[0].local.matrix =
-            std::make_shared<const glm::dmat4>(glm::scale(glm::dmat4(1), scale));
+        b.scene.nodes[0].local = glm::dmat4x3(glm::scale(glm::dmat4(1), scale));
         const auto world = b.world();
         ASSERT_NE(world->features & shared::kFeatureShadingNormals, 0u);
         for (size_t t = 0; t < world->triangles.size(); ++t) {
@@ -258,8 +257,8 @@ core::AnimationChannel channel(core::AnimationChannel::Path path,
     c.node = 0;
     c.path = path;
     c.interpolation = interpolation;
-    c.times = {1, 3};
-    c.values = std::move(values);
+    c.keys =
+        std::make_shared<const core::Keyframes>(core::Keyframes{{1, 3}, std::move(values), {}});
     return c;
 }
 
@@ -311,8 +310,9 @@ TEST(Animation, RotationsGoTheShortWay)
 TEST(Animation, MovesTheWorldAndKeepsTheMeshes)
 {
     SceneBuilder b = boxUnder(glm::dmat4(1));
-    b.scene.nodes[0].local.matrix.reset();
-    b.scene.nodes[0].local.rotation = {0, 0, 0, 0};  // without length: the identity
+    core::Transform turned;
+    turned.rotation = {0, 0, 0, 0};  // without length: the identity
+    b.scene.nodes[0].local = turned;
     core::Animation animation;
     animation.channels.push_back(channel(core::AnimationChannel::Path::translation,
                                          core::AnimationChannel::Interpolation::linear,
@@ -333,8 +333,8 @@ TEST(Cameras, LookAlongMinusZ)
     b.camera({0, 0, 10}, {0, 0, 0}, 0.5);
     b.camera({10, 0, 0}, {0, 0, 0}, 0.6);
     // A scaled node does not scale its camera.
-    b.scene.nodes[1].local.matrix = std::make_shared<const glm::dmat4>(
-        *b.scene.nodes[1].local.matrix * glm::scale(glm::dmat4(1), glm::dvec3(2, 3, 4)));
+    glm::dmat4x3& first = std::get<glm::dmat4x3>(b.scene.nodes[1].local);
+    first = first * glm::scale(glm::dmat4(1), glm::dvec3(2, 3, 4));
     const auto world = b.world();
     ASSERT_EQ(world->cameras.size(), 2u);
     EXPECT_LT(glm::distance(world->cameras[0].forward, glm::dvec3(0, 0, -1)), 1e-12);

@@ -99,7 +99,8 @@ TEST(AccelPose, ManyUsesFindTheHitsOfFreshOnes)
     const int cut = b.looseMesh(corners, {{0, 1, 2}}, b.material(veil));
     b.quad({-30, -30, -1}, {60, 0, 0}, {0, 60, 0}, b.material(lambert(glm::vec3(0.5f))));
     const std::array<int, 2> groups{b.node(glm::dmat4(1), {}), b.node(glm::dmat4(1), {})};
-    for (const int group : groups) b.scene.nodes[static_cast<size_t>(group)].local = {};
+    for (const int group : groups)
+        b.scene.nodes[static_cast<size_t>(group)].local = core::Transform();
     for (int i = 0; i < 70'000; ++i) {
         const glm::dvec3 place(i % 41 - 20, i / 41 % 41 - 20, i / 1681);
         b.node(glm::translate(glm::dmat4(1), place), {i % 2 == 0 ? solid : cut},

@@ -216,7 +216,7 @@ TEST(InstancedRays, BesideWhatMoves)
     SceneBuilder scene = thicket(64);
     const auto node = static_cast<int>(scene.scene.nodes.size()) - 2;
     ASSERT_FALSE(scene.scene.nodes[static_cast<size_t>(node)].meshes.empty());
-    scene.scene.nodes[static_cast<size_t>(node)].local = {};
+    scene.scene.nodes[static_cast<size_t>(node)].local = core::Transform();
     animate(scene.scene, {channelOf(node, core::AnimationChannel::Path::translation,
                                     {{0, 0, 0, 0}, {-8, 5, -3, 0}})});
     WorldPointer world = worldOf(scene, Instancing::kept);
