@@ -133,24 +133,25 @@ private:
     {
         using Of = Json::Array::Of;
         if (elements.empty()) return Json::emptyArray();
-        const auto all = [&](const auto& is) {
-            return std::ranges::all_of(elements, is, &JsonMember::value);
-        };
         const Json::Kind kind = elements.front().value.kind();
-        if (elements.front().value.isNumber() && all(isPlainNumber))
-            return all(isFloat) ? array<float>(elements, Of::floats,
-                                               [](const Json& element) {
-                                                   return static_cast<float>(element.number());
-                                               })
-                                : array<double>(elements, Of::doubles, &Json::number);
-        if (all([&](const Json& element) { return element.kind() == kind; }))
-            return array<Json::Content>(elements, Of::kind, &Json::content);
+        bool alike = true, plain = true, floats = true;
+        for (const JsonMember& element : elements) {
+            alike = alike && element.value.kind() == kind;
+            plain = plain && isPlainNumber(element.value);
+            floats = floats && plain && isFloat(element.value.number());
+            if (!alike && !plain) break;
+        }
+        if (floats)
+            return array<float>(elements, Of::floats, [](const Json& element) {
+                return static_cast<float>(element.number());
+            });
+        if (plain) return array<double>(elements, Of::doubles, &Json::number);
+        if (alike) return array<Json::Content>(elements, Of::kind, &Json::content);
         return array<Json>(elements, Of::values, std::identity());
     }
 
-    static bool isFloat(const Json& value)
+    static bool isFloat(double number)
     {
-        const double number = value.number();
         return std::abs(number) <= double{std::numeric_limits<float>::max()} &&
                static_cast<double>(static_cast<float>(number)) == number;
     }
@@ -252,7 +253,11 @@ private:
 class JsonDocument::Builder::FastHandler
     : public rapidjson::BaseReaderHandler<rapidjson::UTF8<>, FastHandler> {
 public:
-    explicit FastHandler(Builder& builder) : builder_(builder) {}
+    /// Only a text with escapes, or with a byte that begins them, can hold halves of pairs.
+    FastHandler(Builder& builder, std::string_view text)
+        : builder_(builder), looksForHalves_(text.find('\\') != std::string_view::npos ||
+                                             text.find('\xed') != std::string_view::npos)
+    {}
 
     bool Null() { return builder_.null(); }
     bool Bool(bool value) { return builder_.boolean(value); }
@@ -294,8 +299,9 @@ private:
     }
 
     /// Whether there is no half of a pair of UTF-16, which RapidJSON takes from \udc00.
-    static bool isSound(std::string_view text)
+    bool isSound(std::string_view text) const
     {
+        if (!looksForHalves_) return true;
         for (size_t at = text.find('\xed'); at < text.size(); at = text.find('\xed', at + 1))
             if (at + 1 < text.size() && static_cast<unsigned char>(text[at + 1]) >= 0xa0)
                 return false;
@@ -303,6 +309,7 @@ private:
     }
 
     Builder& builder_;
+    bool looksForHalves_;
 };
 
 /// Passes on what nlohmann's parser tells, and keeps what it says of a text that is no JSON; the
@@ -381,7 +388,7 @@ std::string JsonDocument::parse(std::string_view text, const Reserve& reserve)
     clear();
     if (text.find('\0') != std::string_view::npos) return "has a NUL byte";  // to parsers the end
     Builder fast(*this, reserve);
-    if (isParsed(text, Builder::FastHandler(fast), reserve)) return {};
+    if (isParsed(text, Builder::FastHandler(fast, text), reserve)) return {};
     clear();
     Builder slow(*this, reserve);
     Builder::SlowHandler judge(slow);

@@ -55,7 +55,19 @@ struct Json::Members {
 
 static_assert(sizeof(Json) == 16 && sizeof(Json::Content) == 8 && sizeof(Json::Array) == 8);
 
+constexpr double kLargestPlain = 9'007'199'254'740'992;  // 2^53: all whole numbers up to it
+
 /// Whether a double tells all of it: its value, and by that its kind.
-bool isPlainNumber(const Json& value);
+inline bool isPlainNumber(const Json& value)
+{
+    switch (value.kind()) {
+    case Json::Kind::whole:
+        return value.whole() <= static_cast<uint64_t>(kLargestPlain);
+    case Json::Kind::negative:  // -0 is one
+        return value.number() < 0 && value.number() >= -kLargestPlain;
+    default:
+        return value.kind() == Json::Kind::real;
+    }
+}
 
 }  // namespace core::gltf

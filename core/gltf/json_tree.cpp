@@ -14,8 +14,6 @@ static_assert(std::is_trivially_copyable_v<Json> && std::is_trivially_copyable_v
 
 namespace {
 
-constexpr double kLargestPlain = 9'007'199'254'740'992;  // 2^53: all whole numbers up to it
-
 /// A number of which the value tells the kind: whole, if it is a whole number.
 Json plainNumber(double value)
 {
@@ -25,18 +23,6 @@ Json plainNumber(double value)
 }
 
 }  // namespace
-
-bool isPlainNumber(const Json& value)
-{
-    switch (value.kind()) {
-    case Json::Kind::whole:
-        return value.whole() <= static_cast<uint64_t>(kLargestPlain);
-    case Json::Kind::negative:  // -0 is one
-        return value.number() < 0 && value.number() >= -kLargestPlain;
-    default:
-        return value.kind() == Json::Kind::real;
-    }
-}
 
 Json Json::emptyArray()
 {
@@ -55,11 +41,6 @@ Json Json::emptyObject()
     return {Kind::object, content};
 }
 
-bool Json::isNumber() const
-{
-    return kind_ == Kind::whole || kind_ == Kind::negative || kind_ == Kind::real;
-}
-
 bool Json::boolean() const
 {
     CHECK(isBoolean());
@@ -70,14 +51,6 @@ uint64_t Json::whole() const
 {
     CHECK(kind_ == Kind::whole);
     return content_.whole;
-}
-
-double Json::number() const
-{
-    CHECK(isNumber());
-    if (kind_ == Kind::real) return content_.real;
-    return kind_ == Kind::whole ? static_cast<double>(content_.whole)
-                                : static_cast<double>(content_.negative);
 }
 
 std::string_view Json::text() const

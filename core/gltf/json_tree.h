@@ -12,6 +12,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/check.h"
+
 namespace core::gltf {
 
 struct JsonMember;
@@ -47,14 +49,23 @@ public:
     Kind kind() const { return kind_; }
     Content content() const { return content_; }
     bool isBoolean() const { return kind_ == Kind::boolean; }
-    bool isNumber() const;
+    bool isNumber() const
+    {
+        return kind_ == Kind::whole || kind_ == Kind::negative || kind_ == Kind::real;
+    }
     bool isString() const { return kind_ == Kind::string; }
     bool isArray() const { return kind_ == Kind::array; }
     bool isObject() const { return kind_ == Kind::object; }
 
-    bool boolean() const;           // of a boolean
-    uint64_t whole() const;         // of a whole number
-    double number() const;          // of any number
+    bool boolean() const;    // of a boolean
+    uint64_t whole() const;  // of a whole number
+    double number() const    // of any number
+    {
+        CHECK(isNumber());
+        if (kind_ == Kind::real) return content_.real;
+        return kind_ == Kind::whole ? static_cast<double>(content_.whole)
+                                    : static_cast<double>(content_.negative);
+    }
     std::string_view text() const;  // of a string
 
     /// Elements of an array or members of an object; 0 for other values.

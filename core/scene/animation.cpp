@@ -34,12 +34,12 @@ glm::dvec4 slerp(const glm::dvec4& a, const glm::dvec4& b, double t)
     return {q.x, q.y, q.z, q.w};
 }
 
-/// Translation times rotation times scale.
+/// Translation times rotation times scale. Zeros lose their minus, as in a sum of products.
 glm::dmat4x3 matrixOf(const Transform& t)
 {
     const glm::dmat3 rotation = glm::mat3_cast(normalised(t.rotation));
-    return {rotation[0] * t.scale.x, rotation[1] * t.scale.y, rotation[2] * t.scale.z,
-            t.translation};
+    return {rotation[0] * t.scale.x + 0.0, rotation[1] * t.scale.y + 0.0,
+            rotation[2] * t.scale.z + 0.0, t.translation + 0.0};
 }
 
 const Keyframes& keysOf(const AnimationChannel& channel)

@@ -246,9 +246,11 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, Po
     auto topology = std::make_shared<Topology>();
     world->warnings = scene->warnings;
     std::vector<Instance> instances = findInstances(*scene, pose, world->warnings);
+    std::vector<bool> shown(scene->meshes.size(), false);
+    for (const Instance& instance : instances) shown[static_cast<size_t>(instance.mesh)] = true;
     std::vector<int> meshes, materials;
-    for (const Instance& instance : instances) meshes.push_back(instance.mesh);
-    meshes = sortedUnique(std::move(meshes));
+    for (size_t mesh = 0; mesh < shown.size(); ++mesh)
+        if (shown[mesh]) meshes.push_back(static_cast<int>(mesh));
     for (const int mesh : meshes)
         materials.push_back(scene->meshes[static_cast<size_t>(mesh)].material);
     topology->usedMaterials = sortedUnique(std::move(materials));

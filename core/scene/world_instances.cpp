@@ -49,10 +49,16 @@ uint64_t triangleCount(const Scene& scene, const PrototypePlan& plan)
     return sum;
 }
 
+/// A prototype that may be, and its uses, which are looked for where it is worth it.
+struct Group {
+    PrototypePlan plan;
+    uint64_t uses = 0;
+};
+
 /// Triangles that need not be stored.
-uint64_t saved(const Scene& scene, const PrototypePlan& plan)
+uint64_t saved(const Scene& scene, const Group& group)
 {
-    return triangleCount(scene, plan) * (plan.instances.size() - 1);
+    return triangleCount(scene, group.plan) * (group.uses - 1);
 }
 
 bool isMirrored(const Instance& use)
@@ -60,13 +66,15 @@ bool isMirrored(const Instance& use)
     return glm::determinant(glm::dmat3(use.toFile())) < 0;
 }
 
-/// Still uses of the same meshes by one node each, in the order of the first of them.
-std::vector<PrototypePlan> groupUses(const Scene& scene, const std::vector<Instance>& uses,
-                                     const std::vector<bool>& meshes)
+/// The meshes of a use that may be instances, and whether it mirrors them.
+using UsedMeshes = std::pair<std::vector<int>, bool>;
+
+/// Calls take(meshes, use) for the still uses of meshes by one node each.
+template <class Take>
+void forEachUse(const std::vector<Instance>& uses, const std::vector<bool>& meshes,
+                const Take& take)
 {
-    std::vector<PrototypePlan> groups;
-    std::map<std::pair<std::vector<int>, bool>, size_t> known;
-    std::pair<std::vector<int>, bool> key;
+    UsedMeshes key;
     for (size_t i = 0; i < uses.size();) {
         const Instance& here = uses[i];
         const Instance* first = nullptr;  // of those that may be instances
@@ -79,12 +87,49 @@ std::vector<PrototypePlan> groupUses(const Scene& scene, const std::vector<Insta
         }
         if (first == nullptr || first->moves) continue;
         key.second = isMirrored(*first);
-        const auto [entry, isNew] = known.try_emplace(key, groups.size());
-        if (isNew) groups.push_back({key.first, {}, key.second});
-        groups[entry->second].instances.push_back(*first);
+        take(key, *first);
     }
-    std::erase_if(groups, [&](const PrototypePlan& g) { return saved(scene, g) == 0; });
-    return groups;
+}
+
+/// Leaves only what is worth it.
+void chooseWorthy(const Scene& scene, Instancing instancing, std::vector<Group>& groups)
+{
+    std::erase_if(groups, [&](const Group& g) { return saved(scene, g) == 0; });
+    if (instancing == Instancing::kept) return;
+    uint64_t sum = 0;
+    std::erase_if(groups, [&](const Group& g) {
+        return saved(scene, g) < kWorthEach || triangleCount(scene, g.plan) < kLeastTriangles;
+    });
+    for (const Group& g : groups) sum += saved(scene, g);
+    if (sum < kWorth) groups.clear();
+}
+
+/// Still uses of the same meshes by one node each that are worth it, in the order of the first of
+/// them. They are counted before they are listed: a million that stay as they are take memory.
+std::vector<PrototypePlan> groupUses(const Scene& scene, const std::vector<Instance>& uses,
+                                     const std::vector<bool>& meshes, Instancing instancing)
+{
+    std::vector<Group> groups;
+    std::map<UsedMeshes, size_t> known;
+    forEachUse(uses, meshes, [&](const UsedMeshes& key, const Instance&) {
+        const auto [entry, isNew] = known.try_emplace(key, groups.size());
+        if (isNew) groups.push_back({{key.first, {}, key.second}, 0});
+        ++groups[entry->second].uses;
+    });
+    chooseWorthy(scene, instancing, groups);
+    std::vector<PrototypePlan> plans;
+    known.clear();
+    for (Group& group : groups) {
+        known.emplace(UsedMeshes(group.plan.meshes, group.plan.mirrored), plans.size());
+        group.plan.instances.reserve(group.uses);
+        plans.push_back(std::move(group.plan));
+    }
+    if (plans.empty()) return plans;
+    forEachUse(uses, meshes, [&](const UsedMeshes& key, const Instance& use) {
+        const auto entry = known.find(key);
+        if (entry != known.end()) plans[entry->second].instances.push_back(use);
+    });
+    return plans;
 }
 
 /// Lays the prototype's space around its meshes, with a radius of about one. Returns the smallest
@@ -132,18 +177,6 @@ bool isSound(const PrototypePlan& plan, const Instance& use, const Placement& pl
            normals.second * size * size < 1e17;
 }
 
-/// Leaves only what is worth it.
-void chooseWorthy(const Scene& scene, Instancing instancing, std::vector<PrototypePlan>& groups)
-{
-    if (instancing == Instancing::kept) return;
-    uint64_t sum = 0;
-    std::erase_if(groups, [&](const PrototypePlan& g) {
-        return saved(scene, g) < kWorthEach || triangleCount(scene, g) < kLeastTriangles;
-    });
-    for (const PrototypePlan& g : groups) sum += saved(scene, g);
-    if (sum < kWorth) groups.clear();
-}
-
 shared::InstanceMatrix record(const glm::dmat4& m)
 {
     const glm::mat4 rows = glm::transpose(glm::mat4(m));
@@ -171,8 +204,7 @@ InstancePlan planInstances(const Scene& scene, const std::vector<Instance>& uses
     InstancePlan plan;
     if (instancing == Instancing::flat) return plan;
     for (const Mesh& mesh : scene.meshes) plan.meshes.push_back(mayBeInstanced(scene, mesh));
-    std::vector<PrototypePlan> groups = groupUses(scene, uses, plan.meshes);
-    chooseWorthy(scene, instancing, groups);
+    std::vector<PrototypePlan> groups = groupUses(scene, uses, plan.meshes, instancing);
     for (PrototypePlan& group : groups) {
         const std::pair<double, double> normals = layOutSpace(scene, group);
         std::vector<int> unsound;  // nodes, of which then nothing is an instance

@@ -76,11 +76,22 @@ bool isShown(const Instance& instance, Warnings& warnings)
     return false;
 }
 
+size_t usesOfMeshes(const Scene& scene)
+{
+    size_t uses = 0;
+    for (const Node& node : scene.nodes) {
+        const auto places = static_cast<size_t>(node.placements);
+        uses += node.meshes.size() * (node.placements < 0 ? 1 : scene.placements[places].size());
+    }
+    return uses;
+}
+
 }  // namespace
 
 std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnings& warnings)
 {
     std::vector<Instance> instances;
+    instances.reserve(usesOfMeshes(scene));  // growing takes twice the memory
     const DeformingUses deforming(scene);
     for (size_t i = 0; i < scene.nodes.size(); ++i) {
         const Node& node = scene.nodes[i];

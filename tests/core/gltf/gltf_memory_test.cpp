@@ -23,7 +23,7 @@ template <class Text> std::string manyNodes(test::Document document, bool one, c
     document.json["nodes"] = Json::array({"NODES"});
     document.json["scenes"] = Json::parse(R"([{"nodes":"ROOTS"}])");
     std::string nodes, roots = "[0";
-    for (size_t i = 0; i < kCount; ++i) nodes += (i > 0 ? "," : "") + node(i);
+    for (size_t i = 0; i < kCount; ++i) nodes += std::string(i > 0 ? "," : "") + node(i);
     for (size_t i = 1; i < kCount && !one; ++i) roots += ',' + std::to_string(i);
     std::string text = document.text();
     text.replace(text.find("\"NODES\""), 7, nodes);
