@@ -35,6 +35,8 @@ reuse-count-for-nominal@core/reuse/reweighting_augmentation.h@fraction.alphaOver
 reuse-after-trace-unpaid@core/reuse/reweighting_augmentation.h@draw.u * share / draw.omega@draw.u * share@Lab.Traps*
 reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@static_cast<Real>(weightSum - 1)@Lab.Every*
 reuse-residual-alone@shaders/shared/reuse_path.h@alpha *= reconnection(@alpha += 0.0f * reconnection(@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-slide-unpaid@shaders/shared/reuse_shift.h@    r.u *= lengths * lengths;@    if (false) @ReuseShift*
+reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@return vec2(0.5f);@ReuseShift*
 reuse-remainder-whole@core/methods/reuse_estimator.cpp@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
 reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*

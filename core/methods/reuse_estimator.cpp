@@ -255,8 +255,7 @@ ptrdiff_t ReuseEstimator::findHistory(const Pixel& p, const shared::ReuseChain& 
     const vec3 here = surface.position;
     if (!shared::projectToFilm(cameraBefore, vec2(before_.size), here, film)) return -1;
     const float distance = glm::length(here - cameraBefore.position);
-    const glm::ivec2 middle =
-        shared::historyPixel(settings_.strategy, film, shared::tapNumbers(p.stream));
+    const glm::ivec2 middle = shared::historyPixel(film, shared::tapNumbers(settings_, p.stream));
     const float reach = p.chained
                             ? shared::reachOfHistory(cameraBefore, float(before_.size.y), distance,
                                                      chain.direction, surface.normal)

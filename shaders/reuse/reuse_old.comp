@@ -118,6 +118,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
     float weights[kReuseMostScores];  // v
     vec3 brings[kReuseMostScores];    // u F
     float places[kReuseMostScores];  // u as it is stored
+    uint placed[kReuseMostRecords];  // where on its triangle the sample is now
     vec3 responses[kReuseMostRecords];
     uint evaluated = 0u;  // a bit for each
     uint hidden = 0u;
@@ -128,9 +129,10 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         places[i] = 0.0;
     }
     for (uint i = 0u; i < count; ++i) {
-        const ReuseSample r = oldSample(source, i);
+        ReuseSample r = oldSample(source, i);
         ReuseView view;
         if (!aimOldSample(scene, push.settings, v, r, view)) continue;
+        placed[i] = r.place;
         if (push.settings.strategy == kReuseRejection && !survivesRejection(rejectionNumber(stream, i), view)) continue;
         weights[i] = view.u * view.p;
         places[i] = view.u * view.perPlace;
@@ -148,12 +150,13 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         const int at = int(recordIndex(sizeBefore(), source, i));
         ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), texelFetch(arrivingBefore, at));
         r.slot = slotNow(r.slot);
+        r.place = placed[i];
         ReuseView view;
         vec3 n;
-        uint triangle;
+        Triangle t;
         view.distance = kInfinity;
         view.perPlace = 1.0;
-        if (wayToPlace(scene, r, v.vertex.surface.position, view.direction, n, triangle)) {
+        if (wayToPlace(scene, r, v.vertex.surface.position, view.direction, t, n)) {
             if (!arrivingIsOld(scene, push.settings, v.vertex.surface.position + view.direction, r)) {
                 weights[i] = 0.0;
                 continue;
@@ -190,7 +193,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         const int at = int(recordIndex(sizeBefore(), source, min(i, most - 1u)));
         const uint which = fresh.first + i - most;
         uvec4 place = i < most ? texelFetch(placesBefore, at) : newWord(which, 0u);
-        if (i < most) place.x = slotNow(place.x);
+        if (i < most) place = uvec4(slotNow(place.x), placed[min(i, most - 1u)], place.zw);
         const float scale = kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0;
         place.z = floatBitsToUint(places[i] * scale);
         sums.remainder -= scale * brings[i];

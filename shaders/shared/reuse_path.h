@@ -199,20 +199,25 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
     const bool ends = result.record.slot != kNone;
     if (place.bends) alpha = 0.0f;
     vec3 way = toWorld(v.vertex.surface.frame, draw.next.wi);
+    vec3 wayBefore = way;
     if (ends) {
-        way = place.position - v.vertex.surface.position;
+        const vec3 position = v.vertex.surface.position;
+        way = place.position - position;
+        wayBefore = place.position - v.positionBefore;
         const float d2 = dot(way, way);
         perPlace = d2 * sqrt(d2) / abs(dot(place.normal, way));
-        // What cannot be aimed anew is not left to old samples.
-        if (alpha > 0.0f)
-            alpha *= reconnection(way, place.normal, v.vertex.surface.position, v.positionBefore);
+        // What cannot be carried along is not left to old samples.
+        if (alpha > 0.0f &&
+            !(maySlide(settings, v) && hasSlid(triangleInSlot(scene, result.record.slot), position,
+                                               v.positionBefore, way, wayBefore)))
+            alpha *= reconnection(way, place.normal, position, v.positionBefore);
     }
     if (alpha > 0.0f && !(wayIsOld(scene, settings, v, way, ends, place.triangle) &&
                           arrivingIsOld(scene, settings, place.position, result.record)))
         alpha = 0.0f;
     const float whole = draw.mean / (draw.omega * v.rays);
     result.around = draw.next.weight * L;
-    if (alpha > 0.0f && newSampleHid(scene, settings, v, way, ends, stream, tally)) {
+    if (alpha > 0.0f && newSampleHid(scene, settings, v, wayBefore, ends, stream, tally)) {
         result.lost += whole * alpha * luminance(result.around);
         alpha = 0.0f;
     }
@@ -237,10 +242,18 @@ SHARED_FN SampleStream pathStream(ReuseSettings settings, SampleStream stream, f
     return stream;
 }
 
-/// By what chance a history is taken from one of four pixels. Candidates have dimensions below 32.
-SHARED_FN vec2 tapNumbers(SampleStream stream)
+/// Which of four pixels histories are taken from in this pass: the same numbers for all pixels, so
+/// that neighbours do not take the same one, and well spread over passes (multiples of irrational
+/// numbers, of which every second to fourth are, too), so that no place wanders from its surface.
+/// While the camera rests a pixel is its own history, wherever in it its first hits lie. Nearly 0
+/// and 1 are left out: there what has not moved at all would lose its pixel by rounding.
+SHARED_FN vec2 tapNumbers(ReuseSettings settings, SampleStream stream)
 {
-    return streamVec2(decisionStream(stream, kPurposeSelection), 40u);
+    if ((settings.flags & kReuseFollows) != 0u) return vec2(0.5f);
+    const uint x = stream.index * 0x9e3779b9u + 0x80000000u;  // the golden ratio
+    const uint y = stream.index * 0x6a09e667u + 0x80000000u;  // the root of two
+    const vec2 unit = vec2(float(x >> 8u), float(y >> 8u)) * (1.0f / 16777216.0f);
+    return 0.001f + 0.998f * unit;
 }
 
 /// By what chance old sample `i` survives rejection.

@@ -1,22 +1,16 @@
-// Old samples, looked at from a first hit that has moved: each is aimed anew at the place where it
-// came from (reconnection; Kettunen et al., "Gradient-Domain Path Tracing", 2015), and the surfaces
-// at both ends are evaluated for the new directions. Nothing is traced here; what is traced anew is
-// in reuse_path.h.
+// Old samples, looked at from a first hit that has moved: each is carried along (reuse_shift.h),
+// and the surfaces at both ends are evaluated for the new directions. Nothing is traced here; what
+// is traced anew is in reuse_path.h.
 #ifndef REKINDLE_SHARED_REUSE_VIEW_H
 #define REKINDLE_SHARED_REUSE_VIEW_H
 
 #include "path.h"
 #include "reuse.h"
 #include "reuse_history.h"
+#include "reuse_shift.h"
 #include "reuse_sums.h"
 
 SHARED_BEGIN
-
-// Where an old sample may be aimed anew: no nearer than this part of the way that the first hit has
-// gone, and where its place does not all but vanish. What fails is left to new samples, on both
-// sides alike.
-SHARED_CONST float kReuseNearest = 0.5f;
-SHARED_CONST float kReuseMostStretch = 11.0f;
 
 // GGX width from which on the light that leaves a surface is kept as it is: from frame to frame a
 // first hit moves by less than a pixel, which turns the direction by much less than the lobe is
@@ -126,21 +120,11 @@ SHARED_FN float reuseShare(ReuseSettings settings, float c, float q, float p)
     return settings.strategy == kReuseReweighting ? c : 0.0f;
 }
 
-/// How much an old sample whose place has normal n may count when it is looked at from `position`
-/// instead of `positionBefore`: 0 where it may not, and less than 1 where its place fills a larger
-/// solid angle now, so that no weight grows by the change.
-SHARED_FN float reconnection(vec3 toPlace, vec3 n, vec3 position, vec3 positionBefore)
+/// Whether old samples may slide along the surfaces that they come from (reuse_shift.h). Where the
+/// first hit lies on a mesh that has moved, its own way is no rounding, and adds up.
+SHARED_FN bool maySlide(ReuseSettings settings, IN(ReuseVertex) v)
 {
-    const vec3 moved = position - positionBefore;
-    const vec3 toPlaceBefore = toPlace + moved;
-    const float d2 = dot(toPlace, toPlace);
-    const float before2 = dot(toPlaceBefore, toPlaceBefore);
-    if (!(min(d2, before2) > kReuseNearest * kReuseNearest * dot(moved, moved))) return 0.0f;
-    // cos' / d'^2 over cos / d^2; the signs must agree, too: the other side is another surface
-    const float now = dot(toPlace, n) * before2 * sqrt(before2);
-    const float then = dot(toPlaceBefore, n) * d2 * sqrt(d2);
-    if (!(now * then > 0.0f) || abs(then) > kReuseMostStretch * abs(now)) return 0.0f;
-    return min(abs(then) / abs(now), 1.0f);
+    return !isUnbiased(settings) && v.moved == kNone;
 }
 
 /// Whether a way from a first hit is what it was in the frame before, as far as motion goes: to its
@@ -235,29 +219,26 @@ struct ReuseView {
     float survival;  // probability to be kept: 1 but for Rejection-Augmentation
 };
 
-/// Way from a position to the place of a sample: true where that is a triangle, of normal n and
-/// number `triangle`.
+/// Way from a position to the place of a sample: true where that is a triangle `t`, of normal n.
 SHARED_FN bool wayToPlace(IN(SceneView) scene, ReuseSample r, vec3 position, OUT(vec3) way,
-                          OUT(vec3) n, OUT(uint) triangle)
+                          OUT(Triangle) t, OUT(vec3) n)
 {
     n = vec3(0.0f);
-    triangle = kNone;
     way = unpackOct(r.place);
+    t.v0 = vec4(0.0f);
+    t.v1 = vec4(0.0f);
+    t.v2 = vec4(0.0f);
     if (r.slot == kNone) return false;
-    const vec2 barycentrics = unpackNumbers(r.place);
-    const Triangle t = triangleInSlot(scene, r.slot);
-    triangle = floatAsUint(t.v0.w);
-    const vec3 a = xyz(t.v0);
-    const vec3 e1 = xyz(t.v1) - a;
-    const vec3 e2 = xyz(t.v2) - a;
-    n = normalize(cross(e1, e2));
-    way = a + barycentrics.x * e1 + barycentrics.y * e2 - position;
+    t = triangleInSlot(scene, r.slot);
+    n = normalize(cross(xyz(t.v1) - xyz(t.v0), xyz(t.v2) - xyz(t.v0)));
+    way = pointOn(t, unpackNumbers(r.place)) - position;
     return true;
 }
 
-/// Aims an old sample anew from the new first hit. False when it is of no further use.
+/// Aims an old sample anew from the new first hit; its place may change. False when it is of no
+/// further use.
 SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
-                            ReuseSample r, OUT(ReuseView) view)
+                            INOUT(ReuseSample) r, OUT(ReuseView) view)
 {
     view.distance = kInfinity;
     view.response = vec3(0.0f);
@@ -269,12 +250,15 @@ SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(Reus
     if (!(r.u > 0.0f)) return false;
     float share = 1.0f;
     vec3 n;
-    uint triangle;
+    Triangle t;
     const vec3 position = v.vertex.surface.position;
-    const bool ends = wayToPlace(scene, r, position, view.direction, n, triangle);
+    const bool ends = wayToPlace(scene, r, position, view.direction, t, n);
+    const uint triangle = ends ? floatAsUint(t.v0.w) : kNone;
+    const bool slid = ends && maySlide(settings, v) &&
+                      slidePlace(t, position, v.positionBefore, view.direction, r);
     if (!wayIsOld(scene, settings, v, view.direction, ends, triangle)) return false;
     if (ends) {
-        share = reconnection(view.direction, n, position, v.positionBefore);
+        if (!slid) share = reconnection(view.direction, n, position, v.positionBefore);
         if (!(share > 0.0f)) return false;
         const float d2 = dot(view.direction, view.direction);
         view.distance = sqrt(d2);

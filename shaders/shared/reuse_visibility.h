@@ -92,16 +92,15 @@ SHARED_FN bool oldSampleHides(IN(SceneView) scene, ReuseSettings settings, IN(Re
                       view.distance, askSeed(stream, which));
 }
 
-/// Whether the place of a new sample, `way` from the new first hit, was hidden from the old one.
+/// Whether the place of a new sample, `wayBefore` from the old first hit, was hidden from there.
 /// `ends`: false where the way is a direction in which nothing is met.
 SHARED_FN bool newSampleHid(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
-                            vec3 way, bool ends, SampleStream stream, INOUT(ReuseTally) tally)
+                            vec3 wayBefore, bool ends, SampleStream stream, INOUT(ReuseTally) tally)
 {
     if (!asksAgain(settings, stream, kAskNewSample)) return false;
     ++tally.shadowRays;
-    const vec3 before = ends ? way + (v.vertex.surface.position - v.positionBefore) : way;
-    const float distance = length(before);
-    return !seesPlace(scene, v.vertex.surface, v.positionBefore, before / distance,
+    const float distance = length(wayBefore);
+    return !seesPlace(scene, v.vertex.surface, v.positionBefore, wayBefore / distance,
                       ends ? distance : kInfinity, askSeed(stream, kAskNewSample));
 }
 
