@@ -12,7 +12,8 @@
 #include <jconfig.h>
 #include <meshoptimizer.h>
 #include <nlohmann/json.hpp>
-#include <OpenImageIO/imageio.h>
+#include <OpenEXR/openexr_base.h>
+#include <OpenEXR/OpenEXRConfig.h>
 #include <png.h>
 #include <rapidjson/rapidjson.h>
 #include <tbb/version.h>
@@ -47,11 +48,12 @@ std::string dotted(uint32_t vulkan)
                   static_cast<int>(VK_API_VERSION_PATCH(vulkan)));
 }
 
-/// OpenImageIO's number as text: 20419 is 2.4.19.
-std::string imageLibraryRunning()
+std::string exrLibraryRunning()
 {
-    const int number = OIIO::openimageio_version();
-    return dotted(number / 10000, number / 100 % 100, number % 100);
+    int major = 0, minor = 0, patch = 0;
+    const char* extra = nullptr;
+    exr_get_library_version(&major, &minor, &patch, &extra);
+    return dotted(major, minor, patch);
 }
 
 /// Its header gives the number without quotation marks: 2.1.5.
@@ -80,8 +82,8 @@ std::vector<Library> libraries()
         {"Vulkan", dotted(VK_HEADER_VERSION_COMPLETE), vulkanLoader()},
         {"Embree", embree.built, embree.running},
         {"oneTBB", TBB_VERSION_STRING, TBB_runtime_version()},
-        {"OpenImageIO", dotted(OIIO_VERSION_MAJOR, OIIO_VERSION_MINOR, OIIO_VERSION_PATCH),
-         imageLibraryRunning()},
+        {"OpenEXR", dotted(OPENEXR_VERSION_MAJOR, OPENEXR_VERSION_MINOR, OPENEXR_VERSION_PATCH),
+         exrLibraryRunning()},
         {"libpng", PNG_LIBPNG_VER_STRING, png_get_libpng_ver(nullptr)},
         {"libjpeg-turbo", jpegLibraryBuilt(), ""},
         {"Draco", draco::kDracoVersion, ""},

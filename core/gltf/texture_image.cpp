@@ -7,9 +7,10 @@
 #include <cstring>
 
 #include <glm/gtc/packing.hpp>
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 
+#include "core/image/exr_file.h"
+#include "core/image/exr_header.h"
+#include "core/image/hdr_file.h"
 #include "core/image/jpeg_file.h"
 #include "core/image/png_file.h"
 #include "shared/tonemap.h"
@@ -17,43 +18,6 @@
 namespace core {
 
 namespace {
-
-/// Name of OpenImageIO's reader for these first bytes; empty for what it is not asked for.
-std::string readerFor(EncodedImage bytes)
-{
-    const auto startsWith = [&](std::string_view magic) {
-        return bytes.size() >= magic.size() &&
-               std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
-    };
-    if (startsWith("\x76\x2f\x31\x01")) return "openexr";
-    if (startsWith("#?RADIANCE") || startsWith("#?RGBE")) return "hdr";
-    return {};
-}
-
-/// Size in the header of an OpenEXR file, 0 x 0 when there is none: the library allocates a table
-/// of as many lines before it can be asked.
-glm::dvec2 exrSize(std::span<const std::byte> bytes)
-{
-    static constexpr std::string_view kName("dataWindow\0box2i\0", 17);
-    const auto* begin = reinterpret_cast<const char*>(bytes.data());
-    const std::string_view head(begin, std::min<size_t>(bytes.size(), 1u << 20));
-    const size_t found = head.find(kName);
-    if (found == std::string_view::npos || found + kName.size() + 20 > head.size()) return {0, 0};
-    std::array<int32_t, 4> box{};  // after the attribute's size: left, top, right, bottom
-    std::memcpy(box.data(), begin + found + kName.size() + 4, sizeof(box));
-    return {double(box[2]) - box[0] + 1, double(box[3]) - box[1] + 1};
-}
-
-/// First line of a message of the library.
-std::string firstLine(const std::string& text)
-{
-    return text.substr(0, std::min<size_t>(text.find('\n'), 200));
-}
-
-DecodedImage refused(std::string problem)
-{
-    return {{}, std::move(problem), {}};
-}
 
 float fromSrgb(float value)
 {
@@ -125,44 +89,9 @@ DecodedImage decodeImage(EncodedImage bytes, const ImageGuards& guards, std::sto
 {
     if (isPng(bytes)) return decodePng(bytes, guards, std::move(stop));
     if (isJpeg(bytes)) return decodeJpeg(bytes, guards, std::move(stop));
-    const std::string name = readerFor(bytes);
-    if (name.empty()) return refused("is no PNG, JPEG, OpenEXR or Radiance image by its content");
-    if (name == "openexr") {
-        const glm::dvec2 size = exrSize(bytes);
-        if (std::string problem = sizeProblem(size.x, size.y, guards); !problem.empty())
-            return refused(problem);
-    }
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
-    if (!input) return refused("cannot be read: this OpenImageIO has no reader for " + name);
-    OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(bytes.data()), bytes.size());
-    OIIO::Filesystem::IOProxy* proxy = &memory;
-    OIIO::ImageSpec config, spec;
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    if (!input->open("image." + name, spec, config))
-        return refused("cannot be read: " + firstLine(input->geterror()));
-
-    if (std::string problem = sizeProblem(spec.width, spec.height, guards); !problem.empty())
-        return refused(problem);
-    if (spec.deep || spec.depth > 1) return refused("is a deep or volume image");
-    if (spec.nchannels < 1 || spec.nchannels > 4)
-        return refused("has " + std::to_string(spec.nchannels) + " channels, allowed are 1 to 4");
-    RawImage image{static_cast<uint32_t>(spec.width),
-                   static_cast<uint32_t>(spec.height),
-                   static_cast<uint32_t>(spec.nchannels),
-                   RawImage::Type::float32,
-                   {}};
-    if (std::string problem = allocatePixels(image, bytes.size(), 0, guards); !problem.empty())
-        return refused(problem);
-    const auto stopped = [](void* token, float) {
-        return static_cast<std::stop_token*>(token)->stop_requested();
-    };
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels.data(),
-                           OIIO::AutoStride, OIIO::AutoStride, OIIO::AutoStride, stopped, &stop)) {
-        if (stop.stop_requested()) return refused("was not read: loading was stopped");
-        return refused("is damaged: " + firstLine(input->geterror()));
-    }
-    return {std::move(image), {}, {}};
+    if (isExr(bytes)) return decodeExr(bytes, guards, std::move(stop));
+    if (isHdr(bytes)) return decodeHdr(bytes, guards, std::move(stop));
+    return {{}, "is no PNG, JPEG, OpenEXR or Radiance image by its content", {}};
 }
 
 Texture makeTexture(const RawImage& image, bool color, uint64_t& repaired)

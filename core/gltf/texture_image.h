@@ -1,6 +1,5 @@
-// Images of scenes, decoded behind guards. OpenImageIO would read what a file's content asks for:
-// here the content's first bytes choose one of four readers, and the size is checked before a pixel
-// is allocated.
+// Images of scenes, decoded behind guards: the content's first bytes choose one of four readers,
+// and the size is checked before a pixel is allocated.
 #pragma once
 
 #include <stop_token>

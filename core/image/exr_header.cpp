@@ -5,10 +5,6 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "core/base/check.h"
 
@@ -20,55 +16,72 @@ constexpr size_t kLongestHeader = size_t(1) << 20;
 constexpr int64_t kLargestSide = 65536;
 constexpr uint32_t kMostChannels = 256;
 constexpr uint64_t kLargestImageBytes = uint64_t(4) << 30;
+// A tile may be larger than its image, but the library allocates by its size.
+constexpr uint32_t kLargestTileSide = 1024;
 constexpr uint32_t kMagic = 20000630;  // 0x76 0x2f 0x31 0x01 in the file
 constexpr uint32_t kFlagDeep = 0x800, kFlagMultiPart = 0x1000;
 
 /// Little-endian bytes that are taken from the front; taking more than there is sets `failed`.
 struct Bytes {
-    std::span<const char> rest;
+    EncodedImage rest;
     bool failed = false;
 
-    std::span<const char> take(size_t count)
+    EncodedImage take(size_t count)
     {
         if (count > rest.size()) {
             failed = true;
             rest = {};
             return {};
         }
-        const std::span<const char> taken = rest.first(count);
+        const EncodedImage taken = rest.first(count);
         rest = rest.subspan(count);
         return taken;
     }
     uint32_t word()
     {
         uint32_t value = 0;
-        const std::span<const char> bytes = take(4);
+        const EncodedImage bytes = take(4);
         if (!failed) std::memcpy(&value, bytes.data(), 4);
         return value;
     }
     int32_t integer() { return static_cast<int32_t>(word()); }
     std::string text()
     {
-        const auto end = std::find(rest.begin(), rest.end(), '\0');
+        const auto end = std::find(rest.begin(), rest.end(), std::byte{});
         if (end == rest.end()) {
             failed = true;
             return {};
         }
         const size_t length = static_cast<size_t>(end - rest.begin());
-        const std::span<const char> bytes = take(length + 1);
-        return {bytes.data(), length};
+        const EncodedImage bytes = take(length + 1);
+        return {reinterpret_cast<const char*>(bytes.data()), length};
     }
+    std::string all() const { return {reinterpret_cast<const char*>(rest.data()), rest.size()}; }
 };
 
 /// Entries of a `chlist`: name, pixel type, linearity, x and y sampling; ended by an empty name.
-uint32_t countChannels(Bytes list)
+void parseChannels(Bytes list, ExrHeader& header)
 {
-    uint32_t count = 0;
-    while (!list.failed && !list.text().empty()) {
-        list.take(16);
-        ++count;
+    header.channelNames.clear();
+    for (std::string name = list.text(); !list.failed && !name.empty(); name = list.text()) {
+        list.take(8);
+        const uint32_t x = list.word(), y = list.word();
+        header.subsampled = header.subsampled || x != 1 || y != 1;
+        header.channelNames.push_back(std::move(name));
     }
-    return list.failed ? 0 : count;
+    if (list.failed) header.channelNames.clear();
+    header.channels = static_cast<uint32_t>(header.channelNames.size());
+}
+
+/// False: the window has no area, or is cut off.
+bool parseWindow(Bytes value, ExrHeader& header)
+{
+    const int64_t left = value.integer(), top = value.integer();
+    const int64_t right = value.integer(), bottom = value.integer();
+    if (value.failed || right < left || bottom < top) return false;
+    header.width = static_cast<uint32_t>(right - left + 1);
+    header.height = static_cast<uint32_t>(bottom - top + 1);
+    return right - left < 0xffffffff && bottom - top < 0xffffffff;
 }
 
 /// The header's claims, or nothing when it is malformed.
@@ -77,24 +90,25 @@ std::optional<ExrHeader> parseAttributes(Bytes header)
     ExrHeader result;
     bool haveWindow = false;
     for (std::string name = header.text(); !header.failed && !name.empty(); name = header.text()) {
-        header.text();  // type
+        const std::string type = header.text();
         const uint32_t size = header.word();
         Bytes value{header.take(size)};
         if (header.failed) break;
-        if (name == "channels") result.channels = countChannels(value);
-        if (name != "dataWindow") continue;
-        const int64_t left = value.integer(), top = value.integer();
-        const int64_t right = value.integer(), bottom = value.integer();
-        if (value.failed || right < left || bottom < top) return {};
-        result.width = static_cast<uint32_t>(right - left + 1);
-        result.height = static_cast<uint32_t>(bottom - top + 1);
-        haveWindow = right - left < 0xffffffff && bottom - top < 0xffffffff;
+        if (name == "channels") parseChannels(value, result);
+        if (type == "string") result.strings[name] = value.all();
+        if (name == "type") result.deep = result.deep || value.all().starts_with("deep");
+        if (name == "tiles") {
+            result.tileWidth = value.word();
+            result.tileHeight = value.word();
+            if (value.failed || result.tileWidth == 0 || result.tileHeight == 0) return {};
+        }
+        if (name == "dataWindow" && !(haveWindow = parseWindow(value, result))) return {};
     }
     if (header.failed || !haveWindow || result.channels == 0) return {};
     return result;
 }
 
-std::vector<char> readStart(const std::filesystem::path& file)
+std::vector<std::byte> readStart(const std::filesystem::path& file)
 {
     std::error_code error;
     if (!std::filesystem::exists(file, error)) throw Error(file.string() + ": no such file");
@@ -102,27 +116,52 @@ std::vector<char> readStart(const std::filesystem::path& file)
         throw Error(file.string() + ": not a regular file — name an EXR file");
     std::ifstream stream(file, std::ios::binary);
     if (!stream) throw Error(file.string() + ": cannot be opened for reading");
-    std::vector<char> start(
+    std::vector<std::byte> start(
         static_cast<size_t>(std::min<uintmax_t>(std::filesystem::file_size(file), kLongestHeader)));
-    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    stream.read(reinterpret_cast<char*>(start.data()), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<size_t>(std::max<std::streamsize>(stream.gcount(), 0)));
     return start;
 }
 
 }  // namespace
 
+std::string ExrHeader::problem() const
+{
+    if (deep) return "is a deep or volume image";
+    if (subsampled) return "has channels of fewer values than pixels (chroma), which are not read";
+    if (tileWidth > std::max(width, kLargestTileSide) ||
+        tileHeight > std::max(height, kLargestTileSide))
+        return "is damaged: tiles of " + std::to_string(tileWidth) + " x " +
+               std::to_string(tileHeight) + " pixels";
+    return {};
+}
+
+bool isExr(EncodedImage bytes)
+{
+    return Bytes{bytes}.word() == kMagic;
+}
+
+std::optional<ExrHeader> parseExrHeader(EncodedImage bytes)
+{
+    Bytes rest{bytes.first(std::min(bytes.size(), kLongestHeader))};
+    if (rest.word() != kMagic) return {};
+    const uint32_t version = rest.word();
+    std::optional<ExrHeader> header = parseAttributes(rest);
+    if (!header) return {};
+    header->deep = header->deep || (version & kFlagDeep) != 0;
+    header->severalParts = (version & kFlagMultiPart) != 0;
+    return header;
+}
+
 ExrHeader readExrHeader(const std::filesystem::path& file)
 {
-    const std::vector<char> start = readStart(file);
+    const std::vector<std::byte> start = readStart(file);
     const std::string name = file.string();
-    Bytes header{start};
-    if (header.word() != kMagic || header.failed)
-        throw Error(name + ": not an EXR file (its first bytes are others)");
-    const uint32_t version = header.word();
-    if (!header.failed && (version & (kFlagDeep | kFlagMultiPart)) != 0)
+    if (!isExr(start)) throw Error(name + ": not an EXR file (its first bytes are others)");
+    const std::optional<ExrHeader> claims = parseExrHeader(start);
+    if (!claims) throw Error(name + ": EXR header is damaged or cut off");
+    if (claims->deep || claims->severalParts)
         throw Error(name + ": deep or multi-part EXR — save it as one part with flat pixels");
-    const std::optional<ExrHeader> claims = parseAttributes(header);
-    if (header.failed || !claims) throw Error(name + ": EXR header is damaged or cut off");
     const uint64_t bytes = uint64_t(4) * claims->width * claims->height * claims->channels;
     if (claims->width > kLargestSide || claims->height > kLargestSide ||
         claims->channels > kMostChannels || bytes > kLargestImageBytes)
@@ -130,6 +169,8 @@ ExrHeader readExrHeader(const std::filesystem::path& file)
                     std::to_string(claims->height) + " pixels of " +
                     std::to_string(claims->channels) +
                     " channels — at most 65536 a side, 256 channels and 4 GiB are read");
+    if (const std::string problem = claims->problem(); !problem.empty())
+        throw Error(name + ": " + problem);
     return *claims;
 }
 

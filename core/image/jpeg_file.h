@@ -1,5 +1,5 @@
-// JPEG through libjpeg-turbo itself. OpenImageIO 2.4 decodes colour profiles, which crashes it when
-// they are damaged, and runs through a progressive file before its size can be judged.
+// JPEG through libjpeg-turbo. Colour profiles are not decoded, and the size of a progressive file
+// is judged before it is run through.
 #pragma once
 
 #include <stop_token>

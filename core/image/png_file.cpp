@@ -145,6 +145,83 @@ private:
     std::string message_ = "libpng cannot be used";
 };
 
+/// One use of libpng for writing, and what its callbacks see.
+class Writer {
+public:
+    explicit Writer(const std::map<std::string, std::string>& texts)
+        : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, onError, onWarning)),
+          info_(png_ ? png_create_info_struct(png_) : nullptr)
+    {
+        for (const auto& [key, value] : texts) {
+            png_text entry{};
+            entry.compression = PNG_TEXT_COMPRESSION_NONE;
+            entry.key = const_cast<png_charp>(key.c_str());  // libpng copies them
+            entry.text = const_cast<png_charp>(value.c_str());
+            entry.text_length = value.size();
+            texts_.push_back(entry);
+        }
+    }
+    Writer(const Writer&) = delete;
+    Writer& operator=(const Writer&) = delete;
+    ~Writer() { png_destroy_write_struct(&png_, &info_); }
+
+    const std::string& message() const { return message_; }
+    std::vector<std::byte>& bytes() { return bytes_; }
+
+    /// False: see message().
+    bool write(uint32_t width, uint32_t height, uint32_t channels, const uint8_t* pixels)
+    {
+        static constexpr int kTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
+                                         PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+        if (!info_) return false;
+        if (setjmp(png_jmpbuf(png_))) return false;
+        png_set_write_fn(png_, this, onWrite, nullptr);
+        png_set_IHDR(png_, info_, width, height, 8, kTypes[channels - 1], PNG_INTERLACE_NONE,
+                     PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+        png_set_sRGB_gAMA_and_cHRM(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
+        if (!texts_.empty())
+            png_set_text(png_, info_, texts_.data(), static_cast<int>(texts_.size()));
+        png_write_info(png_, info_);
+        const size_t rowBytes = size_t{width} * channels;
+        for (uint32_t y = 0; y < height; ++y) png_write_row(png_, pixels + y * rowBytes);
+        png_write_end(png_, nullptr);
+        return true;
+    }
+
+private:
+    [[noreturn]] static void onError(png_structp png, png_const_charp text)
+    {
+        static_cast<Writer*>(png_get_error_ptr(png))->message_ = text;
+        png_longjmp(png, 1);
+    }
+
+    static void onWarning(png_structp, png_const_charp) {}
+
+    static void onWrite(png_structp png, png_bytep from, size_t count)
+    {
+        if (!static_cast<Writer*>(png_get_io_ptr(png))->append(from, count))
+            png_error(png, "there is not enough memory");
+    }
+
+    /// No exception may pass through libpng.
+    bool append(const png_byte* from, size_t count) noexcept
+    {
+        try {
+            const auto* first = reinterpret_cast<const std::byte*>(from);
+            bytes_.insert(bytes_.end(), first, first + count);
+            return true;
+        } catch (const std::bad_alloc&) {
+            return false;
+        }
+    }
+
+    std::vector<std::byte> bytes_;
+    std::vector<png_text> texts_;
+    png_structp png_;
+    png_infop info_;
+    std::string message_ = "libpng cannot be used";
+};
+
 }  // namespace
 
 bool isPng(EncodedImage bytes)
@@ -169,21 +246,24 @@ DecodedImage decodePng(EncodedImage bytes, const ImageGuards& guards, std::stop_
     return {std::move(image), {}, {}};
 }
 
+std::vector<std::byte> encodePng(const std::string& name, uint32_t width, uint32_t height,
+                                 uint32_t channels, std::span<const uint8_t> pixels,
+                                 const std::map<std::string, std::string>& texts)
+{
+    CHECK(width > 0 && height > 0 && channels >= 1 && channels <= 4);
+    CHECK(pixels.size() == size_t{width} * height * channels);
+    Writer writer(texts);
+    if (!writer.write(width, height, channels, pixels.data()))
+        throw Error(name + ": cannot be written as PNG: " + writer.message(), ExitCode::failure);
+    return std::move(writer.bytes());
+}
+
 std::string encodeGreyPng(uint32_t width, const std::vector<uint8_t>& pixels)
 {
     CHECK(width > 0 && !pixels.empty() && pixels.size() % width == 0);
-    png_image image{};
-    image.version = PNG_IMAGE_VERSION;
-    image.width = width;
-    image.height = static_cast<png_uint_32>(pixels.size() / width);
-    image.format = PNG_FORMAT_GRAY;
-    std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(image), '\0');
-    png_alloc_size_t size = bytes.size();
-    if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
-        throw Error(std::string("a picture cannot be written as PNG: ") + image.message,
-                    ExitCode::failure);
-    bytes.resize(size);
-    return bytes;
+    const std::vector<std::byte> bytes =
+        encodePng("a picture", width, static_cast<uint32_t>(pixels.size() / width), 1, pixels);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 std::map<std::string, std::string> pngText(EncodedImage bytes)

@@ -1,9 +1,10 @@
-// PNG through libpng itself. OpenImageIO 2.4 decodes what is wrapped around the pixels, too: a
-// damaged colour profile crashes it. Here only header, palette, transparency and pixels are read.
+// PNG through libpng. Of what is wrapped around the pixels only header, palette and transparency
+// are decoded: the rest is compressed or parsed, and a texture does not need it.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -17,6 +18,13 @@ bool isPng(EncodedImage bytes);
 /// Values as stored: palettes become RGB, fewer than 8 bits become 8, a transparent colour becomes
 /// alpha. Colour profiles and gamma are ignored, as glTF 2.0 demands.
 DecodedImage decodePng(EncodedImage bytes, const ImageGuards& guards, std::stop_token stop = {});
+
+/// The bytes of a file of 8-bit values as they are: 1 to 4 channels, sRGB colours, alpha not
+/// multiplied in. `texts` become text entries (tEXt). `name` is that of the file in messages.
+/// Throws core::Error.
+std::vector<std::byte> encodePng(const std::string& name, uint32_t width, uint32_t height,
+                                 uint32_t channels, std::span<const uint8_t> pixels,
+                                 const std::map<std::string, std::string>& texts = {});
 
 /// The bytes of a file of `width` by as many rows of one byte per pixel as there are; at least one.
 std::string encodeGreyPng(uint32_t width, const std::vector<uint8_t>& pixels);

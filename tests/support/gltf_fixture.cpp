@@ -1,12 +1,18 @@
 // Small glTF documents made in code.
 #include "tests/support/gltf_fixture.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 
-#include <OpenImageIO/imageio.h>
+#include <jpeglib.h>
+#include <png.h>
 #include <unistd.h>
+
+#include "core/image/png_file.h"
+#include "tests/support/exr_fixture.h"
+#include "tests/support/hdr_fixture.h"
 
 namespace test {
 
@@ -194,23 +200,78 @@ std::filesystem::path TemporaryFolder::write(const std::string& name, const std:
 
 namespace {
 
-std::vector<std::byte> encode(const std::string& extension, uint32_t width, uint32_t height,
-                              uint32_t channels, OIIO::TypeDesc type, const void* pixels)
+std::vector<std::byte> encodeJpeg(uint32_t width, uint32_t height, uint32_t channels,
+                                  const uint8_t* pixels)
 {
-    const TemporaryFolder folder;
-    const std::string file = (folder.path() / ("image." + extension)).string();
-    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(file);
-    OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height),
-                         static_cast<int>(channels), type);
-    spec.attribute("oiio:UnassociatedAlpha", 1);
-    spec.attribute("Compression", "jpeg:100");
-    if (!output || !output->open(file, spec) || !output->write_image(type, pixels) ||
-        !output->close())
-        ADD_FAILURE() << "cannot write a test image ." << extension;
-    std::ifstream stream(file, std::ios::binary);
-    const std::string content{std::istreambuf_iterator<char>(stream), {}};
-    const std::span<const std::byte> bytes = bytesOf(content);
-    return {bytes.begin(), bytes.end()};
+    jpeg_error_mgr errors;
+    jpeg_compress_struct jpeg;
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* memory = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &memory, &size);
+    jpeg.image_width = width;
+    jpeg.image_height = height;
+    jpeg.input_components = static_cast<int>(channels);
+    jpeg.in_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_quality(&jpeg, 100, TRUE);
+    jpeg_start_compress(&jpeg, TRUE);
+    for (uint32_t y = 0; y < height; ++y) {
+        JSAMPROW row = const_cast<JSAMPROW>(pixels + size_t{y} * width * channels);
+        jpeg_write_scanlines(&jpeg, &row, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    const auto* first = reinterpret_cast<const std::byte*>(memory);
+    const std::vector<std::byte> bytes(first, first + size);
+    std::free(memory);
+    return bytes;
+}
+
+/// 16 bits per channel, the most significant byte first.
+std::vector<std::byte> encodeDeepPng(uint32_t width, uint32_t height, uint32_t channels,
+                                     const std::vector<uint16_t>& pixels)
+{
+    static constexpr int kTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
+                                     PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+    std::vector<std::byte> bytes;
+    std::vector<png_byte> stored;
+    for (const uint16_t value : pixels) {
+        stored.push_back(static_cast<png_byte>(value >> 8));
+        stored.push_back(static_cast<png_byte>(value & 255));
+    }
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    const auto append = [](png_structp writer, png_bytep from, size_t count) {
+        const auto* first = reinterpret_cast<const std::byte*>(from);
+        auto* to = static_cast<std::vector<std::byte>*>(png_get_io_ptr(writer));
+        to->insert(to->end(), first, first + count);
+    };
+    png_set_write_fn(png, &bytes, append, nullptr);
+    png_set_IHDR(png, info, width, height, 16, kTypes[channels - 1], PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_write_info(png, info);
+    for (size_t y = 0; y < height; ++y)
+        png_write_row(png, stored.data() + y * 2 * width * channels);
+    png_write_end(png, nullptr);
+    png_destroy_write_struct(&png, &info);
+    return bytes;
+}
+
+std::vector<std::byte> encodeExr(uint32_t width, uint32_t height, uint32_t channels,
+                                 const std::vector<float>& pixels)
+{
+    tests::ExrPicture picture;
+    picture.width = static_cast<int>(width);
+    picture.height = static_cast<int>(height);
+    for (uint32_t c = 0; c < channels; ++c) {
+        const std::string name = c < 4 ? std::string(1, "RGBA"[c]) : "channel" + std::to_string(c);
+        picture.planes.push_back({name, tests::ExrType::float32, {}, 1});
+        for (size_t i = c; i < pixels.size(); i += channels)
+            picture.planes.back().values.push_back(pixels[i]);
+    }
+    return tests::makeExr(picture);
 }
 
 }  // namespace
@@ -218,19 +279,24 @@ std::vector<std::byte> encode(const std::string& extension, uint32_t width, uint
 std::vector<std::byte> encodeImage(const std::string& extension, uint32_t width, uint32_t height,
                                    uint32_t channels, const std::vector<uint8_t>& pixels)
 {
-    return encode(extension, width, height, channels, OIIO::TypeDesc::UINT8, pixels.data());
+    if (extension == "jpg") return encodeJpeg(width, height, channels, pixels.data());
+    EXPECT_EQ(extension, "png");
+    return core::encodePng("a test's image", width, height, channels, pixels);
 }
 
 std::vector<std::byte> encodeImage(const std::string& extension, uint32_t width, uint32_t height,
                                    uint32_t channels, const std::vector<uint16_t>& pixels)
 {
-    return encode(extension, width, height, channels, OIIO::TypeDesc::UINT16, pixels.data());
+    EXPECT_EQ(extension, "png");
+    return encodeDeepPng(width, height, channels, pixels);
 }
 
 std::vector<std::byte> encodeImage(const std::string& extension, uint32_t width, uint32_t height,
                                    uint32_t channels, const std::vector<float>& pixels)
 {
-    return encode(extension, width, height, channels, OIIO::TypeDesc::FLOAT, pixels.data());
+    if (extension == "exr") return encodeExr(width, height, channels, pixels);
+    EXPECT_EQ(extension + std::to_string(channels), "hdr3");
+    return tests::makeHdr(width, height, pixels);
 }
 
 }  // namespace test

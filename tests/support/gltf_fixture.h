@@ -83,8 +83,8 @@ private:
     std::filesystem::path path_;
 };
 
-/// `count` pixels of `channels` each through OpenImageIO's writer for `extension` (png, jpg, exr,
-/// hdr).
+/// The bytes of an image file: png or jpg of 8-bit values, png of 16-bit values, exr or hdr (three
+/// channels) of floats.
 std::vector<std::byte> encodeImage(const std::string& extension, uint32_t width, uint32_t height,
                                    uint32_t channels, const std::vector<uint8_t>& pixels);
 std::vector<std::byte> encodeImage(const std::string& extension, uint32_t width, uint32_t height,

@@ -106,7 +106,7 @@ TEST_F(Cli, HelpAndVersion)
     const Result version = run({"--version"});
     EXPECT_EQ(version.code, 0);
     for (const char* name : {"rekindle", "compiler", "build", "Embree", "Vulkan", "oneTBB",
-                             "OpenImageIO", "GLFW", "GLM", "system", "processor", "memory"})
+                             "OpenEXR", "GLFW", "GLM", "system", "processor", "memory"})
         EXPECT_TRUE(contains(version.out, name)) << name;
 }
 
@@ -119,7 +119,7 @@ TEST_F(Cli, VersionAsJsonHoldsWhatAReportNeeds)
     for (const char* name : {"commit", "sanitizers"}) EXPECT_TRUE(json.at(name).is_string());
     EXPECT_TRUE(json.at("native").is_boolean());
     const Pattern number("[0-9]+\\.[0-9]+.*");
-    for (const char* name : {"Vulkan", "Embree", "oneTBB", "OpenImageIO", "GLFW", "Dear ImGui"}) {
+    for (const char* name : {"Vulkan", "Embree", "oneTBB", "OpenEXR", "GLFW", "Dear ImGui"}) {
         const Json library = json.at("libraries").at(name);
         for (const char* which : {"built", "running"})
             EXPECT_TRUE(number.match(library.at(which).get<std::string>()))

@@ -3,9 +3,9 @@
 // left out. After an intended change, check the frames that this test writes (its message says
 // where) and copy them there.
 #include <cmath>
+#include <fstream>
 
-#include <OpenImageIO/imageio.h>
-
+#include "core/image/png_file.h"
 #include "tests/support/program.h"
 #include "tests/support/virtual_display.h"
 
@@ -22,18 +22,15 @@ struct Frame {
 
 Frame readPng(const fs::path& file)
 {
-    Frame frame;
-    const auto in = OIIO::ImageInput::open(file.string());
-    if (!in) return frame;
-    const OIIO::ImageSpec& spec = in->spec();
-    frame.width = spec.width;
-    frame.height = spec.height;
-    frame.channels = spec.nchannels;
-    frame.pixels.resize(static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height) *
-                        static_cast<size_t>(spec.nchannels));
-    if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, frame.pixels.data()))
-        return {};
-    return frame;
+    std::ifstream stream(file, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(stream), {}};
+    const core::DecodedImage png = core::decodePng(std::as_bytes(std::span(text)), {});
+    if (!png.problem.empty() || png.image.type != core::RawImage::Type::unsigned8) return {};
+    const auto* first = reinterpret_cast<const uint8_t*>(png.image.pixels.data());
+    return {static_cast<int>(png.image.width),
+            static_cast<int>(png.image.height),
+            static_cast<int>(png.image.channels),
+            {first, first + png.image.pixels.size()}};
 }
 
 /// Share of pixels with a channel that differs by more than 0.016.
