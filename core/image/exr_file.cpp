@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstring>
 #include <exception>
+#include <fstream>
 #include <functional>
 #include <new>
 #include <thread>
@@ -20,7 +21,6 @@
 #include <ImfTileDescription.h>
 
 #include "core/base/check.h"
-#include "core/image/exr_header.h"
 
 namespace core {
 
@@ -79,6 +79,26 @@ public:
 private:
     EncodedImage bytes_;
     uint64_t at_ = 0;
+};
+
+/// A file as the library reads it: not held in memory beside its pixels.
+class FileInput : public Imf::IStream {
+public:
+    explicit FileInput(const std::filesystem::path& file)
+        : Imf::IStream("image"), stream_(file, std::ios::binary)
+    {}
+
+    bool read(char to[], int count) override
+    {
+        if (!stream_.read(to, count)) throw std::runtime_error("it ends too early");
+        return true;
+    }
+    uint64_t tellg() override { return static_cast<uint64_t>(stream_.tellg()); }
+    void seekg(uint64_t at) override { stream_.seekg(static_cast<std::streamoff>(at)); }
+    void clear() override { stream_.clear(); }
+
+private:
+    std::ifstream stream_;
 };
 
 /// Bytes in memory as the library writes them: it comes back to fill in the table of lines.
@@ -265,23 +285,22 @@ std::vector<std::byte> encodeExr(const std::string& name, const std::vector<Laye
     return bytes;
 }
 
-std::vector<Layer> decodeExrLayers(const std::string& name, EncodedImage bytes)
+std::vector<Layer> readExrLayers(const std::filesystem::path& path, const ExrHeader& claims)
 {
-    const std::optional<ExrHeader> claims = parseExrHeader(bytes);
-    if (!claims) throw Error(name + ": EXR header is damaged or cut off");
-    const uint64_t floats = uint64_t{claims->width} * claims->height * claims->channels;
+    const std::string name = path.string();
+    const uint64_t floats = uint64_t{claims.width} * claims.height * claims.channels;
     const int threads = threadsFor(floats * sizeof(float));
-    Input input(bytes);
+    FileInput input(path);
     std::optional<Imf::InputFile> file;
     std::string complaint = attempt([&] { file.emplace(input, threads); });
     if (!complaint.empty()) throw Error(name + ": cannot be read (" + complaint + ")");
-    if (!agrees(file->header(), *claims)) throw Error(name + ": " + kContradiction);
+    if (!agrees(file->header(), claims)) throw Error(name + ": " + kContradiction);
     std::vector<Layer> layers;
     std::vector<Plane> planes;
     complaint = attempt([&] {
-        for (const LayerChannels& group : groupChannels(claims->channelNames)) {
+        for (const LayerChannels& group : groupChannels(claims.channelNames)) {
             const size_t count = group.names.size();
-            layers.push_back({group.layer, Image(claims->width, claims->height, uint32_t(count))});
+            layers.push_back({group.layer, Image(claims.width, claims.height, uint32_t(count))});
             float* first = layers.back().image.pixels.data();
             for (size_t c = 0; c < count; ++c) planes.push_back({group.names[c], first + c, count});
         }
@@ -300,7 +319,8 @@ DecodedImage decodeExr(EncodedImage bytes, const ImageGuards& guards, std::stop_
     if (!claims) return refused("is damaged: no EXR header, or it is cut off");
     if (std::string problem = sizeProblem(claims->width, claims->height, guards); !problem.empty())
         return refused(problem);
-    if (std::string problem = claims->problem(); !problem.empty()) return refused(problem);
+    if (std::string problem = claims->problem(bytes.size()); !problem.empty())
+        return refused(problem);
     if (claims->channels > 4)
         return refused("has " + std::to_string(claims->channels) + " channels, allowed are 1 to 4");
     RawImage image{claims->width, claims->height, claims->channels, RawImage::Type::float32, {}};

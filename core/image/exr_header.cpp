@@ -85,7 +85,7 @@ bool parseWindow(Bytes value, ExrHeader& header)
 }
 
 /// The header's claims, or nothing when it is malformed.
-std::optional<ExrHeader> parseAttributes(Bytes header)
+std::optional<ExrHeader> parseAttributes(Bytes& header)
 {
     ExrHeader result;
     bool haveWindow = false;
@@ -97,6 +97,7 @@ std::optional<ExrHeader> parseAttributes(Bytes header)
         if (name == "channels") parseChannels(value, result);
         if (type == "string") result.strings[name] = value.all();
         if (name == "type") result.deep = result.deep || value.all().starts_with("deep");
+        if (name == "chunkCount") result.chunks = value.word();
         if (name == "tiles") {
             result.tileWidth = value.word();
             result.tileHeight = value.word();
@@ -125,7 +126,7 @@ std::vector<std::byte> readStart(const std::filesystem::path& file)
 
 }  // namespace
 
-std::string ExrHeader::problem() const
+std::string ExrHeader::problem(uint64_t fileBytes) const
 {
     if (deep) return "is a deep or volume image";
     if (subsampled) return "has channels of fewer values than pixels (chroma), which are not read";
@@ -133,6 +134,9 @@ std::string ExrHeader::problem() const
         tileHeight > std::max(height, kLargestTileSide))
         return "is damaged: tiles of " + std::to_string(tileWidth) + " x " +
                std::to_string(tileHeight) + " pixels";
+    if (chunks > fileBytes / 8)  // each has an offset of 8 bytes in a table
+        return "is damaged: " + std::to_string(chunks) + " blocks of pixels in a file of " +
+               std::to_string(fileBytes) + " bytes";
     return {};
 }
 
@@ -150,6 +154,13 @@ std::optional<ExrHeader> parseExrHeader(EncodedImage bytes)
     if (!header) return {};
     header->deep = header->deep || (version & kFlagDeep) != 0;
     header->severalParts = (version & kFlagMultiPart) != 0;
+    // Further headers up to an empty one.
+    while (header->severalParts && !rest.failed && !rest.rest.empty() &&
+           rest.rest.front() != std::byte{}) {
+        const std::optional<ExrHeader> next = parseAttributes(rest);
+        if (!next) return {};
+        header->chunks += next->chunks;
+    }
     return header;
 }
 
@@ -169,7 +180,8 @@ ExrHeader readExrHeader(const std::filesystem::path& file)
                     std::to_string(claims->height) + " pixels of " +
                     std::to_string(claims->channels) +
                     " channels — at most 65536 a side, 256 channels and 4 GiB are read");
-    if (const std::string problem = claims->problem(); !problem.empty())
+    if (const std::string problem = claims->problem(std::filesystem::file_size(file));
+        !problem.empty())
         throw Error(name + ": " + problem);
     return *claims;
 }

@@ -24,9 +24,11 @@ struct ExrHeader {
     bool subsampled = false;                 // a channel has fewer values than the image has pixels
     uint32_t tileWidth = 0, tileHeight = 0;  // 0 x 0: in scan lines
 
-    /// What stands against reading it, beside its size; empty when nothing does. Asks for no more
-    /// memory than the image and the file have.
-    std::string problem() const;
+    uint64_t chunks = 0;  // blocks of pixels that are claimed, of all parts; 0: as the size demands
+
+    /// What stands against reading it from a file of so many bytes, beside the size of the image;
+    /// empty when nothing does. The library allocates by what is asked for here.
+    std::string problem(uint64_t fileBytes) const;
 };
 
 /// Whether these are the first bytes of an EXR file.

@@ -24,8 +24,6 @@ namespace {
 const std::string kMetadataPrefix = "rekindle:";
 
 constexpr uint64_t kMaxPngBytes = uint64_t{1} << 30;
-// The pixels of an EXR are at most 4 GiB as floats, its levels of detail as much again.
-constexpr uint64_t kMaxExrBytes = uint64_t{8} << 30;
 
 /// The ending of the name with its dot, in lower case.
 std::string lowerExtension(const std::filesystem::path& file)
@@ -52,23 +50,15 @@ Metadata withoutPrefix(const std::map<std::string, std::string>& strings)
     return metadata;
 }
 
-std::vector<std::byte> readWhole(const std::filesystem::path& file, uint64_t mostBytes)
-{
-    std::error_code error;
-    const uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw Error(file.string() + ": cannot be read");
-    if (size > mostBytes)
-        throw Error(file.string() + ": larger than " + std::to_string(mostBytes >> 20) + " MiB");
-    std::vector<std::byte> bytes(static_cast<size_t>(size));
-    std::ifstream stream(file, std::ios::binary);
-    stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    if (!stream) throw Error(file.string() + ": cannot be read");
-    return bytes;
-}
-
 Metadata pngMetadata(const std::filesystem::path& file)
 {
-    const std::vector<std::byte> encoded = readWhole(file, kMaxPngBytes);
+    std::error_code error;
+    if (std::filesystem::file_size(file, error) > kMaxPngBytes)
+        throw Error(file.string() + ": larger than " + std::to_string(kMaxPngBytes >> 20) + " MiB");
+    std::ifstream stream(file, std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
+    if (!stream) throw Error(file.string() + ": cannot be read");
+    const EncodedImage encoded = std::as_bytes(std::span(bytes));
     if (!isPng(encoded)) throw Error(file.string() + ": not a PNG file");
     return withoutPrefix(pngText(encoded));
 }
@@ -109,7 +99,7 @@ ImageFile readExr(const std::filesystem::path& file)
 {
     const ExrHeader header = readExrHeader(file);
     ImageFile result;
-    result.layers = decodeExrLayers(file.string(), readWhole(file, kMaxExrBytes));
+    result.layers = readExrLayers(file, header);
     result.metadata = withoutPrefix(header.strings);
     return result;
 }

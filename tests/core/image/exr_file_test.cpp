@@ -37,13 +37,26 @@ ExrPicture gradient(ExrType type)
     return picture;
 }
 
+void writeBytes(const std::filesystem::path& file, const Bytes& bytes)
+{
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+}
+
+std::vector<Layer> layersOf(const Bytes& bytes)
+{
+    const TemporaryFolder folder;
+    writeBytes(folder / "a.exr", bytes);
+    return readExr(folder / "a.exr").layers;
+}
+
 /// Largest difference from the picture of what both readers make of it, relative to its values.
 double errorOf(const ExrPicture& picture)
 {
     const Bytes bytes = tests::makeExr(picture);
     const DecodedImage decoded = decodeExr(bytes, {});
     EXPECT_EQ(decoded.problem, "");
-    const std::vector<Layer> layers = decodeExrLayers("memory", bytes);
+    const std::vector<Layer> layers = layersOf(bytes);
     EXPECT_EQ(layers.size(), 1u);
     const Image& image = layers.at(0).image;
     const size_t count = picture.planes.size();
@@ -107,7 +120,7 @@ TEST(ExrFile, ChannelsWithinALayer)
         for (size_t i = 0; i < names.size(); ++i)
             picture.planes.push_back({names[i], ExrType::float32, {float(i)}});
         std::string text;
-        for (const Layer& layer : decodeExrLayers("memory", tests::makeExr(picture))) {
+        for (const Layer& layer : layersOf(tests::makeExr(picture))) {
             text += layer.name + ":";
             for (const float value : layer.image.pixels) text += ' ' + names[size_t(value)];
             text += "; ";
@@ -125,8 +138,7 @@ TEST(ExrFile, ChannelsWithinALayer)
 /// What both readers say of a file.
 std::string problemOf(const TemporaryFolder& folder, const Bytes& bytes)
 {
-    std::ofstream(folder / "a.exr", std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    writeBytes(folder / "a.exr", bytes);
     const DecodedImage decoded = decodeExr(bytes, {});
     EXPECT_EQ(decoded.problem.empty(), !decoded.image.pixels.empty());
     try {
@@ -163,6 +175,22 @@ TEST(ExrFile, TilesThatAreLargerThanSenseAreRefused)
     for (const uint32_t side : {0u, 1025u, 1u << 30, 0xffffffffu}) {
         std::memcpy(&bytes[tiles + 4], &side, 4);
         EXPECT_NE(problemOf(folder, bytes), "") << side;
+    }
+}
+
+TEST(ExrFile, MoreBlocksThanTheFileHasRoomForAreRefused)
+{
+    const Bytes good = tests::makeExrOfTwoParts(gradient(ExrType::half));
+    const std::string text(reinterpret_cast<const char*>(good.data()), good.size());
+    const std::string name("chunkCount\0int\0", 15);
+    size_t at = 0;
+    for (int part = 0; part < 2; ++part) {
+        at = text.find(name, at) + name.size() + 4;
+        ASSERT_LT(at, good.size());
+        Bytes bytes = good;
+        const uint32_t count = 100000000;
+        std::memcpy(&bytes[at], &count, 4);
+        EXPECT_NE(decodeExr(bytes, {}).problem.find("blocks of pixels"), std::string::npos) << part;
     }
 }
 
