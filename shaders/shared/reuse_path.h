@@ -336,7 +336,7 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings se
     // would have to be known how likely the choice was before.
     place.bends = scatters && (isUnbiased(settings) ? hasDelta(vertex.bsdf) : isDelta(vertex.bsdf));
     record.slot = hit.slot;
-    record.place = packNumbers(hit.barycentrics);
+    record.place = packPlace(hit.barycentrics);
     place.position = vertex.surface.position;
     place.normal = vertex.surface.normal;
     place.triangle = vertex.surface.triangle;

@@ -337,6 +337,21 @@ SHARED_FN vec2 unpackNumbers(uint word)
                 (float(word >> 16u) + 0.5f) * (1.0f / 65536.0f));
 }
 
+// Barycentrics of places: from -1 to 2, since they may slide somewhat beyond their triangle.
+SHARED_CONST float kPlaceLow = -1.0f;
+SHARED_CONST float kPlaceRange = 3.0f;
+
+/// The barycentrics of a place, and back.
+SHARED_FN uint packPlace(vec2 barycentrics)
+{
+    return packNumbers((barycentrics - kPlaceLow) * (1.0f / kPlaceRange));
+}
+
+SHARED_FN vec2 unpackPlace(uint word)
+{
+    return kPlaceLow + kPlaceRange * unpackNumbers(word);
+}
+
 #ifdef __cplusplus
 static_assert(sizeof(ReuseSample) == 16 * kReuseSampleWords && sizeof(ReusePixel) == 16);
 static_assert(sizeof(ReuseSettings) == 32);

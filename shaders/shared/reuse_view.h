@@ -231,7 +231,7 @@ SHARED_FN bool wayToPlace(IN(SceneView) scene, ReuseSample r, vec3 position, OUT
     if (r.slot == kNone) return false;
     t = triangleInSlot(scene, r.slot);
     n = normalize(cross(xyz(t.v1) - xyz(t.v0), xyz(t.v2) - xyz(t.v0)));
-    way = pointOn(t, unpackNumbers(r.place)) - position;
+    way = pointOn(t, unpackPlace(r.place)) - position;
     return true;
 }
 
@@ -307,7 +307,7 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, IN(Reuse
     if (r.slot == kNone) return shadeMiss(scene, path, ray);
     Hit hit;
     hit.slot = r.slot;
-    hit.barycentrics = unpackNumbers(r.place);
+    hit.barycentrics = unpackPlace(r.place);
     hit.t = view.distance;
     vec3 L = vec3(0.0f);
     Vertex far;

@@ -49,9 +49,9 @@ shared::ReuseSample sampleAt(const shared::Triangle& t, vec2 barycentrics, vec3 
 {
     shared::ReuseSample r = shared::noReuseSample();
     r.slot = 0;
-    r.place = shared::packNumbers(barycentrics);
+    r.place = shared::packPlace(barycentrics);
     r.u = 1;
-    way = shared::pointOn(t, shared::unpackNumbers(r.place)) - from;
+    way = shared::pointOn(t, shared::unpackPlace(r.place)) - from;
     return r;
 }
 
@@ -77,7 +77,7 @@ TEST(ReuseShift, SlidingKeepsDirectionAndWeight)
         if (flat < 0.1f || glm::length(wayBefore) < 0.1f) continue;  // float's errors grow there
         ASSERT_GT(glm::dot(glm::normalize(way), glm::normalize(wayBefore)), 1 - 1e-6f);
         ASSERT_NEAR(double(r.u) * perSolidAngle(t, way) / perSolidAngle(t, wayBefore), 1, 1e-3);
-        const vec3 place = shared::pointOn(t, shared::unpackNumbers(r.place));
+        const vec3 place = shared::pointOn(t, shared::unpackPlace(r.place));
         ASSERT_LT(glm::length(place - (now + way)), 1e-3f);
         vec3 from;
         if (!shared::hasSlid(t, now, before, way, from)) continue;  // at the edge
@@ -88,9 +88,13 @@ TEST(ReuseShift, SlidingKeepsDirectionAndWeight)
     EXPECT_GT(found, slid / 2);
 }
 
-/// What slides covers the directions that hasSlid tells of, no more and no less: the solid angle
-/// under which both first hits see the triangle. Both sides are estimated from places that are
-/// uniform over its area.
+bool isInside(vec2 b)
+{
+    return b.x >= 0 && b.y >= 0 && b.x + b.y <= 1;
+}
+
+/// In directions in which both first hits see the triangle, what slides covers what hasSlid tells
+/// of, no more and no less. Both sides are estimated from places that are uniform over its area.
 TEST(ReuseShift, OldAndNewSamplesAgreeOnWhatSlides)
 {
     Pcg32 random(54);
@@ -107,10 +111,15 @@ TEST(ReuseShift, OldAndNewSamplesAgreeOnWhatSlides)
         };
         for (int i = 0; i < kPlaces; ++i) {
             vec3 way, unused;
+            float distance;
+            vec2 from;
             shared::ReuseSample r = sampleAt(t, uniformBarycentrics(random), now, way);
-            add(0, shared::hasSlid(t, now, before, way, unused) ? perSolidAngle(t, way) : 0);
+            const bool slid = shared::hasSlid(t, now, before, way, unused) &&
+                              shared::meetsPlane(t, before, way, distance, from) && isInside(from);
+            add(0, slid ? perSolidAngle(t, way) : 0);
             r = sampleAt(t, uniformBarycentrics(random), now, way);
-            const bool slides = shared::slidePlace(t, now, before, way, r);
+            const bool slides = shared::slidePlace(t, now, before, way, r) &&
+                                isInside(shared::unpackPlace(r.place));
             add(1, slides ? double(r.u) * perSolidAngle(t, way) : 0);
         }
         const double variance = (squares[0] - sum[0] * sum[0] + squares[1] - sum[1] * sum[1]);
