@@ -136,6 +136,7 @@ TEST_P(ReuseBias, PassesThatFollowDoNotLoosenTheBound)
     EXPECT_GT(visibility[1].mean(), 0.8 * visibility[0].mean());
     // More, since the history that a move begins with is longer: 1.35 times +- .06.
     EXPECT_GT(wrong[1].mean(), wrong[0].mean());
+    EXPECT_LT(wrong[1].mean(), 1.6 * wrong[0].mean());
 }
 
 /// Below one path per pixel, those with a good history take turns: the mean stays, too, and so many

@@ -1,6 +1,7 @@
 // How old samples are carried along, and where their pixels are looked for.
 #include "shared/reuse_shift.h"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 
