@@ -31,6 +31,20 @@ uint32_t placesOfLane(const shared::ReuseSettings& settings)
     return static_cast<uint32_t>(std::ceil(std::max(rays, 1.0f)));
 }
 
+/// Words that a store has room for in each pixel: only what the strategy reads.
+struct WordsKept {
+    uint64_t places, arriving, lights, remainders;
+    bool operator==(const WordsKept&) const = default;
+};
+
+WordsKept wordsKept(const shared::ReuseSettings& settings)
+{
+    const bool samples = shared::keepsSamples(settings.strategy);
+    const uint64_t records = samples ? recordsOf(settings) : 0;
+    return {records, records, samples ? lightsOf(settings) : 0u,
+            shared::carriesRemainder(settings) ? 1u : 0u};
+}
+
 std::array<DescriptorSet, 2> twoSets(Device& device, const KernelBase& kernel)
 {
     return {DescriptorSet(device, kernel.own()), DescriptorSet(device, kernel.own())};
@@ -68,7 +82,7 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
         static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, recordsOf(settings))),
         static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, lightsOf(settings))),
         candidatesOf(settings));
-    if (wanted.counts != settings_.counts) {
+    if (wordsKept(wanted) != wordsKept(settings_)) {
         forget();
         stores_ = {};
     }
@@ -92,15 +106,17 @@ void ReusePasses::makeStore(uint32_t side)
     store.size = {};
     const auto make = [&](Buffer& buffer, uint64_t perPixel, VkFormat format) {
         buffer = {};
-        buffer = Buffer(context_.device, "the kept samples", pixels * perPixel * kWord, format);
+        buffer = Buffer(context_.device, "the kept samples",
+                        std::max<uint64_t>(pixels * perPixel, 1) * kWord, format);
     };
+    const WordsKept words = wordsKept(settings_);
     constexpr VkFormat kWords = VK_FORMAT_R32G32B32A32_UINT;
     store.means = {};  // first and last: its size tells whether all could be had
     make(store.pixels, 1, kWords);
-    make(store.places, recordsOf(settings_), kWords);
-    make(store.arriving, recordsOf(settings_), kWords);
-    make(store.lights, lightsOf(settings_), kWords);
-    make(store.remainders, 1, VK_FORMAT_R32G32B32A32_SFLOAT);
+    make(store.places, words.places, kWords);
+    make(store.arriving, words.arriving, kWords);
+    make(store.lights, words.lights, kWords);
+    make(store.remainders, words.remainders, VK_FORMAT_R32G32B32A32_SFLOAT);
     make(store.means, 1, VK_FORMAT_R32G32B32A32_SFLOAT);
     store.size = size_;
     bindStore(side);

@@ -44,8 +44,9 @@ void ReuseStore::reset(uvec2 newSize, const ReuseParams& params)
     const size_t count = size_t(newSize.x) * newSize.y;
     pixels.resize(count);
     maps.resize(count);
-    samples.resize(count * recordsKept(params));
-    lights.resize(count * lightsKept(params));
+    const bool keeps = shared::keepsSamples(uint32_t(params.reuse));
+    samples.resize(keeps ? count * recordsKept(params) : 0);
+    lights.resize(keeps ? count * lightsKept(params) : 0);
     means.resize(shared::keepsMeans(uint32_t(params.reuse)) ? count : 0);
     remainders.resize(carriesRemainder(params) ? count : 0);
     size = newSize;

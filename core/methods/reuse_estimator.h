@@ -17,8 +17,8 @@ namespace core {
 struct ReuseStore {
     std::shared_ptr<const World> world;  // as it was then
     std::vector<shared::ReusePixel> pixels;
-    std::vector<shared::ReuseSample> samples;  // `records` per pixel
-    std::vector<shared::ReuseLight> lights;    // `lights` per pixel
+    std::vector<shared::ReuseSample> samples;  // `records` per pixel, where the strategy keeps any
+    std::vector<shared::ReuseLight> lights;    // `lights` per pixel, likewise
     std::vector<glm::vec3> means;              // of strategies that keep one
     std::vector<glm::vec3> remainders;         // of those that keep samples (remainderNow)
     std::vector<shared::ReuseMapPixel> maps;
