@@ -102,8 +102,9 @@ struct FlightBenchOptions {
     uint32_t width = 0;  // when `size` is absent: height from the camera's aspect
     std::string camera;  // name, index or file; empty: the scene's first
     std::filesystem::path path;
-    uint32_t frames = 0;        // of the longest flight
-    std::vector<double> steps;  // degrees per frame, or frames of the path; ascending
+    uint32_t frames = 0;         // of the longest flight
+    std::vector<double> steps;   // degrees per frame, or frames of the path; ascending
+    double framesPerSecond = 0;  // of the scene's animation during flights; 0: it stands still
     uint32_t seeds = 0;
     uint64_t referenceSpp = 0;
     std::optional<glm::uvec2> window;  // flights in the window's own loop, too, at that size

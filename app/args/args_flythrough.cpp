@@ -73,6 +73,11 @@ void addFlightOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
     addValue(app, group, "--path", o.path,
              "camera path, a JSON file; flights end where it ends (default: a circle that ends at "
              "the scene's camera)");
+    addValue(app, group, "--fps", o.framesPerSecond,
+             "the scene's first animation runs while the camera flies, so many frames per second: "
+             "the longest flight begins at --at, and all end at the same instant (default 0: it "
+             "stands still)",
+             {0, 100000});
     addValue(app, group, "--camera", o.camera,
              "where flights end: name or index of a camera of the scene, or a JSON file");
     addRead(app, group, "--strategies", "LIST", o.strategies, readStrategies,
@@ -112,6 +117,9 @@ void addAmountOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
 FlightBenchOptions finished(FlightBenchOptions o, const Given& given)
 {
     o.scenes = measuredScenes("bench flythrough", given.loading, given.files, o.output);
+    if (o.window && o.framesPerSecond > 0)
+        badCommandLine("--window flies by the clock through a scene that stands still: leave out "
+                       "--fps");
     if (o.deviceIndex >= 0 && o.device == DeviceKind::cpu)
         badCommandLine("--device-index is for --device vulkan");
     const Amounts& usual = o.quick ? kQuick : kUsual;

@@ -146,6 +146,7 @@ std::string resultsJson(const Results& r)
                       {"frames", r.frames},
                       {"seeds", r.seeds},
                       {"reference_spp", r.referenceSpp},
+                      {"fps", r.framesPerSecond},
                       {"params", paramsJson(r.params)},
                       {"window_size", {r.windowSize.x, r.windowSize.y}},
                       {"scenes", scenes},

@@ -10,6 +10,7 @@
 #include "app/bench/bench_clock.h"
 #include "app/bench/bench_scenes.h"
 #include "core/base/check.h"
+#include "core/scene/moved_pieces.h"
 
 namespace app::flight {
 
@@ -46,6 +47,7 @@ Measurement::Measurement(const FlightBenchOptions& options, const BenchTools& to
     results_.frames = measuredFrames(options.frames, options.quick ? 4 : 2);
     results_.seeds = options.seeds;
     results_.referenceSpp = options.referenceSpp;
+    results_.framesPerSecond = options.framesPerSecond;
     results_.windowSize = options.window.value_or(glm::uvec2(0));
     results_.quick = options.quick;
 }
@@ -73,11 +75,21 @@ std::optional<Landing> Measurement::fly(core::ReuseParams params, double step, u
     return pilot_.fly(*flight_, {step, frames, samples, params}, tools_.stop);
 }
 
+/// The instant of the scene's animation, in seconds, at which all its flights end.
+double Measurement::endsAt(size_t index) const
+{
+    const double at = o_.scenes[index].at;
+    return o_.framesPerSecond > 0 ? at + (results_.longest() - 1) / o_.framesPerSecond : at;
+}
+
 /// Everything that can be refused before work begins.
 void Measurement::load(size_t index)
 {
-    const SceneOptions& options = o_.scenes[index];
+    SceneOptions options = o_.scenes[index];
+    options.at = endsAt(index);
     world_ = loadBenchScene(options, tools_);
+    if (o_.framesPerSecond > 0 && !core::mayMove(*world_))
+        tools_.warn(options.file.string() + ": nothing moves in this scene");
     const core::Camera camera = chooseCamera(*world_, o_.camera);
     scene_ = {};
     std::vector<std::string> taken;
@@ -89,9 +101,14 @@ void Measurement::load(size_t index)
     flight_ = o_.path.empty() ? Flight::around(world_, camera, scene_.size, o_.steps.back())
                               : Flight::along(readCameraPath(o_.path, camera, world_->placement));
     scene_.way = flight_->words();
+    if (o_.framesPerSecond > 0)
+        scene_.way += ", while the scene's animation runs, " + numberText(o_.framesPerSecond) +
+                      " frames per second";
     scene_.unit = flight_->unit();
     chooseSteps();
-    pilot_.setWorld(world_, tools_.loading);
+    std::optional<Play> play;
+    if (o_.framesPerSecond > 0) play = {options.at, o_.framesPerSecond};
+    pilot_.setWorld(world_, tools_.loading, play);
     pilot_.setSize(scene_.size);
     discard_.clear();
     discardSeconds_.clear();
@@ -120,7 +137,7 @@ bool Measurement::findReference(size_t index)
     const std::filesystem::path file =
         referenceFile(o_.output, scene_.name, scene_.size, std::to_string(o_.referenceSpp) + "spp");
     const ReferenceOrder order{
-        file, {flight_->end(), scene_.size, results_.params}, o_.scenes[index].at, o_.referenceSpp};
+        file, {flight_->end(), scene_.size, results_.params}, endsAt(index), o_.referenceSpp};
     const auto part = [this](double done) {
         char text[32];
         std::snprintf(text, sizeof text, "reference, %.0f %%", 100 * done);

@@ -47,6 +47,7 @@ private:
     };
     using Cells = std::map<std::string, Cell>;
 
+    double endsAt(size_t index) const;
     void load(size_t index);
     void chooseSteps();
     bool findReference(size_t index);

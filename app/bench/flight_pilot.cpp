@@ -9,9 +9,19 @@ Pilot::Pilot(const Target& target)
     : renderer_(makeRenderer(core::ReuseParams::kMethod, target)), hostClock_(worksOnHost(target))
 {}
 
-void Pilot::setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress)
+void Pilot::setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress,
+                     const std::optional<Play>& play)
 {
-    renderer_->setWorld(std::move(world), progress);
+    world_ = std::move(world);
+    play_ = play;
+    renderer_->setWorld(world_, progress);
+}
+
+/// The scene as it is so many frames before the end.
+std::shared_ptr<const core::World> Pilot::worldBefore(uint32_t frames) const
+{
+    return frames == 0 ? world_
+                       : core::poseWorld(world_, play_->end - frames / play_->framesPerSecond);
 }
 
 const char* Pilot::clock() const
@@ -23,7 +33,9 @@ std::optional<Landing> Pilot::fly(const Flight& flight, const Plan& plan, std::s
 {
     Landing landing;
     for (uint32_t i = 0; i < plan.frames; ++i) {
-        const core::Camera camera = flight.before(plan.step, plan.frames - 1 - i);
+        const uint32_t left = plan.frames - 1 - i;
+        const core::Camera camera = flight.before(plan.step, left);
+        if (play_) renderer_->setWorld(worldBefore(left), {});
         renderer_->setView({camera, size_, plan.params},
                            i == 0 ? core::Start::anew : core::Start::moved);
         const core::RenderStats before = renderer_->stats();

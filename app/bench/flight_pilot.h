@@ -25,11 +25,20 @@ struct Landing {
     double rays = 0, seconds = 0;
 };
 
+/// An animation that runs while one flies.
+struct Play {
+    double end = 0;  // instant at which flights end, in seconds
+    double framesPerSecond = 24;
+};
+
 class Pilot {
 public:
     explicit Pilot(const Target& target);
 
-    void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress);
+    /// The scene as it is where flights end; `play`: its animation runs until then, else it
+    /// stands still.
+    void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress,
+                  const std::optional<Play>& play = {});
     void setSize(glm::uvec2 size) { size_ = size; }
     core::Renderer& renderer() { return *renderer_; }
 
@@ -40,8 +49,12 @@ public:
     std::optional<Landing> fly(const Flight& flight, const Plan& plan, std::stop_token stop);
 
 private:
+    std::shared_ptr<const core::World> worldBefore(uint32_t frames) const;
+
     std::unique_ptr<core::Renderer> renderer_;
     bool hostClock_ = true;
+    std::shared_ptr<const core::World> world_;
+    std::optional<Play> play_;
     glm::uvec2 size_{0};
 };
 

@@ -95,7 +95,8 @@ struct Results {
     std::vector<uint32_t> frames;  // after which a flight is looked at
     uint32_t seeds = 0;
     uint64_t referenceSpp = 0;
-    glm::uvec2 windowSize{0};  // of the pictures in the window's own loop; 0: not measured
+    double framesPerSecond = 0;  // of the scene's animation; 0: it stands still
+    glm::uvec2 windowSize{0};    // of the pictures in the window's own loop; 0: not measured
     bool quick = false, interrupted = false;
     double seconds = 0;
     std::vector<SceneResult> scenes;
