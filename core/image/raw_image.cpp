@@ -1,12 +1,16 @@
 // See raw_image.h.
 #include "core/image/raw_image.h"
 
+#include <cstdio>
+
 namespace core {
 
+/// Whatever a header claims: it may be beyond all integers.
 static std::string sizeText(double width, double height)
 {
-    return std::to_string(static_cast<int64_t>(width)) + " x " +
-           std::to_string(static_cast<int64_t>(height));
+    char text[64];
+    std::snprintf(text, sizeof text, "%.15g x %.15g", width, height);
+    return text;
 }
 
 size_t RawImage::rowBytes() const
