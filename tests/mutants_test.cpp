@@ -77,7 +77,8 @@ TEST(Mutants, EachFaultHasOnePlaceAndTests)
         EXPECT_NE(m.from, m.to);
         EXPECT_TRUE(anyTestMatches(m.tests)) << m.tests;
     }
-    EXPECT_EQ(countOf(contentOf("README.md"), "plants " + std::to_string(all.size()) + " known"),
+    EXPECT_EQ(countOf(contentOf("docs/verification.md"),
+                      "plants " + std::to_string(all.size()) + " known"),
               1u);
 }
 

@@ -1,6 +1,12 @@
-// The README lists every key of the viewer, and names only files that exist.
+// The pages for users: docs/viewer.md lists every key of the viewer; README.md and the pages name
+// only files that exist; the README leads to every page, and rows of figures that it shows stand
+// in a page, too, so that they cannot drift apart.
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -11,15 +17,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string readme()
+const fs::path kSource = REKINDLE_SOURCE_DIR;
+
+std::string contentOf(const fs::path& file)
 {
-    std::ifstream file(fs::path(REKINDLE_SOURCE_DIR) / "README.md");
-    return {std::istreambuf_iterator<char>(file), {}};
+    std::ifstream stream(kSource / file);
+    return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-TEST(Readme, ListsEveryKeyWithWhatItDoes)
+/// The pages below docs/, by their path from the root.
+std::vector<fs::path> pages()
 {
-    const std::string text = readme();
+    std::vector<fs::path> found;
+    for (const fs::directory_entry& entry : fs::directory_iterator(kSource / "docs"))
+        if (entry.path().extension() == ".md") found.push_back(fs::relative(entry.path(), kSource));
+    return found;
+}
+
+TEST(Readme, ViewerPageListsEveryKeyWithWhatItDoes)
+{
+    const std::string text = contentOf("docs/viewer.md");
     for (const app::Action& action : app::actions()) {
         if (action.key[0] == '\0') continue;
         const std::string key =
@@ -31,15 +48,42 @@ TEST(Readme, ListsEveryKeyWithWhatItDoes)
     }
 }
 
-TEST(Readme, NamesOnlyFilesThatExist)
+TEST(Readme, PagesNameOnlyFilesThatExist)
 {
-    const std::string text = readme();
     const tests::Pattern path(
         R"(\b(?:app|core|shaders|assets|tests)/[A-Za-z0-9_/.-]+\.(?:h|cpp|comp|json|jpg|png|sh|gltf)\b)");
-    const auto found = path.findAll(text);
-    for (const auto& name : found)
-        EXPECT_TRUE(fs::exists(fs::path(REKINDLE_SOURCE_DIR) / name[0])) << name[0];
-    EXPECT_GT(found.size(), 20u);
+    std::vector<fs::path> files = pages();
+    files.emplace_back("README.md");
+    size_t found = 0;
+    for (const fs::path& file : files)
+        for (const auto& name : path.findAll(contentOf(file))) {
+            ++found;
+            EXPECT_TRUE(fs::exists(kSource / name[0])) << file << " names " << name[0];
+        }
+    EXPECT_GT(found, 100u);
+}
+
+TEST(Readme, LeadsToEveryPage)
+{
+    const std::string text = contentOf("README.md");
+    for (const fs::path& page : pages())
+        EXPECT_NE(text.find("](" + page.generic_string() + ")"), std::string::npos) << page;
+    EXPECT_GT(pages().size(), 10u);
+}
+
+TEST(Readme, RowsOfFiguresStandInAPage)
+{
+    std::string all;
+    for (const fs::path& page : pages()) all += contentOf(page) + '\n';
+    const tests::Pattern figure(R"(\| [^|`]*\.\d[^|`]* \|)");
+    std::istringstream lines(contentOf("README.md"));
+    size_t found = 0;
+    for (std::string line; std::getline(lines, line);) {
+        if (line[0] != '|' || !figure.find(line)) continue;
+        ++found;
+        EXPECT_NE(all.find('\n' + line + '\n'), std::string::npos) << line;
+    }
+    EXPECT_GT(found, 10u);
 }
 
 }  // namespace
