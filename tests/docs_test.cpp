@@ -1,7 +1,8 @@
 // The documents and the sources agree: every id of a claim has its row in docs/tests.md, which
-// names the tests that prove it; files and tests that a comment or a document names exist. Each
-// check is also given faults that it must see.
+// names the tests that prove it; files and tests that a comment or a document names exist, and
+// links lead to files and headings. Each check is also given faults that it must see.
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -214,8 +215,7 @@ Strings fileFaults(const std::vector<Text>& texts)
 {
     static const KnownFiles known;
     static const Pattern source(R"(\b[\w./-]+\.(?:h|cpp|comp|glsl|cmake|md|sh)\b)"),
-        path(R"(\b(?:app|core|docs|shaders|assets|tests|bench)/[\w./-]+\.\w+\b)"),
-        link(R"(\]\(([^)#:]+)\))");
+        path(R"(\b(?:app|core|docs|shaders|assets|tests|bench)/[\w./-]+\.\w+\b)");
     Strings faults;
     for (const Text& text : texts)
         for (const std::string& line : text.lines) {
@@ -223,12 +223,55 @@ Strings fileFaults(const std::vector<Text>& texts)
             Names named;
             for (const Pattern* pattern : {&source, &path})
                 for (const std::string& name : matches(words, *pattern)) named.insert(name);
-            if (hasKind(text.file, {".md"}))
-                for (const std::string& name : matches(words, link, 1)) named.insert(name);
             for (const std::string& name : named)
                 if (!known.has(name, text))
                     faults.push_back(text.file + " names " + name + ", which does not exist");
         }
+    return faults;
+}
+
+/// What a link to a heading is called: its letters in lower case, hyphens for spaces, no other
+/// signs.
+std::string anchorOf(const std::string& heading)
+{
+    std::string anchor;
+    for (const char c : heading) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte >= 0x80 || std::isalnum(byte) != 0 || c == '-' || c == '_')
+            anchor += static_cast<char>(std::tolower(byte));
+        else if (c == ' ')
+            anchor += '-';
+    }
+    return anchor;
+}
+
+Names anchorsOf(const std::string& file)
+{
+    static const Pattern heading(R"(^#+ (.+)$)");
+    Names anchors;
+    for (const std::string& line : readText(file).lines)
+        for (const std::string& words : matches(line, heading, 1)) anchors.insert(anchorOf(words));
+    return anchors;
+}
+
+/// Links within the repository, by their path from the document: as they work in a checkout and on
+/// the web.
+Strings linkFaults(const std::vector<Text>& texts)
+{
+    static const Pattern link(R"(\]\(([^)#:]*)(?:#([^)]*))?\))");
+    Strings faults;
+    for (const Text& text : texts)
+        for (const std::string& line : text.lines)
+            for (const Pattern::Groups& target : link.findAll(line)) {
+                const fs::path folder = fs::path(text.file).parent_path();
+                const std::string file = target[1].empty()
+                                             ? text.file
+                                             : (folder / target[1]).lexically_normal().string();
+                if (!fs::exists(kSource / file) ||
+                    (!target[2].empty() && !anchorsOf(file).contains(target[2])))
+                    faults.push_back(text.file + " links to " + target[0].substr(1) +
+                                     ", which does not exist");
+            }
     return faults;
 }
 
@@ -323,11 +366,19 @@ TEST(Docs, MissingFilesAreSeen)
                             ".cpp does"}}})
                   .size(),
               1u);
-    EXPECT_EQ(fileFaults({{"docs/x.md",
-                           {"[a](nowhere.svg), [b](https://example.org/x), [c](tests.md#claims)"}}})
-                  .size(),
-              1u);
     EXPECT_EQ(fileFaults({{"README.md", {"`assets/nowhere.gltf`"}}}).size(), 1u);
+}
+
+TEST(Docs, LinksLeadToFilesAndHeadings)
+{
+    EXPECT_EQ(list(linkFaults(documents())), "");
+    EXPECT_EQ(anchorOf("The viewer's `--path` A-B, and more"), "the-viewers---path-a-b-and-more");
+    EXPECT_EQ(linkFaults({{"docs/x.md",
+                           {"[a](nowhere.svg), [b](https://example.org/x#y), [c](tests.md#claims)",
+                            "[d](docs/tests.md), ![e](../README.md#use), [f](tests.md#nothing)"}}}),
+              (Strings{"docs/x.md links to (nowhere.svg), which does not exist",
+                       "docs/x.md links to (docs/tests.md), which does not exist",
+                       "docs/x.md links to (tests.md#nothing), which does not exist"}));
 }
 
 TEST(Docs, NamedTestsExist)
