@@ -1,5 +1,5 @@
-// The methods that the laboratory compares: one table, walked by the experiments, the report, the
-// README and the tests.
+// The methods that the laboratory compares: one table, walked by the experiments, the report and
+// the tests.
 #pragma once
 
 #include <span>

@@ -9,7 +9,7 @@
 
 namespace core {
 
-/// The program's exit codes; README.md explains them.
+/// The program's exit codes; docs/command-line.md explains them.
 enum class ExitCode : int {
     done = 0,
     failure = 1,
