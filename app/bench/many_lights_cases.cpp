@@ -24,7 +24,7 @@ constexpr double kCap = 0.4;  // of the adaptive rate, in the thesis and here
 constexpr float kCommonError = 0.02f;
 constexpr uint32_t kMostClusters = 8000;
 
-/// Slices that completion of our own likes best (README.md, "Many lights").
+/// Slices that completion of our own likes best (docs/many-lights.md).
 constexpr uint32_t kLargeSlice = 2000;
 
 void full(ManyLightsParams& p)
