@@ -194,11 +194,10 @@ std::span<const MapInfo> reuseMaps()
 std::span<const MethodPreset> reusePresets()
 {
     static const std::array kPresets{
-        MethodPreset{"flight", ReuseParams{},
-                     "Reweighting-Augmentation with eight samples a pixel"},
-        MethodPreset{"lean", ReuseParams{.records = 4, .lights = 2},
-                     "four samples a pixel: little more than half of the memory, less time, hardly "
-                     "more noise"},
+        MethodPreset{"flight", ReuseParams{}, "Reweighting-Augmentation with four samples a pixel"},
+        MethodPreset{"ample", ReuseParams{.records = 8, .lights = 4},
+                     "eight samples a pixel: hardly less noise, but more time and nearly twice the "
+                     "memory"},
         MethodPreset{"balance", ReuseParams{.reuse = ReuseStrategy::mis},
                      "the balance heuristic between old and new samples: nearly as good, cheaper"},
         MethodPreset{"fresh", ReuseParams{.reuse = ReuseStrategy::discard},

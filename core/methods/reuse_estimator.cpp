@@ -326,6 +326,7 @@ void ReuseEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& sampl
         if (r.radiance == shared::kReuseEvaluated) {
             const vec3 place = p.v.vertex.surface.position + view.distance * view.direction;
             if (!shared::arrivingIsOld(scene_, settings_, place, r)) continue;
+            if (shared::showsElse(r, view)) continue;
             L = shared::evaluateArriving(scene_, p.path, p.v, r, view);
         }
         if (hidden) {

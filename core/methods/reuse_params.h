@@ -56,8 +56,9 @@ struct ReuseParams {
     static constexpr std::string_view kMethod = "reuse";
 
     ReuseStrategy reuse = ReuseStrategy::ra;
-    uint32_t records = 8;
-    uint32_t lights = 4;
+    // Twice as many leave 1 to 4 per cent less error in a flight, in 1.2 to 1.8 times the time.
+    uint32_t records = 4;
+    uint32_t lights = 2;
     uint32_t candidates = 8;
     float rays = 1;
     PathAllocation allocation = PathAllocation::even;

@@ -70,6 +70,7 @@ inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass, bool mayMov
     return (jitters ? shared::kReuseJitters : 0) | (pass > 0 ? shared::kReuseFollows : 0) |
            (allocatesPaths(params) ? shared::kReuseAllocates : 0) |
            (carriesRemainder(params) ? shared::kReuseCarries : 0) |
+           (params.bias == ReuseBias::fast && !mayMove ? shared::kReuseDirects : 0) |
            (mayMove && followsMotion(params) ? shared::kReuseMoves : 0);
 }
 

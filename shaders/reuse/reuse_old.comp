@@ -122,6 +122,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
     vec3 responses[kReuseMostRecords];
     uint evaluated = 0u;  // a bit for each
     uint hidden = 0u;
+    uint turned = 0u;
     const uint count = looks ? most : 0u;
     for (uint i = 0u; i < most; ++i) {
         weights[i] = 0.0;
@@ -140,6 +141,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         if (oldSampleHides(scene, push.settings, v, view, stream, i, tally)) hidden |= 1u << i;
         if (r.radiance == kReuseEvaluated) {
             evaluated |= 1u << i;
+            if (view.turned) turned |= 1u << i;
         } else {
             addOrDrop(view, unpackRgbe(r.radiance), (hidden & (1u << i)) != 0u, weights[i], brings[i], sums);
         }
@@ -156,6 +158,11 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         Triangle t;
         view.distance = kInfinity;
         view.perPlace = 1.0;
+        view.turned = (turned & (1u << i)) != 0u;
+        if (showsElse(r, view)) {
+            weights[i] = 0.0;
+            continue;
+        }
         if (wayToPlace(scene, r, v.vertex.surface.position, view.direction, t, n)) {
             if (!arrivingIsOld(scene, push.settings, v.vertex.surface.position + view.direction, r)) {
                 weights[i] = 0.0;

@@ -1,13 +1,14 @@
 // Reweighting-Augmentation at the first hits of a moving camera, one text for GPU and CPU. A pixel
 // keeps samples of the light that comes to its first hit. When the camera has moved, each old one
-// is aimed anew from the new first hit at the place where it came from (reconnection; Kettunen et
-// al., "Gradient-Domain Path Tracing", 2015) and answers for the share alpha of the new integral;
-// the rest comes from new paths, whose first direction is resampled with weight 1 - alpha. After S.
-// Wang, "Efficient Sample Usage in Photo-Realistic Rendering" (2022), chapter 8. What differs: what
-// arrives at the far end is stored as radiance by direction, so that a shiny far surface is seen
-// from the new side; samples carry absolute weights (shared/reuse.h); visibility of old samples is
-// asked for again as far as the settings say (reuse_visibility.h): where it is not, the picture is
-// too bright where something has come in between.
+// is looked at from the new first hit (reuse_shift.h) and answers for the share alpha of the new
+// integral; the rest comes from new paths, whose first direction is resampled with weight 1 -
+// alpha. After S. Wang, "Efficient Sample Usage in Photo-Realistic Rendering" (2022), chapter 8.
+// What differs: in the fast mode samples that end at nothing that shines keep their direction and
+// radiance alone, mirrors and glass included (keepDirection); elsewhere what arrives at the far end
+// is stored as radiance by direction, so that a shiny far surface is seen from the new side;
+// samples carry absolute weights (shared/reuse.h); visibility of old samples is asked for again as
+// far as the settings say (reuse_visibility.h): where it is not, the picture is too bright where
+// something has come in between.
 #ifndef REKINDLE_SHARED_REUSE_PATH_H
 #define REKINDLE_SHARED_REUSE_PATH_H
 
@@ -133,7 +134,8 @@ struct ReusePlace {
     vec3 throughput;   // of the place, for what arrives from further on
     float grey;        // of the path after it; 0: the path has ended
     float perArrival;  // what is stored of radiance that arrives
-    bool bends;        // a mirror or glass: from elsewhere it shows something else
+    bool emits;
+    bool bends;  // a mirror or glass: from elsewhere it shows something else
 };
 
 /// Whether light that leaves a surface hardly depends on the direction over the width of a pixel.
@@ -153,6 +155,7 @@ SHARED_FN ReusePlace noReusePlace()
     place.throughput = vec3(0.0f);
     place.grey = 0.0f;
     place.perArrival = 0.0f;
+    place.emits = false;
     place.bends = false;
     return place;
 }
@@ -168,6 +171,22 @@ SHARED_FN void leavePlace(float importance, float entering, BsdfSample next, vec
     record.nextDirection = packOct(path.direction);
     // grey / entering is one over the chance to survive
     place.perArrival = next.pdf == 0.0f ? 0.0f : place.grey / (entering * next.pdf);
+}
+
+/// Makes a sample one of its direction `wi` (world) and what comes from there, without a place, as
+/// where nothing is met. Not where it shines: what counts of that depends on the density of the
+/// direction.
+SHARED_FN void keepDirection(ReuseSettings settings, vec3 wi, INOUT(ReusePlace) place,
+                             INOUT(ReuseSample) record)
+{
+    if (!keepsDirections(settings) || record.slot == kNone) return;
+    if (place.emits) {
+        if (place.bends) record.nextDirection = kReuseBent;
+        return;
+    }
+    record = noReuseSample();
+    record.place = packOct(wi);
+    place.bends = false;
 }
 
 /// Radiance that comes to the first hit, from what was gathered since the path left its place;
@@ -197,7 +216,7 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
     float alpha = draw.alpha;
     float perPlace = 1.0f;
     const bool ends = result.record.slot != kNone;
-    if (place.bends) alpha = 0.0f;
+    if (place.bends && !keepsDirections(settings)) alpha = 0.0f;
     vec3 way = toWorld(v.vertex.surface.frame, draw.next.wi);
     vec3 wayBefore = way;
     if (ends) {
@@ -210,7 +229,9 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
         if (alpha > 0.0f &&
             !(maySlide(settings, v) && hasSlid(triangleInSlot(scene, result.record.slot), position,
                                                v.positionBefore, way, wayBefore)))
-            alpha *= reconnection(way, place.normal, position, v.positionBefore);
+            alpha *= place.bends && position != v.positionBefore
+                         ? 0.0f
+                         : reconnection(way, place.normal, position, v.positionBefore);
     }
     if (alpha > 0.0f && !(wayIsOld(scene, settings, v, way, ends, place.triangle) &&
                           arrivingIsOld(scene, settings, place.position, result.record)))
@@ -223,7 +244,8 @@ SHARED_FN void weighNewSample(IN(SceneView) scene, ReuseSettings settings, IN(Re
     }
     result.scale = whole * (1.0f - alpha);
     const float u = result.scale / draw.next.pdf * perPlace;
-    const bool lasts = draw.next.pdf > 0.0f && u < kInfinity && !place.bends;
+    const bool lasts =
+        draw.next.pdf > 0.0f && u < kInfinity && (!place.bends || keepsDirections(settings));
     result.record.u = lasts ? u : 0.0f;
 }
 
@@ -340,9 +362,9 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings se
     place.position = vertex.surface.position;
     place.normal = vertex.surface.normal;
     place.triangle = vertex.surface.triangle;
-    const bool emits = vertex.surface.emitter != kNone || maxComponent(gathered) > 0.0f;
+    place.emits = vertex.surface.emitter != kNone || maxComponent(gathered) > 0.0f;
     const bool exact = isUnbiased(settings) || keepsArrivals(settings) || !isRough(vertex.bsdf);
-    if (emits || (scatters && exact)) record.radiance = kReuseEvaluated;
+    if (place.emits || (scatters && exact)) record.radiance = kReuseEvaluated;
     return scatters;
 }
 
@@ -393,6 +415,8 @@ SHARED_FN ReuseNew takePath(IN(SceneView) scene, PathSettings path, ReuseSetting
     if (!fromHere) {
         result.around = gathered;
     } else if (ray.depth > 0u) {
+        keepDirection(settings, toWorld(v.vertex.surface.frame, first.next.wi), place,
+                      result.record);
         const vec3 L = endNewPath(stream, gathered, place, result.record);
         weighNewSample(scene, settings, v, first, place, L, stream, result, tally);
     }

@@ -27,6 +27,7 @@ SHARED_CONST uint kReuseFollows = 2u;    // adds to a picture that has begun; el
 SHARED_CONST uint kReuseAllocates = 4u;  // noisy pixels get more of the paths (reuse_allocation.h)
 SHARED_CONST uint kReuseMoves = 8u;      // later frames may be of other poses
 SHARED_CONST uint kReuseCarries = 16u;   // pixels hand on remainders (reuse_sums.h)
+SHARED_CONST uint kReuseDirects = 32u;   // samples keep their direction (keepsDirections)
 // Behind these flags: how many pieces of the scene have moved since the frame before (motion.h).
 SHARED_CONST uint kReuseMovedShift = 8u;
 
@@ -71,6 +72,14 @@ SHARED_FN bool keepsArrivals(ReuseSettings settings)
 SHARED_FN bool carriesRemainder(ReuseSettings settings)
 {
     return (settings.flags & kReuseCarries) != 0u;
+}
+
+/// Whether samples have no place but a direction and what comes from there, unless they end at what
+/// shines: the first hit moves by what is left of rounding to pixels, so that from the same
+/// direction comes the same. Where nothing moves and it is not asked what lies in between.
+SHARED_FN bool keepsDirections(ReuseSettings settings)
+{
+    return (settings.flags & kReuseDirects) != 0u;
 }
 
 /// Pieces of the scene that have moved since the frame before.
@@ -239,6 +248,10 @@ SHARED_CONST uint kReuseSampleWords = 2u;
 
 // packRgbe makes it of nothing below 1e38.
 SHARED_CONST uint kReuseEvaluated = 0xffffffffu;
+
+// In the place of a direction (packOct makes no such word): the radiance beside it leaves the place
+// as it is, by a mirror or through glass.
+SHARED_CONST uint kReuseBent = 0x80008000u;
 
 /// A connection of a first hit to an emitter that was found open: the random numbers by which its
 /// point is drawn again. `v` is its weight in the space of these numbers.

@@ -217,6 +217,7 @@ struct ReuseView {
     float u;         // absolute weight per solid angle, alpha included
     float perPlace;  // what it is multiplied by to be stored
     float survival;  // probability to be kept: 1 but for Rejection-Augmentation
+    bool turned;     // its place is seen from another direction than before
 };
 
 /// Way from a position to the place of a sample: true where that is a triangle `t`, of normal n.
@@ -247,6 +248,7 @@ SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(Reus
     view.perPlace = 1.0f;
     view.survival = 1.0f;
     view.direction = vec3(0.0f);
+    view.turned = false;
     if (!(r.u > 0.0f)) return false;
     float share = 1.0f;
     vec3 n;
@@ -259,6 +261,7 @@ SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(Reus
     if (!wayIsOld(scene, settings, v, view.direction, ends, triangle)) return false;
     if (ends) {
         if (!slid) share = reconnection(view.direction, n, position, v.positionBefore);
+        view.turned = !slid && position != v.positionBefore;
         if (!(share > 0.0f)) return false;
         const float d2 = dot(view.direction, view.direction);
         view.distance = sqrt(d2);
@@ -290,6 +293,13 @@ SHARED_FN PathState pathFromHere(IN(ReuseVertex) v)
     return path;
 }
 
+/// Whether what a sample has stored cannot be known from where it is seen now: a mirror shows
+/// something else.
+SHARED_FN bool showsElse(ReuseSample r, IN(ReuseView) view)
+{
+    return view.turned && r.nextDirection == kReuseBent;
+}
+
 /// Radiance that comes from the place of a sample whose radiance is evaluated, along
 /// `view.direction`, whose density is `view.p`.
 SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
@@ -312,8 +322,10 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, IN(Reuse
     vec3 L = vec3(0.0f);
     Vertex far;
     if (prepareVertex(scene, path, hit, ray, far, L)) {
-        L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) +
-                         reflectStored(far, r.nextDirection, r.nextRadiance));
+        const vec3 next = r.nextDirection == kReuseBent
+                              ? unpackRgbe(r.nextRadiance)
+                              : reflectStored(far, r.nextDirection, r.nextRadiance);
+        L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) + next);
     }
     return L;
 }
