@@ -34,7 +34,8 @@ reuse-keep-unpaid@shaders/shared/reuse.h@min(kappa / score, Real(kInfinity)) : R
 reuse-count-for-nominal@core/reuse/reweighting_augmentation.h@fraction.alphaOverQ(q, p) / N;@fraction.alphaOverQ(q, p) / static_cast<typename C::Real>(old.size());@Lab.Flatland*
 reuse-after-trace-unpaid@core/reuse/reweighting_augmentation.h@draw.u * share / draw.omega@draw.u * share@Lab.Traps*
 reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@static_cast<Real>(weightSum - 1)@Lab.Every*
-reuse-residual-alone@shaders/shared/reuse_path.h@alpha *= reconnection(@alpha += 0.0f * reconnection(@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-bent-twice@shaders/shared/reuse_path.h@if (place.bends && !keepsDirections(settings)) alpha@if (place.bends) alpha@*ReuseMirrors*cpu*
+reuse-residual-alone@shaders/shared/reuse_path.h@: reconnection(way, place.normal, position, v.positionBefore);@: 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-slide-unpaid@shaders/shared/reuse_shift.h@    r.u *= lengths * lengths;@    if (false) @ReuseShift*
 reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@return vec2(0.5f);@ReuseShift*
 reuse-remainder-whole@core/methods/reuse_estimator.cpp@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*

@@ -53,8 +53,8 @@ protected:
     }
 };
 
-/// Nearly all that a history could answer for is kept: c on average, less what lobes have turned.
-/// Where it is asked what lies in between, what mirrors show is left to new paths.
+/// T-35. Nearly all that a history could answer for is kept: c on average, less what lobes have
+/// turned. Where it is asked what lies in between, what mirrors show is left to new paths.
 TEST_P(ReuseMirrors, AnswerForAsMuchAsWallsDo)
 {
     constexpr size_t kAlpha = 1, kC = 2;
