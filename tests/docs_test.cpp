@@ -13,15 +13,15 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/pattern.h"
+#include "tests/support/source_folder.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 using Names = std::set<std::string>;
+using tests::kSource;
 using tests::Pattern;
-
-const fs::path kSource = REKINDLE_SOURCE_DIR;
 
 /// A file of the repository, by its path from the root.
 struct Text {

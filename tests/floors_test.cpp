@@ -9,13 +9,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/shell.h"
+#include "tests/support/source_folder.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 
-namespace fs = std::filesystem;
+using tests::kSource;
 
-const fs::path kSource = REKINDLE_SOURCE_DIR;
+namespace fs = std::filesystem;
 
 tests::ShellResult check(const fs::path& tree)
 {

@@ -6,13 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/shell.h"
+#include "tests/support/source_folder.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 
-namespace fs = std::filesystem;
+using tests::kSource;
 
-const fs::path kSource = REKINDLE_SOURCE_DIR;
+namespace fs = std::filesystem;
 
 /// A repository with the project's style and one file that follows it.
 class Format : public testing::Test {

@@ -1,8 +1,6 @@
 // The faults that tests/mutants.sh plants can still be planted: each stands at one place of its
 // file, and its tests exist. That the tests notice them takes an hour and is for `./test
 // --mutants`.
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -11,15 +9,15 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/source_folder.h"
+#include "tests/support/text_search.h"
+#include "tests/support/whole_files.h"
+
 namespace {
 
-const std::string kSource = REKINDLE_SOURCE_DIR;
-
-std::string contentOf(const std::string& file)
-{
-    std::ifstream stream(kSource + '/' + file);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
+using tests::countOf;
+using tests::kSource;
+using tests::readAll;
 
 struct Mutant {
     std::string name, file, from, to, tests;
@@ -28,7 +26,7 @@ struct Mutant {
 /// The list of the script: a fault per line, its fields separated by '@'.
 std::vector<Mutant> mutants()
 {
-    const std::string script = contentOf("tests/mutants.sh"), begin = "faults='\n";
+    const std::string script = readAll(kSource / "tests/mutants.sh"), begin = "faults='\n";
     const size_t from = script.find(begin) + begin.size();
     std::istringstream lines(script.substr(from, script.find("\n'", from) - from));
     std::vector<Mutant> found;
@@ -41,14 +39,6 @@ std::vector<Mutant> mutants()
         found.push_back(m);
     }
     return found;
-}
-
-size_t countOf(const std::string& text, const std::string& part)
-{
-    size_t count = 0;
-    for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-        ++count;
-    return count;
 }
 
 /// Whether a test of the program has a name that one of the patterns (separated by ':') describes.
@@ -73,11 +63,11 @@ TEST(Mutants, EachFaultHasOnePlaceAndTests)
     ASSERT_GT(all.size(), 30u);
     for (const Mutant& m : all) {
         SCOPED_TRACE(m.name);
-        EXPECT_EQ(countOf(contentOf(m.file), m.from), 1u) << m.from << " in " << m.file;
+        EXPECT_EQ(countOf(readAll(kSource / m.file), m.from), 1u) << m.from << " in " << m.file;
         EXPECT_NE(m.from, m.to);
         EXPECT_TRUE(anyTestMatches(m.tests)) << m.tests;
     }
-    EXPECT_EQ(countOf(contentOf("docs/verification.md"),
+    EXPECT_EQ(countOf(readAll(kSource / "docs/verification.md"),
                       "plants " + std::to_string(all.size()) + " known"),
               1u);
 }

@@ -2,8 +2,6 @@
 // only files that exist; the README leads to every page, and rows of figures that it shows stand
 // in a page, too, so that they cannot drift apart.
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -12,18 +10,14 @@
 
 #include "app/session/actions.h"
 #include "tests/support/pattern.h"
+#include "tests/support/source_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-
-const fs::path kSource = REKINDLE_SOURCE_DIR;
-
-std::string contentOf(const fs::path& file)
-{
-    std::ifstream stream(kSource / file);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
+using tests::kSource;
+using tests::readAll;
 
 /// The pages below docs/, by their path from the root.
 std::vector<fs::path> pages()
@@ -36,7 +30,7 @@ std::vector<fs::path> pages()
 
 TEST(Readme, ViewerPageListsEveryKeyWithWhatItDoes)
 {
-    const std::string text = contentOf("docs/viewer.md");
+    const std::string text = readAll(kSource / "docs/viewer.md");
     for (const app::Action& action : app::actions()) {
         if (action.key[0] == '\0') continue;
         const std::string key =
@@ -56,7 +50,7 @@ TEST(Readme, PagesNameOnlyFilesThatExist)
     files.emplace_back("README.md");
     size_t found = 0;
     for (const fs::path& file : files)
-        for (const auto& name : path.findAll(contentOf(file))) {
+        for (const auto& name : path.findAll(readAll(kSource / file))) {
             ++found;
             EXPECT_TRUE(fs::exists(kSource / name[0])) << file << " names " << name[0];
         }
@@ -65,7 +59,7 @@ TEST(Readme, PagesNameOnlyFilesThatExist)
 
 TEST(Readme, LeadsToEveryPage)
 {
-    const std::string text = contentOf("README.md");
+    const std::string text = readAll(kSource / "README.md");
     for (const fs::path& page : pages())
         EXPECT_NE(text.find("](" + page.generic_string() + ")"), std::string::npos) << page;
     EXPECT_GT(pages().size(), 10u);
@@ -74,9 +68,9 @@ TEST(Readme, LeadsToEveryPage)
 TEST(Readme, RowsOfFiguresStandInAPage)
 {
     std::string all;
-    for (const fs::path& page : pages()) all += contentOf(page) + '\n';
+    for (const fs::path& page : pages()) all += readAll(kSource / page) + '\n';
     const tests::Pattern figure(R"(\| [^|`]*\.\d[^|`]* \|)");
-    std::istringstream lines(contentOf("README.md"));
+    std::istringstream lines(readAll(kSource / "README.md"));
     size_t found = 0;
     for (std::string line; std::getline(lines, line);) {
         if (line[0] != '|' || !figure.find(line)) continue;

@@ -12,7 +12,7 @@ namespace app {
 namespace {
 
 /// What may be left out, and what --quick makes smaller.
-struct Given {
+struct FlythroughArguments {
     SceneOptions loading;  // of every scene, but for the file
     std::vector<std::filesystem::path> files;
     std::optional<uint32_t> width, frames, seeds;
@@ -21,14 +21,14 @@ struct Given {
     bool noSweeps = false;
 };
 
-struct Amounts {
+struct FlythroughAmounts {
     uint32_t width, frames, seeds;
     uint64_t referenceSpp;
     std::vector<double> degrees;
 };
 
-const Amounts kUsual{192, 30, 3, 2048, {0.25, 1, 4, 16}};
-const Amounts kQuick{96, 16, 2, 1024, {1, 8}};
+const FlythroughAmounts kUsualFlights{192, 30, 3, 2048, {0.25, 1, 4, 16}};
+const FlythroughAmounts kQuickFlights{96, 16, 2, 1024, {1, 8}};
 
 std::vector<double> readSteps(const std::string& text)
 {
@@ -60,15 +60,15 @@ std::vector<core::ReuseStrategy> usualStrategies(bool quick)
     return all;
 }
 
-void addFlightOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
+void addFlightOptions(CLI::App& app, FlightBenchOptions& o, FlythroughArguments& given)
 {
     const std::string group = "Flights";
     addRead(app, group, "--steps", "LIST", given.steps, readSteps,
             "how far the camera goes from frame to frame: degrees around what it looks at, or with "
             "--path frames of the path (default 0.25,1,4,16; quick: 1,8; with --path: 1)");
     addValue(app, group, "--frames", given.frames,
-             "frames of the longest flight, default " + std::to_string(kUsual.frames) +
-                 "; quick: " + std::to_string(kQuick.frames),
+             "frames of the longest flight, default " + std::to_string(kUsualFlights.frames) +
+                 "; quick: " + std::to_string(kQuickFlights.frames),
              {2, 1000});
     addValue(app, group, "--path", o.path,
              "camera path, a JSON file; flights end where it ends (default: a circle that ends at "
@@ -85,7 +85,7 @@ void addFlightOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
             "ceiling, which takes longer than the others together)");
 }
 
-void addAmountOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
+void addAmountOptions(CLI::App& app, FlightBenchOptions& o, FlythroughArguments& given)
 {
     const std::string group = "Measurement";
     app.add_flag("--quick", o.quick, "for a look: smaller, shorter, fewer; about two minutes")
@@ -100,21 +100,23 @@ void addAmountOptions(CLI::App& app, FlightBenchOptions& o, Given& given)
         "for 33 and 100 ms from picture to picture, with pictures as small as that takes; two "
         "to four minutes for each scene");
     addValue(app, group, "--seeds", given.seeds,
-             "flights of each kind, default " + std::to_string(kUsual.seeds) +
-                 "; quick: " + std::to_string(kQuick.seeds),
+             "flights of each kind, default " + std::to_string(kUsualFlights.seeds) +
+                 "; quick: " + std::to_string(kQuickFlights.seeds),
              {2, 1000});
     addValue(app, group, "--reference-spp", given.referenceSpp,
-             "samples per pixel of the references, default " + std::to_string(kUsual.referenceSpp) +
-                 "; quick: " + std::to_string(kQuick.referenceSpp),
+             "samples per pixel of the references, default " +
+                 std::to_string(kUsualFlights.referenceSpp) +
+                 "; quick: " + std::to_string(kQuickFlights.referenceSpp),
              {2, 1e9});
     addRead(app, group, "--size", "WxH", o.size, readSize, "width and height in pixels");
     addValue(app, group, "--width", given.width,
              "width in pixels when --size is absent; the camera decides the height; default " +
-                 std::to_string(kUsual.width) + "; quick: " + std::to_string(kQuick.width),
+                 std::to_string(kUsualFlights.width) +
+                 "; quick: " + std::to_string(kQuickFlights.width),
              {16, 8192});
 }
 
-FlightBenchOptions finished(FlightBenchOptions o, const Given& given)
+FlightBenchOptions finished(FlightBenchOptions o, const FlythroughArguments& given)
 {
     o.scenes = measuredScenes("bench flythrough", given.loading, given.files, o.output);
     if (o.window && o.framesPerSecond > 0)
@@ -122,7 +124,7 @@ FlightBenchOptions finished(FlightBenchOptions o, const Given& given)
                        "--fps");
     if (o.deviceIndex >= 0 && o.device == DeviceKind::cpu)
         badCommandLine("--device-index is for --device vulkan");
-    const Amounts& usual = o.quick ? kQuick : kUsual;
+    const FlythroughAmounts& usual = o.quick ? kQuickFlights : kUsualFlights;
     o.sweeps = !given.noSweeps;
     o.width = given.width.value_or(usual.width);
     o.frames = given.frames.value_or(usual.frames);
@@ -141,7 +143,7 @@ FlightBenchOptions finished(FlightBenchOptions o, const Given& given)
 Subcommand flythroughCommandLine(CLI::App& bench)
 {
     const auto o = std::make_shared<FlightBenchOptions>();
-    const auto given = std::make_shared<Given>();
+    const auto given = std::make_shared<FlythroughArguments>();
     CLI::App& app = *bench.add_subcommand(
         "flythrough",
         "what is gained and lost by samples that stay when the camera moves: flights through "

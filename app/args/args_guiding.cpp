@@ -12,7 +12,7 @@ namespace app {
 namespace {
 
 /// What may be left out, and what --quick makes smaller.
-struct Given : PictureArguments {
+struct GuidingArguments : PictureArguments {
     std::optional<uint32_t> seeds, referenceSpp;
     bool sweep = false;
 };
@@ -23,14 +23,14 @@ constexpr uint32_t kSweep[] = {31, 63, 127, 255, 511, 1023};
 /// A reference has so many times the samples of the largest picture, and no less than that.
 constexpr uint32_t kReferenceFactor = 8, kLeastReference = 1024, kQuickReference = 256;
 
-constexpr PictureHelp kHelp{
+constexpr PictureHelp kGuidingHelp{
     .output = "folder for guiding.html, guiding.json, guiding.csv, pictures and references; made "
               "when it does not exist, and its references are used again when they still fit",
     .quick = "for a look: path and guided only, fewer seeds, a noisier reference; about two "
              "minutes for a small scene",
     .samples = "samples per pixel of each variant (default 16,64)"};
 
-void addOwnOptions(CLI::App& app, GuidingBenchOptions& o, Given& given)
+void addOwnOptions(CLI::App& app, GuidingBenchOptions& o, GuidingArguments& given)
 {
     const std::string group = "Measurement";
     addRead(app, group, "--variants", "LIST", o.variants, splitList,
@@ -54,7 +54,7 @@ void addOwnOptions(CLI::App& app, GuidingBenchOptions& o, Given& given)
              {-40, 40});
 }
 
-GuidingBenchOptions finished(GuidingBenchOptions o, const Given& given)
+GuidingBenchOptions finished(GuidingBenchOptions o, const GuidingArguments& given)
 {
     finishPictures("bench guiding", given, {16, 64}, o);
     o.sweep = o.samples;
@@ -72,12 +72,12 @@ GuidingBenchOptions finished(GuidingBenchOptions o, const Given& given)
 Subcommand guidingCommandLine(CLI::App& bench)
 {
     const auto o = std::make_shared<GuidingBenchOptions>();
-    const auto given = std::make_shared<Given>();
+    const auto given = std::make_shared<GuidingArguments>();
     CLI::App& app = *bench.add_subcommand(
         "guiding",
         "what path guiding gains and costs: error and time of --method guided, as it is and with "
         "each of its switches, beside those of --method path; writes a page to read, CSV and JSON");
-    addPictureOptions(app, *o, *given, kHelp);
+    addPictureOptions(app, *o, *given, kGuidingHelp);
     addOwnOptions(app, *o, *given);
     const auto parameters = addParametersOf(app, core::GuidedParams::kMethod, {});
     app.footer("Example: rekindle bench guiding room.glb -o guiding --quick\n"

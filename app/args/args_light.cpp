@@ -10,19 +10,19 @@ namespace app {
 namespace {
 
 /// What may be left out, and what --quick makes smaller.
-struct Given : PictureArguments {
+struct LightArguments : PictureArguments {
     std::optional<uint32_t> pairs;
 };
 
 constexpr uint32_t kPairs = 3, kQuickPairs = 2;
 
-constexpr PictureHelp kHelp{
+constexpr PictureHelp kLightHelp{
     .output = "folder for light.html, light.json and light.csv; made when it does not exist",
     .quick = "for a look: power and tree only, two pairs of seeds, 8 samples per pixel; seconds "
              "for a small scene",
     .samples = "samples per pixel of each picture (default 16,64; quick: 8)"};
 
-LightBenchOptions finished(LightBenchOptions o, const Given& given)
+LightBenchOptions finished(LightBenchOptions o, const LightArguments& given)
 {
     finishPictures("bench light", given,
                    o.quick ? std::vector<uint32_t>{8} : std::vector<uint32_t>{16, 64}, o);
@@ -35,13 +35,13 @@ LightBenchOptions finished(LightBenchOptions o, const Given& given)
 Subcommand lightCommandLine(CLI::App& bench)
 {
     const auto o = std::make_shared<LightBenchOptions>();
-    const auto given = std::make_shared<Given>();
+    const auto given = std::make_shared<LightArguments>();
     CLI::App& app = *bench.add_subcommand(
         "light",
         "ways to find light beside each other: emitters chosen by power, or by the tree for the "
         "place, guided paths, surfaces or emitters alone; error and processor time by pairs of "
         "seeds, without a reference; writes a page to read, CSV and JSON");
-    addPictureOptions(app, *o, *given, kHelp);
+    addPictureOptions(app, *o, *given, kLightHelp);
     const std::string group = "Measurement";
     addRead(app, group, "--strategies", "LIST", o->strategies, splitList,
             "strategies to measure beside power: tree, guided (default; quick: tree), bsdf, light");

@@ -12,7 +12,7 @@ namespace app {
 namespace {
 
 /// What may be left out, and what --quick makes smaller.
-struct Given {
+struct ManyLightsArguments {
     SceneOptions loading;  // of every scene, but for the file
     std::vector<std::filesystem::path> files;
     std::vector<uint32_t> clusters;
@@ -20,15 +20,16 @@ struct Given {
     bool noSweeps = false, noPictures = false;
 };
 
-struct Amounts {
+struct ManyLightsAmounts {
     uint32_t width, lights, receivers, repetitions;
     std::vector<uint32_t> clusters;
 };
 
 /// The thesis's density of receivers and its lights; slices that hold so many receivers stand for
 /// the frame.
-const Amounts kUsual{1280, 100000, 16000, 3, {250, 500, 1000, 2000, 4000, 8000}};
-const Amounts kQuick{640, 20000, 8000, 3, {250, 1000}};
+const ManyLightsAmounts kUsualManyLights{
+    1280, 100000, 16000, 3, {250, 500, 1000, 2000, 4000, 8000}};
+const ManyLightsAmounts kQuickManyLights{640, 20000, 8000, 3, {250, 1000}};
 
 std::vector<uint32_t> readClusters(const std::string& text)
 {
@@ -54,20 +55,21 @@ uint32_t mainOf(const std::vector<uint32_t>& clusters)
         clusters, {}, [](uint32_t c) { return std::max(c, 1000u) - std::min(c, 1000u); });
 }
 
-void addFrameOptions(CLI::App& app, ManyLightsBenchOptions& o, Given& given)
+void addFrameOptions(CLI::App& app, ManyLightsBenchOptions& o, ManyLightsArguments& given)
 {
     const std::string group = "Frame";
     addRead(app, group, "--size", "WxH", o.size, readSize, "width and height in pixels");
     addValue(app, group, "--width", given.width,
              "width in pixels when --size is absent, of portraits the height; the camera decides "
              "the other; default " +
-                 std::to_string(kUsual.width) + "; quick: " + std::to_string(kQuick.width),
+                 std::to_string(kUsualManyLights.width) +
+                 "; quick: " + std::to_string(kQuickManyLights.width),
              {16, 8192});
     addValue(app, group, "--camera", o.camera,
              "name or index of a camera of the scene, or a JSON file (default: the first)");
     addValue(app, group, "--lights", given.lights,
-             "virtual lights, about; default " + std::to_string(kUsual.lights) +
-                 "; quick: " + std::to_string(kQuick.lights),
+             "virtual lights, about; default " + std::to_string(kUsualManyLights.lights) +
+                 "; quick: " + std::to_string(kQuickManyLights.lights),
              {1, 4e6});
     addValue(app, group, "--receivers", o.params.receivers,
              "points of each pixel that are lit, rounded up to a square", {1, 64});
@@ -81,7 +83,7 @@ void addFrameOptions(CLI::App& app, ManyLightsBenchOptions& o, Given& given)
     addValue(app, group, "--seed", o.params.seed, "of lights, slices that are lit and repetitions");
 }
 
-void addAmountOptions(CLI::App& app, ManyLightsBenchOptions& o, Given& given)
+void addAmountOptions(CLI::App& app, ManyLightsBenchOptions& o, ManyLightsArguments& given)
 {
     const std::string group = "Measurement";
     app.add_flag("--quick", o.quick,
@@ -100,12 +102,12 @@ void addAmountOptions(CLI::App& app, ManyLightsBenchOptions& o, Given& given)
         },
         "share of the slices, drawn at random, that stand for the frame; 1 is the whole of it "
         "(default: until " +
-            std::to_string(kUsual.receivers) +
-            " points are lit; quick: " + std::to_string(kQuick.receivers) + ")");
+            std::to_string(kUsualManyLights.receivers) +
+            " points are lit; quick: " + std::to_string(kQuickManyLights.receivers) + ")");
     addValue(app, group, "--repetitions", given.repetitions,
              "turns of all methods, each with a light tree of its own; default " +
-                 std::to_string(kUsual.repetitions) +
-                 "; quick: " + std::to_string(kQuick.repetitions),
+                 std::to_string(kUsualManyLights.repetitions) +
+                 "; quick: " + std::to_string(kQuickManyLights.repetitions),
              {1, 100});
     addRead(app, group, "--methods", "LIST", o.methods, splitList,
             "methods to measure beside full (default: all)");
@@ -116,10 +118,10 @@ void addAmountOptions(CLI::App& app, ManyLightsBenchOptions& o, Given& given)
         ->group(group);
 }
 
-ManyLightsBenchOptions finished(ManyLightsBenchOptions o, const Given& given)
+ManyLightsBenchOptions finished(ManyLightsBenchOptions o, const ManyLightsArguments& given)
 {
     o.scenes = measuredScenes("bench manylights", given.loading, given.files, o.output);
-    const Amounts& usual = o.quick ? kQuick : kUsual;
+    const ManyLightsAmounts& usual = o.quick ? kQuickManyLights : kUsualManyLights;
     o.width = given.width.value_or(usual.width);
     o.params.lights = given.lights.value_or(usual.lights);
     o.repetitions = given.repetitions.value_or(usual.repetitions);
@@ -136,7 +138,7 @@ ManyLightsBenchOptions finished(ManyLightsBenchOptions o, const Given& given)
 Subcommand manyLightsCommandLine(CLI::App& bench)
 {
     const auto o = std::make_shared<ManyLightsBenchOptions>();
-    const auto given = std::make_shared<Given>();
+    const auto given = std::make_shared<ManyLightsArguments>();
     o->params = commonParams();
     CLI::App& app = *bench.add_subcommand(
         "manylights",

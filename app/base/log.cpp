@@ -23,7 +23,7 @@ void write(const std::string& text)
     std::fputs(text.c_str(), stderr);
 }
 
-std::string percent(double fraction)
+std::string wholePercent(double fraction)
 {
     char text[16];
     std::snprintf(text, sizeof text, "%.0f %%", 100 * fraction);
@@ -103,8 +103,8 @@ void Log::progress(const char* stage, double fraction)
     lastProgress_ = now;
     if (fraction == core::kUnknownShare) return show(stage_ + " ...");
     fraction = std::clamp(fraction, 0.0, 1.0);
-    show(terminal_ ? bar(fraction) + ' ' + percent(fraction) + "  " + stage_
-                   : stage_ + ": " + percent(fraction));
+    show(terminal_ ? bar(fraction) + ' ' + wholePercent(fraction) + "  " + stage_
+                   : stage_ + ": " + wholePercent(fraction));
 }
 
 void Log::progressText(const std::string& text)

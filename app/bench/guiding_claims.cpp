@@ -49,7 +49,7 @@ private:
     const Claim& claim_;
 };
 
-std::string percent(double ratio)
+std::string changeInPercent(double ratio)
 {
     const double change = 100 * (ratio - 1);
     return std::string(change < 0 ? "" : "+") + report::fixedNumber(change, 0) + " %";
@@ -75,11 +75,11 @@ std::string onTraining(const Rows& rows)
     const double with = std::max(rows.gain("memory-balance"), rows.gain("memory-residual"));
     const double ratio = with / without;
     std::string text = "Reuse of training records changes the variance by " +
-                       percent(rows.error("memory-balance") / rows.error("memory-reset")) +
+                       changeInPercent(rows.error("memory-balance") / rows.error("memory-reset")) +
                        " (balance heuristic) and " +
-                       percent(rows.error("memory-residual") / rows.error("memory-reset")) +
+                       changeInPercent(rows.error("memory-residual") / rows.error("memory-reset")) +
                        " (residual) against learning anew, while keeping sums changes it by " +
-                       percent(rows.error("memory-keep") / rows.error("memory-reset")) +
+                       changeInPercent(rows.error("memory-keep") / rows.error("memory-reset")) +
                        "; the better of the two has " + shortNumber(ratio) +
                        " times the efficiency of the better without. ";
     text += ratio > 1 + kMatters   ? "It pays."
@@ -101,9 +101,9 @@ std::string onCombinations(const Rows& rows, const Claim& claim)
         *std::ranges::min_element(claim.rows, {}, [](const Row* row) { return row->relMse.value; });
     std::string text = "The least variance: " + best->variant + " (" +
                        variantNamed(best->variant).help + "), " +
-                       percent(best->relMse.value / rows.error("combine-samples")) +
+                       changeInPercent(best->relMse.value / rows.error("combine-samples")) +
                        " against weights by samples and " +
-                       percent(best->relMse.value / rows.error("combine-last")) +
+                       changeInPercent(best->relMse.value / rows.error("combine-last")) +
                        " against the last iteration alone.";
     const Row *ess = nullptr, *variance = nullptr;
     for (const Row* row : claim.rows) {
@@ -116,7 +116,7 @@ std::string onCombinations(const Rows& rows, const Claim& claim)
     }
     if (ess != nullptr && variance != nullptr)
         text += " The best of ESS (" + ess->variant + ") has " +
-                percent(ess->relMse.value / variance->relMse.value) +
+                changeInPercent(ess->relMse.value / variance->relMse.value) +
                 " variance against the best of inverse variance (" + variance->variant + ").";
     return text;
 }

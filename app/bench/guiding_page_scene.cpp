@@ -16,6 +16,7 @@ namespace app::guiding {
 namespace {
 
 using namespace report;
+using report::Curve;  // not the viewer's
 
 constexpr double kBiasScore = 4;  // standard errors that are no chance
 

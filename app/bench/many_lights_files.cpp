@@ -136,7 +136,7 @@ Json claimJson(const Claim& claim)
             {"findings", findings}};
 }
 
-std::string sceneTable(const Results& r, const SceneResult& scene)
+std::string sceneLines(const Results& r, const SceneResult& scene)
 {
     std::string text =
         scene.name + ", " + std::to_string(r.mainClusters) + " clusters of " +
@@ -198,7 +198,7 @@ std::string resultsJson(const Results& r)
 std::string resultsTable(const Results& r)
 {
     std::string text;
-    for (const SceneResult& scene : r.scenes) text += sceneTable(r, scene);
+    for (const SceneResult& scene : r.scenes) text += sceneLines(r, scene);
     for (const Claim& claim : claimsOf(r))
         if (!claim.findings.empty())
             text +=

@@ -15,6 +15,7 @@ namespace app::many_lights {
 namespace {
 
 using namespace report;
+using report::Curve;  // not the viewer's
 
 using Place = Point (*)(const SceneResult&, const Row&);
 

@@ -15,6 +15,8 @@
 
 namespace app {
 
+using Json = nlohmann::ordered_json;
+
 PictureRun pictureRun(const PictureBenchOptions& options)
 {
     PictureRun run;
@@ -34,9 +36,8 @@ const BenchDevice& deviceNamed(const PictureRun& run, const std::string& name)
     return *found;
 }
 
-nlohmann::ordered_json runJson(const PictureRun& run, const char* command)
+Json runJson(const PictureRun& run, const char* command)
 {
-    using Json = nlohmann::ordered_json;
     Json devices = Json::array();
     for (const BenchDevice& d : run.devices)
         devices.push_back({{"device", d.name},

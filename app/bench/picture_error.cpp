@@ -11,7 +11,7 @@ namespace app {
 
 namespace {
 
-constexpr uint32_t kTile = 8;         // pixels
+constexpr uint32_t kSumTileSide = 8;  // pixels
 constexpr double kFireflies = 0.001;  // of the pixels
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -134,15 +134,15 @@ void ErrorSum::add(const core::Image& picture)
 {
     CHECK(picture.width == reference_.width && picture.height == reference_.height &&
           picture.channels == 3);
-    const uint32_t across = (picture.width + kTile - 1) / kTile,
-                   down = (picture.height + kTile - 1) / kTile;
+    const uint32_t across = (picture.width + kSumTileSide - 1) / kSumTileSide,
+                   down = (picture.height + kSumTileSide - 1) / kSumTileSide;
     std::vector<double> mse(size_t(across) * down), relMse(mse), differences(mse);
     std::vector<PixelError> ofPixels;
     ofPixels.reserve(size_t(picture.width) * picture.height);
     const double part = 1 / static_cast<double>(sums_.size());
     for (uint32_t y = 0; y < picture.height; ++y)
         for (uint32_t x = 0; x < picture.width; ++x) {
-            const size_t tile = size_t(y / kTile) * across + x / kTile;
+            const size_t tile = size_t(y / kSumTileSide) * across + x / kSumTileSide;
             double ofPixel = 0;
             for (uint32_t c = 0; c < 3; ++c) {
                 const size_t i = (size_t(y) * picture.width + x) * 3 + c;
@@ -171,12 +171,13 @@ void ErrorSum::add(const core::Image& picture)
 std::vector<double> tileDifferences(const core::Image& a, const core::Image& b)
 {
     CHECK(a.width == b.width && a.height == b.height && a.channels == 3 && b.channels == 3);
-    const uint32_t across = (a.width + kTile - 1) / kTile, down = (a.height + kTile - 1) / kTile;
+    const uint32_t across = (a.width + kSumTileSide - 1) / kSumTileSide,
+                   down = (a.height + kSumTileSide - 1) / kSumTileSide;
     std::vector<double> tiles(size_t(across) * down);
     const double part = 1 / static_cast<double>(a.pixels.size());
     for (size_t i = 0; i < a.pixels.size(); ++i) {
         const size_t x = i / 3 % a.width, y = i / 3 / a.width;
-        tiles[y / kTile * across + x / kTile] +=
+        tiles[y / kSumTileSide * across + x / kSumTileSide] +=
             part * (static_cast<double>(a.pixels[i]) - static_cast<double>(b.pixels[i]));
     }
     return tiles;

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr uint32_t kFrames = 24, kWidth = 256;
+constexpr uint32_t kFrames = 24, kPictureWidth = 256;
 constexpr uint64_t kSpp = 8;
 constexpr double kCircle = 0.06;  // its radius over the distance of what is looked at
 
@@ -75,7 +75,7 @@ int flyThrough(const FlyThroughOptions& options)
     o.noCache = options.noCache;
     o.params = options.params;
     o.camera = options.camera;
-    o.width = kWidth;
+    o.width = kPictureWidth;
     o.spp = kSpp;
     o.frames = FrameRange{0, kFrames - 1};
     const int code = renderFrames(

@@ -82,11 +82,6 @@ Json lightsJson(const core::World& w)
     return json;
 }
 
-Json vectorJson(glm::dvec3 v)
-{
-    return Json::array({v.x, v.y, v.z});
-}
-
 Json boundsJson(const core::World& w)
 {
     return {{"low", vectorJson(w.placement.toFile(w.boundsLow))},

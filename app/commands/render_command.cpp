@@ -2,7 +2,6 @@
 #include "app/commands/render_command.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 
 #include "app/base/files.h"
@@ -30,13 +29,6 @@ using core::Clock, core::secondsSince;
 
 constexpr uint64_t kDefaultSpp = 64;
 constexpr double kMaxKeepSeconds = 10;  // between copies of the film; at first a second
-
-std::string format(const char* pattern, double value)
-{
-    char text[64];
-    std::snprintf(text, sizeof text, pattern, value);
-    return text;
-}
 
 /// Everything that can be refused before work begins.
 void checkFiles(const RenderOptions& o)
@@ -137,7 +129,7 @@ void Job::prepare()
     checkReference();
     requireMemoryFor(report_.size);
     log_.line(o_.scene.file.string() + ": " + std::to_string(core::shownTriangles(*loaded.world)) +
-              " triangles, loaded in " + format("%.2f s", loaded.seconds));
+              " triangles, loaded in " + printedNumber("%.2f s", loaded.seconds));
 
     const Clock::time_point start = Clock::now();
     takeWorld();

@@ -12,7 +12,7 @@ namespace app {
 
 namespace {
 
-constexpr double kStepSeconds = 0.25, kGrowthBetweenMeasurements = 1.2;
+constexpr double kLoopStepSeconds = 0.25, kGrowthBetweenMeasurements = 1.2;
 constexpr uint64_t kMaxStep = 4096;
 
 /// Samples of the next step: what takes a quarter of a second at the speed so far, never more than
@@ -21,7 +21,8 @@ uint64_t nextStep(uint64_t last, uint64_t samples, double seconds)
 {
     if (samples == 0) return 1;
     const double perSample = seconds / static_cast<double>(samples);
-    const double wanted = perSample > 0 ? kStepSeconds / perSample : static_cast<double>(kMaxStep);
+    const double wanted =
+        perSample > 0 ? kLoopStepSeconds / perSample : static_cast<double>(kMaxStep);
     return std::clamp<uint64_t>(static_cast<uint64_t>(std::min(wanted, 1e9)), 1,
                                 std::min(2 * last, kMaxStep));
 }

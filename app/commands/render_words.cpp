@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kEndless = 1e30;  // seconds
 
-std::string format(const char* pattern, double value)
+}  // namespace
+
+std::string printedNumber(const char* pattern, double value)
 {
     char text[64];
     std::snprintf(text, sizeof text, pattern, value);
     return text;
 }
-
-}  // namespace
 
 std::string progressText(const RenderReport& report, const Goal& goal, const Outcome& soFar)
 {
@@ -31,12 +31,12 @@ std::string progressText(const RenderReport& report, const Goal& goal, const Out
                 std::to_string(o.frames->first) + '-' + std::to_string(o.frames->last) + ", ";
     text += std::to_string(soFar.samples) +
             (goal.spp < kMaxSpp ? " of " + std::to_string(goal.spp) : "") + " spp, " +
-            format("%.1f s, ", seconds) + format("%.2f M samples/s", rate * 1e-6);
-    if (soFar.rmse) text += format(", RMSE %.3g", *soFar.rmse);
-    if (soFar.noise) text += format(", noise %.3g", *soFar.noise);
+            printedNumber("%.1f s, ", seconds) + printedNumber("%.2f M samples/s", rate * 1e-6);
+    if (soFar.rmse) text += printedNumber(", RMSE %.3g", *soFar.rmse);
+    if (soFar.noise) text += printedNumber(", noise %.3g", *soFar.noise);
     double left = goal.spp < kMaxSpp ? seconds * (wanted - done) / std::max(done, 1.0) : kEndless;
     if (goal.seconds > 0) left = std::min(left, goal.seconds - seconds);
-    if (left < kEndless) text += format(", %.0f s left", std::max(left, 0.0));
+    if (left < kEndless) text += printedNumber(", %.0f s left", std::max(left, 0.0));
     return text;
 }
 
@@ -45,9 +45,9 @@ std::string savedText(const RenderReport& report, const std::filesystem::path& f
     const FrameReport& frame = report.frames.back();
     return file.string() + ": " + std::to_string(report.size.x) + 'x' +
            std::to_string(report.size.y) + ", " + std::to_string(frame.spp) + " spp in " +
-           format("%.2f s", frame.seconds) + " on " + report.renderer.device +
-           (report.rmse ? format(", RMSE %.4g", *report.rmse) : "") +
-           (report.noise ? format(", noise %.4g", *report.noise) : "");
+           printedNumber("%.2f s", frame.seconds) + " on " + report.renderer.device +
+           (report.rmse ? printedNumber(", RMSE %.4g", *report.rmse) : "") +
+           (report.noise ? printedNumber(", noise %.4g", *report.noise) : "");
 }
 
 std::string missedText(const RenderReport& report)
@@ -55,13 +55,13 @@ std::string missedText(const RenderReport& report)
     const RenderOptions& o = *report.options;
     std::string text;
     if (o.untilRmse)
-        text = "RMSE " + format("%.4g", report.rmse.value_or(0)) + " is above --until-rmse " +
-               format("%.4g", *o.untilRmse);
+        text = "RMSE " + printedNumber("%.4g", report.rmse.value_or(0)) +
+               " is above --until-rmse " + printedNumber("%.4g", *o.untilRmse);
     if (!o.untilNoise) return text;
     if (!text.empty()) text += ", ";
     if (!report.noise) return text + "there are too few samples to tell their noise";
-    return text + "noise " + format("%.4g", *report.noise) + " is above --until-noise " +
-           format("%.4g", *o.untilNoise);
+    return text + "noise " + printedNumber("%.4g", *report.noise) + " is above --until-noise " +
+           printedNumber("%.4g", *o.untilNoise);
 }
 
 std::string overBudgetText(const RenderReport& report)

@@ -9,6 +9,9 @@
 
 namespace app {
 
+/// A number as printf's `pattern` writes it.
+std::string printedNumber(const char* pattern, double value);
+
 /// How far a frame is and how long it will take. Of `goal` what is unlimited is left out; of
 /// `report` the size and the frames that are done are read.
 std::string progressText(const RenderReport& report, const Goal& goal, const Outcome& soFar);

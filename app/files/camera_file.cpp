@@ -19,14 +19,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const std::vector<std::string> kMembers{
+const std::vector<std::string> kCameraMembers{
     "name",   "position", "target",          "forward",        "up",   "yfov",
     "aspect", "ymag",     "aperture_radius", "focus_distance", "frame"};
-
-Json vectorJson(glm::dvec3 v)
-{
-    return Json::array({v.x, v.y, v.z});
-}
 
 const glm::dvec3 kLevel(0, 1, 0);  // up in glTF
 
@@ -162,6 +157,11 @@ void readOptics(const Json& json, core::Camera& camera, const core::Placement& p
 
 }  // namespace
 
+Json vectorJson(glm::dvec3 v)
+{
+    return Json::array({v.x, v.y, v.z});
+}
+
 Json cameraJson(const core::Camera& camera, const core::Placement& placement)
 {
     Json json;
@@ -189,8 +189,8 @@ static core::Camera readCameraAt(const Json& json, core::Camera camera,
 {
     if (!json.is_object()) place.fail("expected a camera, {\"position\": ...}");
     for (const auto& [name, value] : json.items())
-        if (std::find(kMembers.begin(), kMembers.end(), name) == kMembers.end())
-            place.fail("a camera has no \"" + name + '"' + suggestion(name, kMembers));
+        if (std::find(kCameraMembers.begin(), kCameraMembers.end(), name) == kCameraMembers.end())
+            place.fail("a camera has no \"" + name + '"' + suggestion(name, kCameraMembers));
     if (json.contains("name") && json["name"].is_string())
         camera.name = json["name"].get<std::string>();
     if (json.contains("position"))

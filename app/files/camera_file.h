@@ -17,6 +17,9 @@
 
 namespace app {
 
+/// [x, y, z]
+nlohmann::ordered_json vectorJson(glm::dvec3 v);
+
 /// `camera` (in world space) as JSON in the file's space. cameraFromJson is its inverse: to the bit
 /// for cameras that came from a file, and for others as closely as the file's space can represent.
 nlohmann::ordered_json cameraJson(const core::Camera& camera, const core::Placement& placement);

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t kMost = 50;
+constexpr size_t kMostCompletions = 50;
 
 bool sameLetter(char a, char b)
 {
@@ -54,7 +54,7 @@ std::vector<std::string> completePath(const std::string& typed,
         for (const FolderEntry& entry : entries)
             if (startsWith(entry.name, start, exactly))
                 found.push_back(folder + entry.name + (entry.folder ? "/" : ""));
-        if (found.size() > kMost) found.resize(kMost);
+        if (found.size() > kMostCompletions) found.resize(kMostCompletions);
         if (!found.empty()) return found;
     }
     return {};

@@ -24,8 +24,9 @@ FlatlandSettings pixelOf(FlatlandSettings settings, uint32_t pixel)
 }
 
 /// The value of one pixel, by one of the ways.
-using Way = double (*)(const FlatlandSettings&, const std::vector<FlatlandChange::Point>& landed,
-                       core::Pcg32& candidates, core::Pcg32& selection);
+using PixelWay = double (*)(const FlatlandSettings&,
+                            const std::vector<FlatlandChange::Point>& landed,
+                            core::Pcg32& candidates, core::Pcg32& selection);
 
 double reused(const FlatlandSettings& s, const std::vector<FlatlandChange::Point>& landed,
               core::Pcg32& candidates, core::Pcg32& selection)
@@ -50,7 +51,7 @@ struct StripCase {
     const char *name, *meaning;
     bool unbiased;
     FlatlandSettings settings;
-    Way way;
+    PixelWay way;
 };
 
 std::vector<StripCase> stripCases()

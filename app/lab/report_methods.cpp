@@ -12,14 +12,14 @@ namespace app::lab {
 
 namespace {
 
-constexpr int kSteps = 240;  // of a drawn curve
+constexpr int kCurveSteps = 240;  // of a drawn curve
 
 /// An end of a support is a jump: both sides of it are drawn.
 std::vector<double> abscissas(const Pair& pair)
 {
     constexpr double kEdge = 1e-9;
     std::vector<double> xs;
-    for (int i = 0; i <= kSteps; ++i) xs.push_back(static_cast<double>(i) / kSteps);
+    for (int i = 0; i <= kCurveSteps; ++i) xs.push_back(static_cast<double>(i) / kCurveSteps);
     for (const double x : {pair.q.low(), pair.q.high(), pair.p.low(), pair.p.high()})
         for (const double side : {x - kEdge, x + kEdge})
             if (side > 0 && side < 1) xs.push_back(side);
@@ -67,8 +67,8 @@ std::string functionCard(size_t index)
 {
     std::vector<Point> curve;
     double highest = 0;
-    for (int i = 0; i <= kSteps; ++i) {
-        const double x = (i + 0.5) / (kSteps + 1);  // F8 is infinite at 0
+    for (int i = 0; i <= kCurveSteps; ++i) {
+        const double x = (i + 0.5) / (kCurveSteps + 1);  // F8 is infinite at 0
         curve.push_back({x, evaluateFunctions(x)[index]});
         highest = std::max(highest, curve.back().y);
     }

@@ -164,18 +164,18 @@ Expectation unbiased(const Integrals& of, double variance)
     return {of.truth() + of.beta(), variance};
 }
 
-Expectation discard(const Integrals& of, const Sizes& s)
+Expectation discardFormula(const Integrals& of, const Sizes& s)
 {
     return unbiased(of, s.N / s.n * freshVariance(of));
 }
 
-Expectation full(const Integrals& of, const Sizes& s)
+Expectation fullFormula(const Integrals& of, const Sizes& s)
 {
     return unbiased(of, s.N / std::max(std::round(s.N / s.c), 1.) * freshVariance(of));
 }
 
 /// int f^2/q - (int f)^2, both where q > 0: what lies elsewhere is missing from the mean.
-Expectation reweighting(const Integrals& of, const Sizes&)
+Expectation reweightingFormula(const Integrals& of, const Sizes&)
 {
     const double mean = of.first([](double q, double) { return q > 0 ? 1. : 0.; });
     const double moment = of.second([](double q, double) { return q > 0 ? 1 / q : 0; });
@@ -183,7 +183,7 @@ Expectation reweighting(const Integrals& of, const Sizes&)
 }
 
 /// Each old sample adds (b/N) g with probability p/(b q): N Var = b int f^2/p - I^2.
-Expectation rejection(const Integrals& of, const Sizes&)
+Expectation rejectionFormula(const Integrals& of, const Sizes&)
 {
     const double b = of.pair().rejectionConstant();
     if (!std::isfinite(b)) return {};
@@ -194,7 +194,7 @@ Expectation rejection(const Integrals& of, const Sizes&)
 /// Given the old samples, the picks are independent with mean sum(w g) / N in all. Their mean of
 /// squares brings, with w = p/q, beside the variance of reweighting:
 ///   ((N - 1)/n) (E_q[w] E_q[w g^2] - E_q[w g]^2).
-Expectation ris(const Integrals& of, const Sizes& s)
+Expectation risFormula(const Integrals& of, const Sizes& s)
 {
     const Pair& pair = of.pair();
     const double mass = pair.p.cdf(pair.q.high()) - pair.p.cdf(pair.q.low());
@@ -222,7 +222,7 @@ double addedVariance(const Integrals& of, const Sizes& s, double count, double M
 }
 
 /// All old samples, g/(aN) each, and (a - 1) N of the density (a p - q)/(a - 1).
-Expectation augmentation(const Integrals& of, const Sizes& s)
+Expectation augmentationFormula(const Integrals& of, const Sizes& s)
 {
     const double a = of.pair().augmentationConstant();
     if (!std::isfinite(a)) return {};
@@ -235,7 +235,7 @@ Expectation augmentation(const Integrals& of, const Sizes& s)
 
 /// Old samples add g/M with probability w = min(1, p/(c q)), of which N c^2 E_q[w g^2] / N^2 is the
 /// second moment; then M R(c) of the residual.
-Expectation rejectionAugmentation(const Integrals& of, const Sizes& s)
+Expectation rejectionAugmentationFormula(const Integrals& of, const Sizes& s)
 {
     const double c = s.c, M = s.N / c;
     const auto kept = [c](double q, double p) { return std::min(c * q, p); };
@@ -272,7 +272,7 @@ OldPart oldPart(const Integrals& of, double c)
     return {mean, central(moment, mean)};
 }
 
-Expectation reweightingAugmentation(const Integrals& of, const Sizes& s)
+Expectation reweightingAugmentationFormula(const Integrals& of, const Sizes& s)
 {
     const double c = s.c;
     const OldPart old = oldPart(of, c);
@@ -287,7 +287,7 @@ Expectation reweightingAugmentation(const Integrals& of, const Sizes& s)
 
 /// M candidates of p, each adding g/M with probability omega; M is a whole number, and c follows
 /// from it.
-Expectation thinned(const Integrals& of, const Sizes& s)
+Expectation thinnedFormula(const Integrals& of, const Sizes& s)
 {
     const double c = s.c, M = s.N / c;
     const OldPart old = oldPart(of, c);
@@ -296,7 +296,7 @@ Expectation thinned(const Integrals& of, const Sizes& s)
     return unbiased(of, old.variance + s.N / M * central(moment, of.truth() - old.mean));
 }
 
-Expectation balanceHeuristic(const Integrals& of, const Sizes& s)
+Expectation balanceHeuristicFormula(const Integrals& of, const Sizes& s)
 {
     // Shares of the sum of densities, so that neither side overflows.
     const auto sum = [s](double q, double p) { return s.N * q + s.n * p; };
@@ -311,16 +311,16 @@ Expectation balanceHeuristic(const Integrals& of, const Sizes& s)
 
 using Formula = Expectation (*)(const Integrals&, const Sizes&);
 constexpr std::array<std::pair<std::string_view, Formula>, 10> kFormulas{{
-    {"discard", discard},
-    {"full", full},
-    {"reweighting", reweighting},
-    {"rejection", rejection},
-    {"ris", ris},
-    {"augmentation", augmentation},
-    {"rejection-augmentation", rejectionAugmentation},
-    {"ra", reweightingAugmentation},
-    {"ra-thinned", thinned},
-    {"mis", balanceHeuristic},
+    {"discard", discardFormula},
+    {"full", fullFormula},
+    {"reweighting", reweightingFormula},
+    {"rejection", rejectionFormula},
+    {"ris", risFormula},
+    {"augmentation", augmentationFormula},
+    {"rejection-augmentation", rejectionAugmentationFormula},
+    {"ra", reweightingAugmentationFormula},
+    {"ra-thinned", thinnedFormula},
+    {"mis", balanceHeuristicFormula},
 }};
 
 }  // namespace

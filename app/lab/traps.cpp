@@ -23,14 +23,14 @@ struct TrapStreams {
 };
 
 /// One way of estimating: the value of one trial.
-using Way = std::function<Values(const LabChange&, Old, TrapStreams&)>;
+using TrapWay = std::function<Values(const LabChange&, Old, TrapStreams&)>;
 
 struct TrapCase {
     Trap text;
     const char *pair, *function;
     size_t oldSamples;
     double moreTrials;  // times those of the table
-    Way wrong, right;
+    TrapWay wrong, right;
 };
 
 double count(Old old)

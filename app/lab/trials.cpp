@@ -14,7 +14,7 @@ namespace app::lab {
 
 namespace {
 
-constexpr uint64_t kBlock = 2048;  // trials
+constexpr uint64_t kTrialBlock = 2048;  // trials
 
 /// What one run gathers in one block.
 struct Gathered {
@@ -81,7 +81,7 @@ std::vector<Gathered> runBlock(const LabChange& change, const std::vector<Run>& 
     }
     core::Pcg32 random(settings.seed, streamOf(settings.experiment, block, 0, 0));
     OldSamples samples(change, settings.oldSamples);
-    for (uint64_t t = block * kBlock; t < block * kBlock + trials; ++t) {
+    for (uint64_t t = block * kTrialBlock; t < block * kTrialBlock + trials; ++t) {
         const std::span<const LabPoint> old = samples.draw(random);
         for (size_t r = 0; r < runs.size(); ++r)
             if (t % runs[r].thinning == 0)
@@ -125,7 +125,7 @@ std::vector<Cell> runTrials(const Pair& pair, const std::vector<Run>& runs,
     const Values truth = pair.truth();
     std::atomic<uint64_t> done = 0;
     const auto gathered = runBlocks(
-        settings.trials, kBlock,
+        settings.trials, kTrialBlock,
         [&](uint64_t block, uint64_t trials) {
             std::vector<Gathered> part = runBlock(change, runs, settings, block, trials, truth);
             done += trials;

@@ -13,24 +13,26 @@ namespace app {
 
 namespace {
 
-constexpr double kLastFrame = 1e9;                 // as in camera_file.cpp
-constexpr double kSlowest = 1e-3, kFastest = 1e5;  // frames per second, as on the command line
+constexpr double kLastFrame = 1e9;  // as in camera_file.cpp
+/// Frames per second, as on the command line.
+constexpr double kLowestRate = 1e-3, kHighestRate = 1e5;
 
 bool isFrame(double frame)
 {
     return frame >= 0 && frame <= kLastFrame;  // false for NaN
 }
 
-double sane(double framesPerSecond)
+double saneRate(double framesPerSecond)
 {
-    return std::isfinite(framesPerSecond) ? std::clamp(framesPerSecond, kSlowest, kFastest) : 24;
+    return std::isfinite(framesPerSecond) ? std::clamp(framesPerSecond, kLowestRate, kHighestRate)
+                                          : 24;
 }
 
 }  // namespace
 
 void CameraTrack::add(const core::Camera& camera)
 {
-    const double step = std::max(1.0, std::round(sane(framesPerSecond)));
+    const double step = std::max(1.0, std::round(saneRate(framesPerSecond)));
     addAt(empty() ? 0 : lastFrame() + step, camera);
 }
 
@@ -110,7 +112,7 @@ bool CameraTrack::advance(double seconds)
 {
     if (!playing_ || !(seconds > 0) || !std::isfinite(seconds)) return false;
     const double before = frame_, length = lastFrame() - firstFrame();
-    const double now = frame_ + seconds * sane(framesPerSecond);
+    const double now = frame_ + seconds * saneRate(framesPerSecond);
     if (now < lastFrame()) {
         frame_ = now;
     } else if (loop) {
@@ -130,7 +132,7 @@ nlohmann::ordered_json CameraTrack::json(const core::Placement& placement) const
         camera["frame"] = key.frame;
         keys.push_back(std::move(camera));
     }
-    return {{"frames_per_second", sane(framesPerSecond)}, {"loop", loop}, {"keys", keys}};
+    return {{"frames_per_second", saneRate(framesPerSecond)}, {"loop", loop}, {"keys", keys}};
 }
 
 void CameraTrack::save(const std::filesystem::path& file, const core::Placement& placement) const
@@ -149,7 +151,7 @@ void CameraTrack::load(const std::filesystem::path& file, const core::Camera& de
     if (json.contains("frames_per_second")) {
         const auto& value = json["frames_per_second"];
         rate = value.is_number() ? value.get<double>() : std::nan("");
-        if (!(rate >= kSlowest && rate <= kFastest))
+        if (!(rate >= kLowestRate && rate <= kHighestRate))
             throw core::Error(file.string() +
                               ": /frames_per_second: expected a number from 0.001 to 100000");
     }

@@ -11,7 +11,6 @@ namespace app {
 
 namespace {
 
-constexpr uint32_t kTile = 8;
 constexpr size_t kMostPoints = 300;
 
 /// Squared errors of a tile over its pixels that are finite in both images.
@@ -22,8 +21,8 @@ struct TileSum {
 TileSum sumTile(const core::Image& a, const core::Image& b, uint32_t x0, uint32_t y0)
 {
     TileSum sum;
-    for (uint32_t y = y0; y < std::min(y0 + kTile, a.height); ++y) {
-        for (uint32_t x = x0; x < std::min(x0 + kTile, a.width); ++x) {
+    for (uint32_t y = y0; y < std::min(y0 + kErrorTile, a.height); ++y) {
+        for (uint32_t x = x0; x < std::min(x0 + kErrorTile, a.width); ++x) {
             const float* p = a.at(x, y);
             const float* q = b.at(x, y);
             double squares = 0;
@@ -47,8 +46,8 @@ ErrorEstimate errorAgainst(const core::Image& image, const core::Image& referenc
           image.channels >= 3 && reference.channels >= 3);
     std::vector<TileSum> tiles;
     TileSum total;
-    for (uint32_t y = 0; y < image.height; y += kTile) {
-        for (uint32_t x = 0; x < image.width; x += kTile) {
+    for (uint32_t y = 0; y < image.height; y += kErrorTile) {
+        for (uint32_t x = 0; x < image.width; x += kErrorTile) {
             const TileSum tile = sumTile(image, reference, x, y);
             if (tile.pixels == 0) continue;
             tiles.push_back(tile);

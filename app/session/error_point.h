@@ -8,6 +8,9 @@
 
 namespace app {
 
+/// Sums of squared errors over tiles of so many pixels squared count as independent draws.
+inline constexpr uint32_t kErrorTile = 8;
+
 /// An error and its standard error.
 struct ErrorEstimate {
     double rmse = 0, rmseSe = 0;

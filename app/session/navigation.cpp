@@ -27,7 +27,7 @@ bool finite(glm::dvec3 v)
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-bool sane(double a, double b = 0)
+bool saneInput(double a, double b = 0)
 {
     return std::abs(a) <= kLargestInput && std::abs(b) <= kLargestInput;  // false for NaN
 }
@@ -204,7 +204,7 @@ void Navigation::setSpeed(double metresPerSecond)
 
 void Navigation::orbit(double dx, double dy)
 {
-    if (!sane(dx, dy) || (dx == 0 && dy == 0)) return;
+    if (!saneInput(dx, dy) || (dx == 0 && dy == 0)) return;
     const Direction before = directionOf(camera_);
     const glm::dvec2 drag = upright({dx, dy}, before.roll);
     const Direction after = turned(before, kPi * drag.x, -kPi * drag.y);
@@ -219,7 +219,7 @@ void Navigation::orbit(double dx, double dy)
 
 void Navigation::pan(double dx, double dy)
 {
-    if (!sane(dx, dy)) return;
+    if (!saneInput(dx, dy)) return;
     const double height =
         2 * (camera_.orthographic ? std::abs(view().ymag) : pivotDepth() * tangent(view()));
     const glm::dvec3 shift = height * (-dx * rightOf(camera_) + dy * camera_.up);
@@ -230,7 +230,7 @@ void Navigation::pan(double dx, double dy)
 
 void Navigation::dolly(double steps)
 {
-    if (!sane(steps)) return;
+    if (!saneInput(steps)) return;
     core::Camera camera = camera_;
     const double factor = std::pow(kStep, steps);
     if (camera.orthographic) {
@@ -262,7 +262,7 @@ glm::dvec3 Navigation::pointAt(glm::dvec2 position) const
 
 void Navigation::dollyTo(glm::dvec3 point, double steps)
 {
-    if (!sane(steps) || !finite(point)) return;
+    if (!saneInput(steps) || !finite(point)) return;
     core::Camera camera = camera_;
     const double factor = std::pow(kStep, steps);
     if (camera.orthographic) {
@@ -287,7 +287,7 @@ void Navigation::dollyTo(glm::dvec3 point, double steps)
 
 void Navigation::look(double dx, double dy)
 {
-    if (!sane(dx, dy) || (dx == 0 && dy == 0)) return;
+    if (!saneInput(dx, dy) || (dx == 0 && dy == 0)) return;
     const double turn = camera_.orthographic ? 0.5 * kPi : 4 * std::atan(tangent(view()));
     const Direction before = directionOf(camera_);
     const glm::dvec2 drag = upright({dx, dy}, before.roll);

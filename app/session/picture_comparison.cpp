@@ -8,12 +8,12 @@
 
 #include "app/report/text.h"
 #include "app/session/convergence.h"
+#include "app/session/error_point.h"
 #include "core/base/parallel.h"
 
 namespace app {
 namespace {
 
-constexpr uint32_t kTile = 8;
 constexpr double kFloor = 0.01;  // of relMSE: core::kRelMseFormula
 constexpr double kNormal = 1.959964;
 constexpr size_t kFewestTiles = 8;
@@ -89,17 +89,18 @@ void addPixel(const Images& images, uint32_t x, uint32_t y, Tile& tile)
 std::vector<Tile> sumTiles(const Images& images)
 {
     const uint32_t width = images.mean[0]->width, height = images.mean[0]->height;
-    const size_t columns = (width + kTile - 1) / kTile, rows = (height + kTile - 1) / kTile;
+    const size_t columns = (width + kErrorTile - 1) / kErrorTile,
+                 rows = (height + kErrorTile - 1) / kErrorTile;
     std::vector<Tile> tiles(columns * rows);
     core::parallelFor(tiles.size(), 64, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             // There and back again: each one's neighbour in the list is one in the picture.
             const size_t row = i / columns, along = i % columns;
             const size_t column = row % 2 == 0 ? along : columns - 1 - along;
-            const auto x0 = static_cast<uint32_t>(column) * kTile,
-                       y0 = static_cast<uint32_t>(row) * kTile;
-            for (uint32_t y = y0; y < std::min(y0 + kTile, height); ++y)
-                for (uint32_t x = x0; x < std::min(x0 + kTile, width); ++x)
+            const auto x0 = static_cast<uint32_t>(column) * kErrorTile,
+                       y0 = static_cast<uint32_t>(row) * kErrorTile;
+            for (uint32_t y = y0; y < std::min(y0 + kErrorTile, height); ++y)
+                for (uint32_t x = x0; x < std::min(x0 + kErrorTile, width); ++x)
                     addPixel(images, x, y, tiles[i]);
         }
     });

@@ -18,10 +18,10 @@ namespace app {
 namespace {
 
 constexpr double kPieceStill = 0.02, kPieceMoving = 0.008;  // seconds of one dispatch
-constexpr double kStepSeconds = 0.1;                        // of one call of the renderer
+constexpr double kCallSeconds = 0.1;                        // of one call of the renderer
 constexpr double kFirstLookSeconds = 0.05;                  // of the small sample that comes first
 constexpr double kOverhead = 0.15;
-constexpr double kGrowth = 1.2;
+constexpr double kGrowthBetweenPoints = 1.2;
 
 RenderParams withoutLimits(RenderParams params)
 {
@@ -121,7 +121,7 @@ uint32_t PictureWork::nextCount(const RenderRequest& request) const
     // others.
     const double each =
         samples_ == 1 ? seconds_ : (seconds_ - firstSeconds_) / double(samples_ - 1);
-    double most = kStepSeconds / std::max(each, 1e-9);
+    double most = kCallSeconds / std::max(each, 1e-9);
     const RenderParams& limits = request.params;
     if (limits.secondsLimit > 0)
         most = std::min(most, std::ceil((limits.secondsLimit - seconds_) / std::max(each, 1e-9)));
@@ -141,7 +141,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     if (shaded_) return advanceShaded(renderer, control);
     const auto start = Clock::now();
     core::Budget budget{.samples = nextCount(request)};
-    if (!quick()) budget.seconds = kStepSeconds;
+    if (!quick()) budget.seconds = kCallSeconds;
     renderer.advance(budget, stop);
     if (coarse_ == Coarse::moving && renderer.progress().samples > 0)
         aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
@@ -231,7 +231,8 @@ void PictureWork::measureError(core::Renderer& renderer, const RenderRequest& re
         readEverything(renderer);
         addPoint(curve_, errorPoint(*estimate_, seconds_, request.reference.get()));
         nextPoint_ =
-            std::max(samples_ + 1, static_cast<uint64_t>(std::ceil(kGrowth * double(samples_))));
+            std::max(samples_ + 1,
+                     static_cast<uint64_t>(std::ceil(kGrowthBetweenPoints * double(samples_))));
         pointSeconds_ += core::secondsSince(start);
     }
     finished_ = limitReached(request);

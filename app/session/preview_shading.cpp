@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kDarkest = 0.15f;  // of a surface seen edge on
 constexpr float kGrey = 0.1f;      // share of grey in reflectances: black things are seen, too
-const glm::vec3 kNothing(0.03f), kEmitter(1.5f);
+const glm::vec3 kEmptySpace(0.03f), kEmitter(1.5f);
 
 glm::vec3 vectorAt(const core::Image& image, uint32_t x, uint32_t y)
 {
@@ -82,7 +82,7 @@ core::Image litFromCamera(const core::Aovs& aovs, const core::Camera& camera)
         for (uint32_t x = 0; x < image.width; ++x) {
             const bool nothing = !(*aovs.depth.at(x, y) > 0);
             const bool emits = aovs.ids.at(x, y)[2] >= 0;
-            store(image, x, y, nothing ? kNothing : emits ? kEmitter : lit(aovs, rays, x, y));
+            store(image, x, y, nothing ? kEmptySpace : emits ? kEmitter : lit(aovs, rays, x, y));
         }
     return image;
 }

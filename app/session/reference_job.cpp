@@ -20,8 +20,8 @@ namespace app {
 namespace {
 
 constexpr uint64_t kFirst = 4;  // samples of the first one that is handed out
-constexpr double kGrowth = 1.5;
-constexpr double kStepSeconds = 0.2;
+constexpr double kGrowthBetweenReferences = 1.5;
+constexpr double kReferenceStepSeconds = 0.2;
 
 /// A seed that no one types: mixed bits with the highest one set (Wang's integer hash, 2007).
 uint32_t ownSeed(uint32_t seed)
@@ -58,7 +58,8 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
         next = std::min(next, order.samples);
         const core::Clock::time_point start = core::Clock::now();
         while (done < next) {  // in short steps, so that the progress moves
-            renderer->advance({static_cast<uint32_t>(next - done), kStepSeconds}, job.stop());
+            renderer->advance({static_cast<uint32_t>(next - done), kReferenceStepSeconds},
+                              job.stop());
             if (job.stopped()) return;
             const core::RenderProgress now = renderer->progress();
             done = now.samples;
@@ -74,7 +75,7 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
         reference->origin =
             "rendered here, " + std::string(order.params.id()) + ", seed " + seedText(order.params);
         box.publish(job.generation(), std::move(reference));
-        next = static_cast<uint64_t>(std::ceil(kGrowth * double(done)));
+        next = static_cast<uint64_t>(std::ceil(kGrowthBetweenReferences * double(done)));
     }
 }
 

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-std::string secondsText(double seconds)
+std::string loadTimeText(double seconds)
 {
     return seconds < 0.1 ? report::fixedNumber(1000 * seconds, 0) + " ms"
                          : report::shortNumber(seconds) + " s";
@@ -115,7 +115,7 @@ void Session::show(const Document& document)
     notices.tell(Severity::news,
                  document_->file.filename().string() + ": " +
                      report::counted(core::shownTriangles(*document_->world), "triangle") +
-                     ", loaded in " + secondsText(document_->loadSeconds));
+                     ", loaded in " + loadTimeText(document_->loadSeconds));
     for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
     if (pendingReplay_) applyReplay();
 }

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int64_t kVersion = 1;
+constexpr int64_t kSettingsVersion = 1;
 constexpr size_t kMostRecent = 12, kLongestPlaces = 1 << 16;
 constexpr uint32_t kSmallestWindow = 64, kLargestWindow = 16384;
 
@@ -141,7 +141,7 @@ Json settingsJson(const Settings& s)
         const Json list = Json::parse(text, nullptr, false);  // our own text, unless a caller errs
         if (isUtf8(hash) && list.is_array() && !list.empty()) cameras[hash] = list;
     }
-    return {{"version", kVersion},
+    return {{"version", kSettingsVersion},
             {"view", paramsJson(lasting(s.view))},
             {"panels", paramsJson(s.panels)},
             {"sections", paramsJson(s.sections)},
@@ -233,7 +233,7 @@ Settings readSettings(const fs::path& file, std::string& problem)
         problem = damaged.what() + setAside(file);
         return {};
     }
-    if (*versionOf(json) > kVersion) {
+    if (*versionOf(json) > kSettingsVersion) {
         const fs::path kept = besideOf(file, ".newer");
         fs::copy_file(file, kept, fs::copy_options::overwrite_existing, error);
         problem = file.string() + ": written by a newer version; read as far as it is understood" +

@@ -5,7 +5,7 @@ namespace app {
 
 namespace {
 
-constexpr size_t kMost = 64;
+constexpr size_t kMostViews = 64;
 constexpr double kRest = 0.5;  // seconds
 
 /// What one turns about, and what the view is called, make no other view.
@@ -36,7 +36,7 @@ void ViewHistory::settle(const Viewpoint& present)
     }
     if (!views_.empty()) views_.resize(at_ + 1);
     views_.push_back(present);
-    if (views_.size() > kMost) views_.pop_front();
+    if (views_.size() > kMostViews) views_.pop_front();
     at_ = views_.size() - 1;
 }
 

@@ -30,7 +30,7 @@ struct Use {
     VkAccessFlags access;
     VkImageLayout layout;
 };
-constexpr Use kNothing{VK_PIPELINE_STAGE_TRANSFER_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
+constexpr Use kNoUse{VK_PIPELINE_STAGE_TRANSFER_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
 constexpr Use kCopiedTo{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
                         VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
 constexpr Use kCleared = kCopiedTo;
@@ -113,7 +113,7 @@ struct Gui::Impl {
     void readTimestamps(uint32_t slot);
     void applyScale();
     void upload(const DisplayInputs& inputs);
-    void runKernel(const gpu::Frame& frame, const DisplayInputs& inputs);
+    void runKernel(const gpu::WindowFrame& frame, const DisplayInputs& inputs);
     void draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size,
               const Use& after);
 };
@@ -172,7 +172,7 @@ void Gui::Impl::upload(const DisplayInputs& inputs)
     shown.b = inputs.b;
 }
 
-void Gui::Impl::runKernel(const gpu::Frame& frame, const DisplayInputs& inputs)
+void Gui::Impl::runKernel(const gpu::WindowFrame& frame, const DisplayInputs& inputs)
 {
     const auto [corner, size] = areaIn(frame.size, inputs);
     if (glm::uvec2(display.width(), display.height()) != size) {
@@ -206,7 +206,7 @@ void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer fram
                      glm::uvec2 size, const Use& after)
 {
     const glm::uvec2 area(display.width(), display.height());
-    transition(commands, image, kNothing, kCopiedTo);
+    transition(commands, image, kNoUse, kCopiedTo);
     if (area != size) clear(commands, image);
     VkBufferImageCopy copy{};
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
@@ -262,7 +262,7 @@ void Gui::end(const DisplayInputs& inputs)
     ImGui::Render();
     i.upload(inputs);
     const uint32_t slot = i.swapchain.nextSlot();
-    const std::optional<gpu::Frame> frame = i.swapchain.begin(i.window.framebufferSize());
+    const std::optional<gpu::WindowFrame> frame = i.swapchain.begin(i.window.framebufferSize());
     i.readTimestamps(slot);  // begin() has waited for these commands
     if (!frame) {
         ++i.stats.skipped;

@@ -30,33 +30,35 @@ struct Kind {
     bool (*holds)(const Json&);
 };
 
-constexpr Kind kNumber{"a number", [](const Json& j) { return j.is_number(); }};
-constexpr Kind kText{"a text", [](const Json& j) { return j.is_string(); }};
-constexpr Kind kPoint{"[x, y]", isPoint};
-constexpr Kind kPoints{"[[x, y], [x, y]]", [](const Json& j) {
-                           return j.is_array() && j.size() == 2 && isPoint(j[0]) && isPoint(j[1]);
-                       }};
-constexpr Kind kCount{"a whole number from 0 to 1000000", [](const Json& j) {
-                          return j.is_number_unsigned() && j.get<uint64_t>() <= 1'000'000;
-                      }};
-constexpr Kind kSeed{"a whole number, not negative",
-                     [](const Json& j) { return j.is_number_unsigned(); }};
-constexpr Kind kTexts{
+constexpr Kind kNumberKind{"a number", [](const Json& j) { return j.is_number(); }};
+constexpr Kind kTextKind{"a text", [](const Json& j) { return j.is_string(); }};
+constexpr Kind kPointKind{"[x, y]", isPoint};
+constexpr Kind kPointsKind{"[[x, y], [x, y]]", [](const Json& j) {
+                               return j.is_array() && j.size() == 2 && isPoint(j[0]) &&
+                                      isPoint(j[1]);
+                           }};
+constexpr Kind kCountKind{"a whole number from 0 to 1000000", [](const Json& j) {
+                              return j.is_number_unsigned() && j.get<uint64_t>() <= 1'000'000;
+                          }};
+constexpr Kind kSeedKind{"a whole number, not negative",
+                         [](const Json& j) { return j.is_number_unsigned(); }};
+constexpr Kind kTextsKind{
     "a list of texts", [](const Json& j) {
         return j.is_array() && std::ranges::all_of(j, [](const Json& e) { return e.is_string(); });
     }};
-constexpr Kind kSteps{"a list of steps", [](const Json& j) { return j.is_array(); }};
+constexpr Kind kStepsKind{"a list of steps", [](const Json& j) { return j.is_array(); }};
 
 const std::vector<std::pair<std::string, Kind>> kKinds{
-    {"do", kText},     {"wait", kText},    {"key", kText},     {"drag", kPoints},
-    {"click", kPoint}, {"cursor", kPoint}, {"wheel", kNumber}, {"drop", kText},
-    {"expect", kText}, {"random", kCount}, {"repeat", kCount}};
+    {"do", kTextKind},     {"wait", kTextKind},    {"key", kTextKind},     {"drag", kPointsKind},
+    {"click", kPointKind}, {"cursor", kPointKind}, {"wheel", kNumberKind}, {"drop", kTextKind},
+    {"expect", kTextKind}, {"random", kCountKind}, {"repeat", kCountKind}};
 
 // The members beside those; actions check their own.
-const std::vector<std::pair<std::string, Kind>> kMembers{
-    {"value", kNumber}, {"timeout", kNumber}, {"seconds", kNumber}, {"text", kText},
-    {"name", kText},    {"times", kCount},    {"frames", kCount},   {"button", kCount},
-    {"seed", kSeed},    {"files", kTexts},    {"folder", kText},    {"steps", kSteps}};
+const std::vector<std::pair<std::string, Kind>> kStepMembers{
+    {"value", kNumberKind}, {"timeout", kNumberKind}, {"seconds", kNumberKind},
+    {"text", kTextKind},    {"name", kTextKind},      {"times", kCountKind},
+    {"frames", kCountKind}, {"button", kCountKind},   {"seed", kSeedKind},
+    {"files", kTextsKind},  {"folder", kTextKind},    {"steps", kStepsKind}};
 
 /// The member that says what a step is.
 std::string kindOf(const Json& step, const std::string& place)
@@ -81,7 +83,7 @@ void checkStep(const Json& step, const std::string& kind, const std::string& pla
     };
     if (kind != "do") {
         check(kKinds);
-        check(kMembers);
+        check(kStepMembers);
     } else if (!step["do"].is_string() || std::ranges::none_of(actions(), [&](const Action& a) {
                    return step["do"] == a.name;
                })) {

@@ -12,7 +12,6 @@
 #include <thread>
 #include <utility>
 
-#define GLFW_INCLUDE_VULKAN
 #include <dlfcn.h>
 #include <GLFW/glfw3.h>
 

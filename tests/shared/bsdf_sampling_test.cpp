@@ -12,14 +12,14 @@
 namespace tests {
 namespace {
 
-constexpr int kRows = 16;
-constexpr int kColumns = 32;
+constexpr int kTestRows = 16;
+constexpr int kTestColumns = 32;
 constexpr double kDegrees[] = {0, 45, 75, 85, 89.5};
 
-using Density = std::function<double(double, double)>;  // over the unit square
+using SquareDensity = std::function<double(double, double)>;  // over the unit square
 
 /// Gauss-Legendre with three points a side.
-double gauss(const Density& f, double x, double y, double w, double h)
+double gauss(const SquareDensity& f, double x, double y, double w, double h)
 {
     static constexpr double kNode[] = {0.11270166537925831, 0.5, 0.88729833462074169};
     static constexpr double kWeight[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
@@ -33,7 +33,7 @@ double gauss(const Density& f, double x, double y, double w, double h)
 
 /// Integral over a cell, halving it both ways until halves agree with the whole, `first` times at
 /// least.
-double integrate(const Density& f, double x, double y, double w, double h, double tolerance,
+double integrate(const SquareDensity& f, double x, double y, double w, double h, double tolerance,
                  int first = 1, int depth = 0)
 {
     double whole = gauss(f, x, y, w, h);
@@ -54,13 +54,14 @@ double integrate(const Density& f, double x, double y, double w, double h, doubl
 
 /// Probability of cell c of the unit square. Where samples fell and no node saw the support, it
 /// looks closer.
-double cellProbability(const Density& f, std::size_t c, double observed, uint count)
+double cellProbability(const SquareDensity& f, std::size_t c, double observed, uint count)
 {
-    double x = static_cast<double>(c / kColumns) / kRows;
-    double y = static_cast<double>(c % kColumns) / kColumns;
-    double p = integrate(f, x, y, 1.0 / kRows, 1.0 / kColumns, 0.2 / count);
-    return p > 0 || observed == 0 ? p
-                                  : integrate(f, x, y, 1.0 / kRows, 1.0 / kColumns, 0.2 / count, 5);
+    double x = static_cast<double>(c / kTestColumns) / kTestRows;
+    double y = static_cast<double>(c % kTestColumns) / kTestColumns;
+    double p = integrate(f, x, y, 1.0 / kTestRows, 1.0 / kTestColumns, 0.2 / count);
+    return p > 0 || observed == 0
+               ? p
+               : integrate(f, x, y, 1.0 / kTestRows, 1.0 / kTestColumns, 0.2 / count, 5);
 }
 
 struct Slope {
@@ -134,7 +135,7 @@ bool drawReal(const Bsdf& b, vec3 wo, uint i, BsdfSample& s)
 ChiSquare halfVectorTest(const Bsdf& b, vec3 wo, const std::vector<Side>& sides, uint count,
                          const Draw& draw = drawReal, const Pdf& pdf = shared::pdfBsdf)
 {
-    std::size_t cells = kRows * kColumns;
+    std::size_t cells = kTestRows * kTestColumns;
     std::vector<double> observed(cells * sides.size() + 1);
     std::vector<double> expected(observed.size());
     double alpha = static_cast<double>(b.alpha);
@@ -144,16 +145,17 @@ ChiSquare halfVectorTest(const Bsdf& b, vec3 wo, const std::vector<Side>& sides,
         if (draw(b, wo, i, s)) {
             std::size_t side = s.wi.z < 0 && sides.size() > 1 ? 1 : 0;
             Slope slope = slopeOf(sides[side].halfOf(dvec3(wo), dvec3(s.wi)), alpha);
-            auto row = std::min<std::size_t>(kRows - 1, static_cast<std::size_t>(slope.v * kRows));
-            auto column = std::min<std::size_t>(kColumns - 1,
-                                                static_cast<std::size_t>(slope.turn * kColumns));
-            where = side * cells + row * kColumns + column;
+            auto row =
+                std::min<std::size_t>(kTestRows - 1, static_cast<std::size_t>(slope.v * kTestRows));
+            auto column = std::min<std::size_t>(
+                kTestColumns - 1, static_cast<std::size_t>(slope.turn * kTestColumns));
+            where = side * cells + row * kTestColumns + column;
         }
         observed[where] += 1;
     }
     double total = 0;
     for (std::size_t side = 0; side < sides.size(); ++side) {
-        Density density = [&](double v, double turn) {
+        SquareDensity density = [&](double v, double turn) {
             dvec3 h = normalOf(v, turn, alpha);
             dvec3 wi;
             double jacobian;
@@ -227,7 +229,7 @@ TEST(BsdfSampling, SlowLobesFollowTheirDensity)
 /// it transmits).
 ChiSquare directionTest(const Bsdf& b, vec3 wo, uint count)
 {
-    std::size_t cells = kRows * kColumns;
+    std::size_t cells = kTestRows * kTestColumns;
     bool sphere = (b.parts & shared::kBsdfTransmission) != 0;
     double low = sphere ? -1 : 0;
     std::vector<double> observed(cells + 1);
@@ -240,13 +242,15 @@ ChiSquare directionTest(const Bsdf& b, vec3 wo, uint count)
             double turn =
                 std::atan2(static_cast<double>(s.wi.y), static_cast<double>(s.wi.x)) / (2 * kPi);
             if (turn < 0) turn += 1;
-            where = std::min<std::size_t>(kRows - 1, static_cast<std::size_t>(height * kRows)) *
-                        kColumns +
-                    std::min<std::size_t>(kColumns - 1, static_cast<std::size_t>(turn * kColumns));
+            where =
+                std::min<std::size_t>(kTestRows - 1, static_cast<std::size_t>(height * kTestRows)) *
+                    kTestColumns +
+                std::min<std::size_t>(kTestColumns - 1,
+                                      static_cast<std::size_t>(turn * kTestColumns));
         }
         observed[where] += 1;
     }
-    Density density = [&](double height, double turn) {
+    SquareDensity density = [&](double height, double turn) {
         double z = low + height * (1 - low);
         double r = std::sqrt(1 - z * z);
         vec3 wi(dvec3(r * std::cos(2 * kPi * turn), r * std::sin(2 * kPi * turn), z));
@@ -268,7 +272,7 @@ ChiSquare directionTest(const Bsdf& b, vec3 wo, uint count)
 void testMixtures(uint count)
 {
     for (float roughness : {0.45f, 0.7f, 1.0f}) {
-        std::vector<BsdfInputs> mixtures = {lambert(vec3(0.3f)), plastic(roughness)};
+        std::vector<BsdfInputs> mixtures = {matte(vec3(0.3f)), plastic(roughness)};
         mixtures.back().baseColor = vec3(0.05f, 0.3f, 0.2f);
         mixtures.push_back(mixtures.back());
         mixtures.back().clearcoat = 0.7f;
@@ -323,7 +327,7 @@ TEST(BsdfSampling, deltaPartsAreDrawnWithTheProbabilityTheDensityLacks)
                     EXPECT_EQ(s.pdf, 0.0f);
                 }
             }
-            Density density = [&](double z, double turn) {
+            SquareDensity density = [&](double z, double turn) {
                 double r = std::sqrt(1 - z * z);
                 vec3 wi(dvec3(r * std::cos(2 * kPi * turn), r * std::sin(2 * kPi * turn), z));
                 return static_cast<double>(shared::pdfBsdf(b, wo, wi)) * 2 * kPi;

@@ -15,7 +15,7 @@ constexpr double kAngles[] = {0, 30, 60, 75, 85, 89.5};
 /// Materials that cover all of the model, white where colour is possible.
 std::vector<BsdfInputs> cast()
 {
-    std::vector<BsdfInputs> all = {lambert()};
+    std::vector<BsdfInputs> all = {matte()};
     for (float roughness : {0.0f, 0.1f, 0.25f, 0.5f, 0.75f, 1.0f}) {
         all.push_back(plastic(roughness));
         all.push_back(metal(roughness * roughness));
@@ -112,7 +112,7 @@ TEST(Bsdf, strangeIndicesStayEnergyConserving)
 TEST(Bsdf, specularZeroIsExactlyLambert)
 {
     vec3 color(0.8f, 0.5f, 0.1f);
-    Bsdf b = shared::makeBsdf(lambert(color));
+    Bsdf b = shared::makeBsdf(matte(color));
     EXPECT_TRUE(shared::isLambert(b));
     EXPECT_FALSE(shared::isDelta(b));
     for (double angle : kAngles) {
@@ -130,7 +130,7 @@ TEST(Bsdf, specularZeroIsExactlyLambert)
     EXPECT_EQ(shared::albedoBsdf(b, directionAt(40)), color);
 }
 
-void expectTable(int alphas, int angles, uint count)
+void expectAlbedoTable(int alphas, int angles, uint count)
 {
     for (int i = 0; i < alphas; ++i) {
         double alpha = std::pow((i + 1.0) / alphas, 2);
@@ -148,12 +148,12 @@ void expectTable(int alphas, int angles, uint count)
 
 TEST(Bsdf, whiteMetalHasTheSingleScatteringAlbedo)
 {
-    expectTable(4, 4, 4096);
+    expectAlbedoTable(4, 4, 4096);
 }
 
 TEST(Bsdf, SlowWhiteMetalHasTheSingleScatteringAlbedo)
 {
-    expectTable(8, 8, 16384);
+    expectAlbedoTable(8, 8, 16384);
 }
 
 TEST(Bsdf, whitePlasticIsNearlyWhite)

@@ -19,11 +19,10 @@ using shared::uint;
 using shared::uvec2;
 using shared::vec2;
 using shared::vec3;
+using std::numbers::pi;
 using dvec3 = glm::dvec3;
 
-constexpr double kPi = std::numbers::pi;
-
-vec2 random2(uint i, uint dimension = 0)
+vec2 pointOfEmitter(uint i, uint dimension = 0)
 {
     return shared::streamVec2(
         shared::makeStream(shared::kSamplerIndependent, 2, uvec2(5, 6), i, shared::kPurposePath),
@@ -94,14 +93,14 @@ TEST(Emitter, areaAndSolidAngleSamplingAgree)
         for (uint i = 0; i < 1'000'000; ++i) {
             EmitterSample s;
             double value = 0;
-            if (shared::sampleTriangleEmitter(e, r.position, random2(i), s)) {
+            if (shared::sampleTriangleEmitter(e, r.position, pointOfEmitter(i), s)) {
                 value = std::max(0.0, static_cast<double>(shared::dot(s.wi, r.normal))) /
                         static_cast<double>(s.pdf);
             }
             area.add(value);
             if (i % 4 != 0) continue;
-            dvec3 w =
-                sampleSpherical(dvec3(e.a) - p, dvec3(e.b) - p, dvec3(e.c) - p, random2(i, 9));
+            dvec3 w = sampleSpherical(dvec3(e.a) - p, dvec3(e.b) - p, dvec3(e.c) - p,
+                                      pointOfEmitter(i, 9));
             angle.add(std::max(0.0, dot(w, dvec3(r.normal))) * omega);
         }
         Comparison c = welch(area, angle);
@@ -123,7 +122,7 @@ TEST(Emitter, triangleDensityIntegratesToOne)
             Moments m;
             for (uint i = 0; i < 100'000; ++i) {
                 EmitterSample s;
-                ASSERT_TRUE(shared::sampleTriangleEmitter(e, p, random2(i), s));
+                ASSERT_TRUE(shared::sampleTriangleEmitter(e, p, pointOfEmitter(i), s));
                 m.add(1 / static_cast<double>(s.pdf));
             }
             dvec3 o(p);
@@ -141,7 +140,7 @@ TEST(Emitter, triangleSamplesAreWhatTheDensitySays)
     for (const Receiver& r : kReceivers) {
         for (uint i = 0; i < 1000; ++i) {
             EmitterSample s;
-            ASSERT_TRUE(shared::sampleTriangleEmitter(e, r.position, random2(i), s));
+            ASSERT_TRUE(shared::sampleTriangleEmitter(e, r.position, pointOfEmitter(i), s));
             EXPECT_EQ(s.radiance, e.radiance);
             EXPECT_EQ(s.pdf,
                       shared::pdfTriangleEmitter(e.a, e.b, e.c, r.position, s.wi, s.distance));
@@ -178,7 +177,7 @@ TEST(Emitter, degenerateTrianglesAreNeverSampled)
          {triangle(a, a, a), triangle(a, a + vec3(1, 0, 0), a + vec3(2, 0, 0)),
           triangle(a, a, a + vec3(0, 1, 0)), triangle(a, a + vec3(1e-30f, 0, 0), a)}) {
         for (uint i = 0; i < 100; ++i) {
-            EXPECT_FALSE(shared::sampleTriangleEmitter(e, vec3(0), random2(i), s));
+            EXPECT_FALSE(shared::sampleTriangleEmitter(e, vec3(0), pointOfEmitter(i), s));
             EXPECT_EQ(s.pdf, 0.0f);
             EXPECT_EQ(shared::pdfTriangleEmitter(e.a, e.b, e.c, vec3(0), vec3(0, 0, 1), 2), 0.0f);
         }
@@ -239,13 +238,13 @@ TEST(Emitter, sunDiskIsUniformAndItsDensityKnowsItsEdge)
                     static_cast<float>(2 * std::pow(std::sin(radius / 2), 2)),
                     vec3(1e5f),
                     0};
-        double omega = 4 * kPi * std::pow(std::sin(radius / 2), 2);
+        double omega = 4 * pi * std::pow(std::sin(radius / 2), 2);
         constexpr uint kCount = 100'000;
         std::vector<double> rings(64);
         uint outside = 0;
         for (uint i = 0; i < kCount; ++i) {
             EmitterSample s;
-            ASSERT_TRUE(shared::sampleSun(sun, random2(i), s));
+            ASSERT_TRUE(shared::sampleSun(sun, pointOfEmitter(i), s));
             EXPECT_NEAR(static_cast<double>(s.pdf) * omega, 1, 1e-6);
             outside += shared::pdfSun(sun, s.wi) == 0 ? 1u : 0u;
             dvec3 chord = dvec3(s.wi) - dvec3(sun.b);
@@ -283,7 +282,7 @@ TEST(Emitter, environmentMapGoesRound)
     EXPECT_NEAR(shared::environmentUv(vec3(0, 1, 0)).y, 0, 1e-6);
     EXPECT_NEAR(shared::environmentUv(vec3(0, -1, 0)).y, 1, 1e-6);
     for (uint i = 0; i < 100'000; ++i) {
-        vec3 d = shared::sampleSphere(random2(i));
+        vec3 d = shared::sampleSphere(pointOfEmitter(i));
         if (i % 3 == 0) d = shared::normalize(vec3(d.x * 1e-4f, d.y, d.z * 1e-4f));  // poles
         if (i % 3 == 1)
             d = shared::normalize(vec3(d.x * 1e-6f, d.y, -std::abs(d.z) - 0.1f));  // seam
@@ -292,11 +291,11 @@ TEST(Emitter, environmentMapGoesRound)
         EXPECT_NEAR(shared::length(shared::environmentDirection(uv) - d), 0, 2e-6);
     }
     for (uint i = 0; i < 10'000; ++i) {
-        vec2 uv = random2(i);
+        vec2 uv = pointOfEmitter(i);
         uv.y = 1e-3f + 0.998f * uv.y;
         vec2 back = shared::environmentUv(shared::environmentDirection(uv));
         EXPECT_NEAR(uv.y, back.y, 1e-6);
-        EXPECT_NEAR((uv.x - back.x) * std::sin(static_cast<float>(kPi) * uv.y), 0, 1e-6);
+        EXPECT_NEAR((uv.x - back.x) * std::sin(static_cast<float>(pi) * uv.y), 0, 1e-6);
     }
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 using namespace tests;
 
-constexpr uint kDraws = 1u << 18;
+constexpr uint kDirections = 1u << 18;
 
 /// A guide that has seen all light come from about one direction, at places whose normal is +z.
 core::guiding::Guide guideTowards(vec3 light)
@@ -63,28 +63,28 @@ struct Surface {
     BsdfInputs inputs;
 };
 
-std::vector<Surface> surfaces()
+std::vector<Surface> someSurfaces()
 {
     BsdfInputs coated = plastic(0.6f);
     coated.clearcoat = 1;
     coated.clearcoatRoughness = 0.5f;
-    BsdfInputs mirrorCoat = lambert(vec3(0.7f));
+    BsdfInputs mirrorCoat = matte(vec3(0.7f));
     mirrorCoat.clearcoat = 1;
-    return {{"lambert", lambert(vec3(0.8f, 0.5f, 0.2f))},
+    return {{"lambert", matte(vec3(0.8f, 0.5f, 0.2f))},
             {"plastic", plastic(0.7f)},
             {"rough glass", glass(0.3f, Wall::outside)},
             {"coated", coated},
             {"mirror coat", mirrorCoat}};
 }
 
-constexpr int kRows = 12, kColumns = 16;  // in the cosine, all of [-1, 1], and the azimuth
+constexpr int kCellRows = 12, kCellColumns = 16;  // in the cosine, all of [-1, 1], and the azimuth
 
-size_t cellOf(vec3 wi)
+size_t cellOfWay(vec3 wi)
 {
     const double turn = std::atan2(double(wi.y), double(wi.x)) / (2 * kPi);
-    const int row = std::min(int((double(wi.z) + 1) / 2 * kRows), kRows - 1);
-    const int column = std::min(int((turn < 0 ? turn + 1 : turn) * kColumns), kColumns - 1);
-    return size_t(row) * kColumns + size_t(column);
+    const int row = std::min(int((double(wi.z) + 1) / 2 * kCellRows), kCellRows - 1);
+    const int column = std::min(int((turn < 0 ? turn + 1 : turn) * kCellColumns), kCellColumns - 1);
+    return size_t(row) * kCellColumns + size_t(column);
 }
 
 /// Integrals of the mixture's density without delta lobes over the cells, by midpoints.
@@ -92,12 +92,12 @@ std::vector<double> probabilities(const shared::Vertex& v, float share, shared::
                                   const shared::GuideView& guide)
 {
     constexpr int kFine = 24;
-    std::vector<double> cells(size_t(kRows) * kColumns);
-    const double area = 4 * kPi / (double(kRows) * kColumns * kFine * kFine);
-    for (int i = 0; i < kRows * kFine; ++i) {
-        for (int j = 0; j < kColumns * kFine; ++j) {
-            const double z = 2 * (i + 0.5) / (kRows * kFine) - 1;
-            const double phi = 2 * kPi * (j + 0.5) / (kColumns * kFine);
+    std::vector<double> cells(size_t(kCellRows) * kCellColumns);
+    const double area = 4 * kPi / (double(kCellRows) * kCellColumns * kFine * kFine);
+    for (int i = 0; i < kCellRows * kFine; ++i) {
+        for (int j = 0; j < kCellColumns * kFine; ++j) {
+            const double z = 2 * (i + 0.5) / (kCellRows * kFine) - 1;
+            const double phi = 2 * kPi * (j + 0.5) / (kCellColumns * kFine);
             const double s = std::sqrt(1 - z * z);
             const vec3 wi(float(s * std::cos(phi)), float(s * std::sin(phi)), float(z));
             vec3 f;
@@ -107,7 +107,7 @@ std::vector<double> probabilities(const shared::Vertex& v, float share, shared::
             if (!(bsdf > 0)) continue;
             const float guided =
                 shared::pdfGuide(guide, leaf, shared::toWorld(v.surface.frame, wi));
-            cells[cellOf(wi)] += area * double((1 - share) * bsdf + share * guided);
+            cells[cellOfWay(wi)] += area * double((1 - share) * bsdf + share * guided);
         }
     }
     return cells;
@@ -118,7 +118,7 @@ TEST(GuidedPath, MixturesFollowTheirDensity)
     const core::guiding::Guide guide = guideTowards(glm::normalize(vec3(1, 0.4f, 0.9f)));
     const auto tables = guide.tables();
     const shared::GuideView view = tables->view();
-    for (const Surface& surface : surfaces()) {
+    for (const Surface& surface : someSurfaces()) {
         for (const float bsdfShare : {0.12f, 0.6f}) {
             shared::Vertex v = vertexOf(surface.inputs, directionAt(50));
             shared::GuideLeaf leaf = shared::guideAt(view, vec3(0.5f, 0.5f, 0), vec3(0, 0, 1));
@@ -127,13 +127,13 @@ TEST(GuidedPath, MixturesFollowTheirDensity)
             ASSERT_GT(share, 0.1f) << surface.name;
             std::vector<double> expected = probabilities(v, share, leaf, view);
             std::vector<double> observed(expected.size() + 1);
-            for (uint i = 0; i < kDraws; ++i) {
+            for (uint i = 0; i < kDirections; ++i) {
                 BsdfSample s;
                 float pdf;
                 const bool drawn =
                     shared::sampleMixture(view, leaf, share, v, numbersOf(i), s, pdf);
                 const bool counts = drawn && (s.flags & shared::kLobeDelta) == 0u;
-                ++observed[counts ? cellOf(s.wi) : expected.size()];
+                ++observed[counts ? cellOfWay(s.wi) : expected.size()];
                 if (!counts) continue;
                 vec3 f;
                 float bsdf;
@@ -145,8 +145,8 @@ TEST(GuidedPath, MixturesFollowTheirDensity)
                 ASSERT_NEAR(s.pdf / bsdf, 1, 0.02) << surface.name;
             }
             double all = 0;
-            for (double& e : expected) all += e *= kDraws;
-            expected.push_back(kDraws - all);  // delta lobes, and what was dropped
+            for (double& e : expected) all += e *= kDirections;
+            expected.push_back(kDirections - all);  // delta lobes, and what was dropped
             const ChiSquare result = chiSquareTest(observed, expected);
             EXPECT_GT(result.p, kLevel) << surface.name << ", share " << bsdfShare;
         }
@@ -159,18 +159,18 @@ TEST(GuidedPath, WeightsHaveTheMeanOfTheLobesAlone)
     const core::guiding::Guide guide = guideTowards(glm::normalize(vec3(-1, 0.2f, 0.5f)));
     const auto tables = guide.tables();
     const shared::GuideView view = tables->view();
-    for (const Surface& surface : surfaces()) {
+    for (const Surface& surface : someSurfaces()) {
         const shared::GuideLeaf leaf = shared::guideAt(view, vec3(0.5f, 0.5f, 0), vec3(0, 0, 1));
         const auto moments = [&](float bsdfShare) {
             shared::Vertex v = vertexOf(surface.inputs, directionAt(50));
             float sharp;
             const float share = shared::shareWithGuide(bsdfShare, v, sharp);
             Moments m;
-            for (uint i = 0; i < kDraws; ++i) {
+            for (uint i = 0; i < kDirections; ++i) {
                 BsdfSample s;
                 float pdf;
                 // Other numbers for each share: the two means are compared as independent ones.
-                const uint index = i + (bsdfShare < 1 ? kDraws : 0);
+                const uint index = i + (bsdfShare < 1 ? kDirections : 0);
                 const bool drawn =
                     shared::sampleMixture(view, leaf, share, v, numbersOf(index), s, pdf);
                 m.add(drawn ? double(s.weight.y) : 0.0);
@@ -185,7 +185,7 @@ TEST(GuidedPath, WeightsHaveTheMeanOfTheLobesAlone)
 
 TEST(GuidedPath, SharpLobesKeepTheirProbability)
 {
-    shared::Vertex v = vertexOf(surfaces().back().inputs, directionAt(70));
+    shared::Vertex v = vertexOf(someSurfaces().back().inputs, directionAt(70));
     const float coat = v.lobes.coat;
     ASSERT_GT(coat, 0.1f);
     float sharp;

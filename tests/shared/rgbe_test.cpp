@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
+#include "tests/support/random_values.h"
 #include "tests/support/stats.h"
 
 namespace {
@@ -18,16 +19,8 @@ using glm::vec3;
 using shared::packRgbe;
 using shared::packRgbeNearest;
 using shared::unpackRgbe;
-
-float uniform(Pcg32& random)
-{
-    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
-}
-
-float logUniform(Pcg32& random, double low, double high)
-{
-    return static_cast<float>(low * std::pow(high / low, random()));
-}
+using tests::logUniform;
+using tests::uniform;
 
 vec3 uniform3(Pcg32& random)
 {

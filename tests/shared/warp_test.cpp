@@ -17,10 +17,9 @@ using shared::uint;
 using shared::uvec2;
 using shared::vec2;
 using shared::vec3;
+using std::numbers::pi;
 
-constexpr double kPi = std::numbers::pi;
-
-vec2 random2(uint i, uint dimension = 0)
+vec2 pointOfMap(uint i, uint dimension = 0)
 {
     return shared::streamVec2(
         shared::makeStream(shared::kSamplerIndependent, 5, uvec2(1, 2), i, shared::kPurposePath),
@@ -35,7 +34,7 @@ std::size_t cell(double x, std::size_t n)
 /// Fraction of a turn of (x, y), in [0,1).
 double turn(double x, double y)
 {
-    double t = std::atan2(y, x) / (2 * kPi);
+    double t = std::atan2(y, x) / (2 * pi);
     return t < 0 ? t + 1 : t;
 }
 
@@ -73,7 +72,7 @@ void expectDirections(uint count, double deep, const std::function<vec3(vec2)>& 
     expectDensity(
         count,
         [&](uint i) {
-            vec3 w = draw(random2(i));
+            vec3 w = draw(pointOfMap(i));
             double x = static_cast<double>(w.x);
             double y = static_cast<double>(w.y);
             double z = static_cast<double>(w.z);
@@ -86,7 +85,7 @@ void expectDirections(uint count, double deep, const std::function<vec3(vec2)>& 
         [&](double a, double b) {
             double sum = 0;  // midpoint rule: the densities are polynomials of degree one at most
             for (int k = 0; k < 16; ++k) sum += pdf(1 - deep * (a + (b - a) * (k + 0.5) / 16)) / 16;
-            return sum * 2 * kPi * deep * (b - a);
+            return sum * 2 * pi * deep * (b - a);
         });
 }
 
@@ -95,13 +94,13 @@ void expectMaps(uint count)
     expectDensity(
         count,
         [](uint i) {
-            vec2 p = shared::sampleDisk(random2(i));
+            vec2 p = shared::sampleDisk(pointOfMap(i));
             double x = static_cast<double>(p.x);
             double y = static_cast<double>(p.y);
             EXPECT_LE(x * x + y * y, 1 + 1e-6);
             return polar(x * x + y * y, x, y);
         },
-        [](double a, double b) { return (b - a) * kPi * static_cast<double>(shared::pdfDisk()); });
+        [](double a, double b) { return (b - a) * pi * static_cast<double>(shared::pdfDisk()); });
     expectDirections(count, 1, shared::sampleCosineHemisphere, [](double z) {
         return static_cast<double>(shared::pdfCosineHemisphere(vec3(0, 0, static_cast<float>(z))));
     });
@@ -119,7 +118,7 @@ void expectMaps(uint count)
     expectDensity(
         count,
         [](uint i) {
-            vec2 b = shared::sampleTriangle(random2(i));
+            vec2 b = shared::sampleTriangle(pointOfMap(i));
             EXPECT_TRUE(b.x >= 0 && b.y >= 0 && b.x + b.y <= 1);
             float rest = 1 - b.x;
             return vec2(1 - rest * rest, rest > 0 ? b.y / rest : 0.0f);
@@ -143,7 +142,7 @@ TEST(Warp, theChiSquareSeesAMissingSquareRoot)
     std::vector<double> observed(512);
     std::vector<double> wanted(512, 100'000 / 512.0);
     for (uint i = 0; i < 100'000; ++i) {
-        vec2 u = random2(i);
+        vec2 u = pointOfMap(i);
         double r = static_cast<double>(u.x);  // should be its square root
         observed[cell(r * r, 16) * 32 + cell(static_cast<double>(u.y), 32)] += 1;
     }
@@ -156,7 +155,7 @@ TEST(Warp, inversesGoBack)
         EXPECT_NEAR(shared::length(u - back), 0, 1e-3) << u.x << ' ' << u.y;
     };
     for (uint i = 0; i < 10'000; ++i) {
-        vec2 u = random2(i);
+        vec2 u = pointOfMap(i);
         expectBack(u, shared::inverseDisk(shared::sampleDisk(u)));
         expectBack(u, shared::inverseCosineHemisphere(shared::sampleCosineHemisphere(u)));
         expectBack(u, shared::inverseUniformHemisphere(shared::sampleUniformHemisphere(u)));
@@ -189,8 +188,8 @@ TEST(Warp, octantPolynomialsAreGood)
     for (int i = -1000; i <= 1000; ++i) {
         float t = static_cast<float>(i) / 1000;
         vec2 cs = shared::octantCosSin(t);
-        EXPECT_NEAR(static_cast<double>(cs.x), std::cos(static_cast<double>(t) * kPi / 4), 1.2e-7);
-        EXPECT_NEAR(static_cast<double>(cs.y), std::sin(static_cast<double>(t) * kPi / 4), 1.2e-7);
+        EXPECT_NEAR(static_cast<double>(cs.x), std::cos(static_cast<double>(t) * pi / 4), 1.2e-7);
+        EXPECT_NEAR(static_cast<double>(cs.y), std::sin(static_cast<double>(t) * pi / 4), 1.2e-7);
     }
 }
 
@@ -199,7 +198,7 @@ TEST(Warp, framesAreOrthonormalAndRightHanded)
     std::vector<vec3> normals = {vec3(0, 0, 1), vec3(0, 0, -1), vec3(1, 0, 0), vec3(0, -1, 0)};
     normals.push_back(shared::normalize(vec3(1e-5f, 0, -1)));
     normals.push_back(shared::normalize(vec3(1, 1, -1e-6f)));
-    for (uint i = 0; i < 10'000; ++i) normals.push_back(shared::sampleSphere(random2(i)));
+    for (uint i = 0; i < 10'000; ++i) normals.push_back(shared::sampleSphere(pointOfMap(i)));
     for (vec3 n : normals) {
         shared::mat3 f = shared::makeFrame(n);
         EXPECT_EQ(f[2], n);
@@ -219,7 +218,7 @@ TEST(Warp, packedDirectionsComeBack)
     double worstTangent = 0;
     auto chord = [](vec3 a, vec3 b) { return static_cast<double>(shared::length(a - b)); };
     for (uint i = 0; i < 100'000; ++i) {
-        vec3 d = shared::sampleSphere(random2(i));
+        vec3 d = shared::sampleSphere(pointOfMap(i));
         EXPECT_NEAR(chord(shared::octDecode(shared::octEncode(d)), d), 0, 5e-7);
         worst = std::max(worst, chord(shared::unpackOct(shared::packOct(d)), d));
         float hand = i % 2 == 0 ? 1.0f : -1.0f;

@@ -11,8 +11,8 @@
 
 namespace {
 
-thread_local uint64_t count = 0;
-thread_local int64_t held = 0, heldAtStart = 0, most = 0;
+thread_local uint64_t allocationCount = 0;
+thread_local int64_t heldBytes = 0, heldAtStart = 0, mostHeld = 0;
 
 #ifndef REKINDLE_SANITIZED
 int64_t sizeOf(void* memory)
@@ -26,11 +26,11 @@ int64_t sizeOf(void* memory)
 #ifndef REKINDLE_SANITIZED
 void* operator new(std::size_t bytes)
 {
-    ++count;
+    ++allocationCount;
     for (;;) {
         if (void* memory = std::malloc(bytes == 0 ? 1 : bytes)) {
-            held += sizeOf(memory);
-            most = std::max(most, held);
+            heldBytes += sizeOf(memory);
+            mostHeld = std::max(mostHeld, heldBytes);
             return memory;
         }
         const std::new_handler handler = std::get_new_handler();
@@ -41,7 +41,7 @@ void* operator new(std::size_t bytes)
 
 void operator delete(void* memory) noexcept
 {
-    held -= sizeOf(memory);
+    heldBytes -= sizeOf(memory);
     std::free(memory);
 }
 
@@ -55,17 +55,17 @@ namespace tests {
 
 uint64_t allocations()
 {
-    return count;
+    return allocationCount;
 }
 
 void watchPeak()
 {
-    heldAtStart = most = held;
+    heldAtStart = mostHeld = heldBytes;
 }
 
 uint64_t peakBytes()
 {
-    return static_cast<uint64_t>(most - heldAtStart);
+    return static_cast<uint64_t>(mostHeld - heldAtStart);
 }
 
 bool allocationsAreCounted()

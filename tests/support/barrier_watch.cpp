@@ -9,16 +9,16 @@ namespace {
 
 using gpu::Api;
 
-constexpr VkPipelineStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
-constexpr VkPipelineStageFlags kTransfer = VK_PIPELINE_STAGE_TRANSFER_BIT;
-constexpr VkPipelineStageFlags kIndirect = VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+constexpr VkPipelineStageFlags kComputeStage = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+constexpr VkPipelineStageFlags kTransferStage = VK_PIPELINE_STAGE_TRANSFER_BIT;
+constexpr VkPipelineStageFlags kIndirectStage = VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
 
 /// A stage as source stands for itself and what is logically earlier in its pipeline.
 VkPipelineStageFlags asSource(VkPipelineStageFlags stages)
 {
     if ((stages & (VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT)) != 0)
         return ~0u;
-    return (stages & kCompute) != 0 ? stages | kIndirect : stages;
+    return (stages & kComputeStage) != 0 ? stages | kIndirectStage : stages;
 }
 
 /// As destination: for itself and what is logically later.
@@ -26,7 +26,7 @@ VkPipelineStageFlags asDestination(VkPipelineStageFlags stages)
 {
     if ((stages & (VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT)) != 0)
         return ~0u;
-    return (stages & kIndirect) != 0 ? stages | kCompute : stages;
+    return (stages & kIndirectStage) != 0 ? stages | kComputeStage : stages;
 }
 
 /// VK_ACCESS_MEMORY_* stand for every access of their kind.
@@ -249,7 +249,7 @@ std::vector<BufferUse> BarrierWatch::dispatchUses(VkCommandBuffer commands) cons
         for (const VkAccessFlags bit :
              {VK_ACCESS_SHADER_READ_BIT, VK_ACCESS_UNIFORM_READ_BIT, VK_ACCESS_SHADER_WRITE_BIT}) {
             if ((access & bit) != 0)
-                uses.push_back({serial(bound->second.at(binding)), kCompute, bit});
+                uses.push_back({serial(bound->second.at(binding)), kComputeStage, bit});
         }
     }
     return uses;
@@ -282,13 +282,14 @@ void BarrierWatch::watchCommands(VulkanFaults& faults)
             add(c, {"dispatch", dispatchUses(c)});
             driver(c, x, y, z);
         });
-    faults.replace<&Api::CmdDispatchIndirect>([this](auto driver, VkCommandBuffer c,
-                                                     VkBuffer buffer, VkDeviceSize offset) {
-        WatchedCommand command{"indirect dispatch", dispatchUses(c)};
-        command.uses.push_back({serial(buffer), kIndirect, VK_ACCESS_INDIRECT_COMMAND_READ_BIT});
-        add(c, std::move(command));
-        driver(c, buffer, offset);
-    });
+    faults.replace<&Api::CmdDispatchIndirect>(
+        [this](auto driver, VkCommandBuffer c, VkBuffer buffer, VkDeviceSize offset) {
+            WatchedCommand command{"indirect dispatch", dispatchUses(c)};
+            command.uses.push_back(
+                {serial(buffer), kIndirectStage, VK_ACCESS_INDIRECT_COMMAND_READ_BIT});
+            add(c, std::move(command));
+            driver(c, buffer, offset);
+        });
     faults.replace<&Api::CmdPipelineBarrier>(
         [this](auto driver, VkCommandBuffer c, VkPipelineStageFlags from, VkPipelineStageFlags to,
                VkDependencyFlags flags, uint32_t count, const VkMemoryBarrier* memory,
@@ -317,33 +318,35 @@ void BarrierWatch::watchCopies(VulkanFaults& faults)
     faults.replace<&Api::CmdFillBuffer>([this](auto driver, VkCommandBuffer c, VkBuffer buffer,
                                                VkDeviceSize offset, VkDeviceSize size,
                                                uint32_t data) {
-        add(c, {"fill", {{serial(buffer), kTransfer, VK_ACCESS_TRANSFER_WRITE_BIT}}});
+        add(c, {"fill", {{serial(buffer), kTransferStage, VK_ACCESS_TRANSFER_WRITE_BIT}}});
         driver(c, buffer, offset, size, data);
     });
     faults.replace<&Api::CmdUpdateBuffer>([this](auto driver, VkCommandBuffer c, VkBuffer buffer,
                                                  VkDeviceSize offset, VkDeviceSize size,
                                                  const void* data) {
-        add(c, {"update", {{serial(buffer), kTransfer, VK_ACCESS_TRANSFER_WRITE_BIT}}});
+        add(c, {"update", {{serial(buffer), kTransferStage, VK_ACCESS_TRANSFER_WRITE_BIT}}});
         driver(c, buffer, offset, size, data);
     });
     faults.replace<&Api::CmdCopyBuffer>([this](auto driver, VkCommandBuffer c, VkBuffer from,
                                                VkBuffer to, uint32_t count,
                                                const VkBufferCopy* regions) {
         add(c, {"copy",
-                {{serial(from), kTransfer, VK_ACCESS_TRANSFER_READ_BIT},
-                 {serial(to), kTransfer, VK_ACCESS_TRANSFER_WRITE_BIT}}});
+                {{serial(from), kTransferStage, VK_ACCESS_TRANSFER_READ_BIT},
+                 {serial(to), kTransferStage, VK_ACCESS_TRANSFER_WRITE_BIT}}});
         driver(c, from, to, count, regions);
     });
-    faults.replace<&Api::CmdCopyBufferToImage>(
-        [this](auto driver, VkCommandBuffer c, VkBuffer from, VkImage to, VkImageLayout layout,
-               uint32_t count, const VkBufferImageCopy* regions) {
-            add(c, {"copy to an image", {{serial(from), kTransfer, VK_ACCESS_TRANSFER_READ_BIT}}});
-            driver(c, from, to, layout, count, regions);
-        });
+    faults.replace<&Api::CmdCopyBufferToImage>([this](auto driver, VkCommandBuffer c, VkBuffer from,
+                                                      VkImage to, VkImageLayout layout,
+                                                      uint32_t count,
+                                                      const VkBufferImageCopy* regions) {
+        add(c, {"copy to an image", {{serial(from), kTransferStage, VK_ACCESS_TRANSFER_READ_BIT}}});
+        driver(c, from, to, layout, count, regions);
+    });
     faults.replace<&Api::CmdCopyImageToBuffer>(
         [this](auto driver, VkCommandBuffer c, VkImage from, VkImageLayout layout, VkBuffer to,
                uint32_t count, const VkBufferImageCopy* regions) {
-            add(c, {"copy from an image", {{serial(to), kTransfer, VK_ACCESS_TRANSFER_WRITE_BIT}}});
+            add(c, {"copy from an image",
+                    {{serial(to), kTransferStage, VK_ACCESS_TRANSFER_WRITE_BIT}}});
             driver(c, from, layout, to, count, regions);
         });
 }

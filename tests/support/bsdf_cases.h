@@ -29,7 +29,7 @@ inline BsdfInputs plastic(float roughness = 1)
     return BsdfInputs{vec3(1), 0, roughness, 1.5f, 0, vec3(1), 1, 0, 0, 0, 0};
 }
 
-inline BsdfInputs lambert(vec3 color = vec3(1))
+inline BsdfInputs matte(vec3 color = vec3(1))
 {
     BsdfInputs m = plastic();
     m.baseColor = color;

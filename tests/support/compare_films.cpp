@@ -13,15 +13,15 @@ namespace tests {
 
 namespace {
 
-struct Estimate {
+struct PartMean {
     double mean = 0, variance = 0;
 };
 
 /// Mean over the pixels of a rectangle and the variance of that mean.
-Estimate estimate(const core::Estimate& film, int channel, uint32_t x0, uint32_t y0, uint32_t x1,
+PartMean estimate(const core::Estimate& film, int channel, uint32_t x0, uint32_t y0, uint32_t x1,
                   uint32_t y1)
 {
-    Estimate e;
+    PartMean e;
     double pixels = 0;
     for (uint32_t y = y0; y < y1; ++y) {
         for (uint32_t x = x0; x < x1; ++x) {
@@ -43,8 +43,8 @@ FilmComparison compareFilms(const core::Estimate& a, const core::Estimate& b, ui
     std::vector<double> green;
     double variance = 0;
     for (int channel = 0; channel < 3; ++channel) {
-        const Estimate wholeA = estimate(a, channel, 0, 0, a.mean.width, a.mean.height);
-        const Estimate wholeB = estimate(b, channel, 0, 0, b.mean.width, b.mean.height);
+        const PartMean wholeA = estimate(a, channel, 0, 0, a.mean.width, a.mean.height);
+        const PartMean wholeB = estimate(b, channel, 0, 0, b.mean.width, b.mean.height);
         c.meanA += wholeA.mean / 3;
         c.meanB += wholeB.mean / 3;
         variance = std::max(variance, wholeA.variance + wholeB.variance);
@@ -55,7 +55,7 @@ FilmComparison compareFilms(const core::Estimate& a, const core::Estimate& b, ui
             for (uint32_t x = 0; x < a.mean.width; x += tile) {
                 const uint32_t x1 = std::min(x + tile, a.mean.width),
                                y1 = std::min(y + tile, a.mean.height);
-                const Estimate ta = estimate(a, channel, x, y, x1, y1),
+                const PartMean ta = estimate(a, channel, x, y, x1, y1),
                                tb = estimate(b, channel, x, y, x1, y1);
                 const double scale = std::max(std::abs(ta.mean), std::abs(tb.mean));
                 const double sigma = std::sqrt(ta.variance + tb.variance);

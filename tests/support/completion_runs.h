@@ -24,6 +24,13 @@ inline CompletedSlice completed(const BitMatrix& truth, const CompletionParams& 
     return slice;
 }
 
+inline CompletionParams fullSampling()
+{
+    CompletionParams params;
+    params.method = core::many_lights::CompletionMethod::full;
+    return params;
+}
+
 /// The author's preset with a fixed rate and without verification.
 inline CompletionParams fixedRate(float rate)
 {

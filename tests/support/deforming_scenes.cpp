@@ -15,7 +15,7 @@ using Path = core::AnimationChannel::Path;
 
 namespace {
 
-constexpr int kRows = 8;
+constexpr int kStripRows = 8;
 
 /// Of the upper joint, at `time`, 0 to 2.
 double angleAt(double time)
@@ -28,7 +28,7 @@ double angleAt(double time)
 std::vector<glm::vec3> restingVertices()
 {
     std::vector<glm::vec3> positions;
-    for (int row = 0; row <= kRows; ++row)
+    for (int row = 0; row <= kStripRows; ++row)
         for (const float x : {-0.2f, 0.2f})
             positions.emplace_back(x, 0.25f * static_cast<float>(row), 0.0f);
     return positions;

@@ -10,16 +10,12 @@
 
 namespace tests {
 
-using namespace app::lab;
-
 namespace {
 
-constexpr double kNaN = kUnknown;
-
 /// Two rows of three pixels, exact and estimated.
-FlatlandPicture somePicture()
+app::lab::FlatlandPicture somePicture()
 {
-    FlatlandPicture p;
+    app::lab::FlatlandPicture p;
     p.low = -0.3;
     p.width = 0.6;
     p.pixels = 3;
@@ -42,15 +38,15 @@ FlatlandPicture somePicture()
 
 }  // namespace
 
-Cell cellOf(const std::string& pair, const std::string& function, const std::string& method,
-            double expected)
+app::lab::Cell cellOf(const std::string& pair, const std::string& function,
+                      const std::string& method, double expected)
 {
-    Cell c;
+    app::lab::Cell c;
     c.pair = pair;
     c.function = function;
     c.method = method;
     c.oldSamples = 8;
-    c.newSamples = methodOf(method).fresh ? 8 : 0;
+    c.newSamples = app::lab::methodOf(method).fresh ? 8 : 0;
     c.rays = c.newSamples;
     c.candidates = method == "ra" ? 4 : 0;
     c.trials = 1000;
@@ -63,8 +59,9 @@ Cell cellOf(const std::string& pair, const std::string& function, const std::str
     return c;
 }
 
-LabResults someResults()
+app::lab::LabResults someResults()
 {
+    using namespace app::lab;
     LabResults r;
     r.trials = 1000;
     r.seed = 5;
@@ -81,7 +78,7 @@ LabResults someResults()
                 for (const char* method : {"ra", "mis"}) {
                     Cell c = cellOf(pair.id, f.id, method, size(random));
                     c.beta = beta;
-                    if (beta == Beta::own) c.expectedVariance = kNaN;
+                    if (beta == Beta::own) c.expectedVariance = kUnknown;
                     r.cells.push_back(c);
                 }
         }
@@ -105,10 +102,11 @@ LabResults someResults()
     return r;
 }
 
-LabResults hostileResults()
+app::lab::LabResults hostileResults()
 {
+    using namespace app::lab;
     LabResults r = someResults();
-    const double odd[] = {kNaN, kInfinite, -kInfinite, 0, -1, 1e300, 1e-300};
+    const double odd[] = {kUnknown, kInfinite, -kInfinite, 0, -1, 1e300, 1e-300};
     size_t i = 0;
     const auto next = [&] { return odd[i++ % std::size(odd)]; };
     for (Cell& c : r.cells)
@@ -149,7 +147,7 @@ LabResults hostileResults()
     r.cells[0].pair = r.cells[0].function = markup;
     r.cells[1].method = r.lobes[0].method = r.flatland[0].variant = r.traps[0].wrong = markup;
     r.picture.strips[0].name = r.picture.strips[1].meaning = markup;
-    r.seconds = kNaN;
+    r.seconds = kUnknown;
     return r;
 }
 

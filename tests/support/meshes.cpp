@@ -4,20 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
+
+#include "tests/support/random_values.h"
 
 namespace tests {
 namespace {
-
-class Random {
-public:
-    explicit Random(uint32_t seed) : engine_(seed) {}
-    float operator()() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
-    glm::vec3 cube() { return {(*this)(), (*this)(), (*this)()}; }
-
-private:
-    std::mt19937 engine_;
-};
 
 void append(Mesh& mesh, const Mesh& part)
 {
@@ -225,6 +216,11 @@ std::shared_ptr<const core::World> worldOf(const Mesh& mesh)
         world->boundsHigh = glm::max(world->boundsHigh, p);
     }
     return world;
+}
+
+core::Bvh bvhOf(const Mesh& mesh, const core::BvhOptions& options)
+{
+    return core::buildBvh(mesh.positions, mesh.triangles, options);
 }
 
 }  // namespace tests

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/scene/world.h"
+#include "core/trace/bvh.h"
 
 namespace tests {
 
@@ -63,5 +64,8 @@ float distanceError(const Mesh& mesh, uint32_t triangle, glm::vec3 origin, glm::
 
 /// A world of these triangles, of one material.
 std::shared_ptr<const core::World> worldOf(const Mesh& mesh);
+
+/// The tree over its triangles.
+core::Bvh bvhOf(const Mesh& mesh, const core::BvhOptions& options = {});
 
 }  // namespace tests

@@ -7,7 +7,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 #include <thread>
@@ -23,6 +22,9 @@
 
 #include "core/image/image.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/source_folder.h"
+#include "tests/support/text_search.h"
+#include "tests/support/whole_files.h"
 
 namespace tests {
 
@@ -30,25 +32,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Strings = std::vector<std::string>;
 
-inline const fs::path kAssets = fs::path(REKINDLE_SOURCE_DIR) / "assets";
 inline const std::string kScene = (kAssets / "cornell-diffuse.gltf").string();
 inline const Strings kDevices{"cpu", "vulkan"};
-
-inline std::string readAll(const fs::path& file)
-{
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-inline bool contains(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
-}
-
-inline size_t lineCount(const std::string& text)
-{
-    return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
-}
 
 inline Strings operator+(Strings a, const Strings& b)
 {

@@ -10,17 +10,12 @@
 #include <gtest/gtest.h>
 
 #include "app/methods/methods.h"
-#include "core/gltf/gltf.h"
+#include "tests/support/asset.h"
+#include "tests/support/image_mean.h"
 
 namespace tests {
 
 using core::PixelJitter, core::ReuseParams, core::ReuseStrategy;
-
-inline std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
 
 /// The scene's camera, swung about what it looks at.
 inline core::Camera swung(const core::World& world, double degrees)
@@ -111,13 +106,6 @@ protected:
     std::shared_ptr<const core::World> world_;
     glm::uvec2 size_{};
 };
-
-inline double meanOf(const core::Image& image)
-{
-    double sum = 0;
-    for (const float x : image.pixels) sum += double(x);
-    return sum / double(image.pixels.size());
-}
 
 /// The name of a device, for tests that run on each.
 struct DeviceName {

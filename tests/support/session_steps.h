@@ -11,14 +11,14 @@
 
 #include "app/session/actions.h"
 #include "app/session/session.h"
+#include "tests/support/source_folder.h"
 
 namespace tests {
 
 namespace fs = std::filesystem;
 using app::Session;
-using Json = nlohmann::ordered_json;
+using ActionJson = nlohmann::ordered_json;
 
-inline const fs::path kAssets = fs::path(REKINDLE_SOURCE_DIR) / "assets";
 inline constexpr glm::uvec2 kArea(48, 32);
 
 inline app::SessionOptions options(const std::string& scene)
@@ -49,7 +49,8 @@ inline bool settled(const Session& session)
            picture->fullSize == kArea;
 }
 
-inline void act(Session& session, const std::string& name, const Json& arguments = Json::object())
+inline void act(Session& session, const std::string& name,
+                const ActionJson& arguments = ActionJson::object())
 {
     app::AppRequests requests;
     app::runAction(name, session, requests, arguments);

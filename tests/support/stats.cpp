@@ -12,11 +12,11 @@ namespace tests {
 
 namespace {
 
-constexpr double kTiny = 1e-300;
+constexpr double kLeast = 1e-300;
 
 double away(double x)
 {
-    return std::fabs(x) < kTiny ? kTiny : x;
+    return std::fabs(x) < kLeast ? kLeast : x;
 }
 
 /// P(a, x) by its power series.
@@ -34,7 +34,7 @@ double gammaSeries(double a, double x, double logFactor)
 double gammaFraction(double a, double x, double logFactor)
 {
     double b = x + 1 - a;
-    double c = 1 / kTiny;
+    double c = 1 / kLeast;
     double d = 1 / away(b);
     double h = d;
     for (int n = 1; n < 100000; ++n) {

@@ -200,15 +200,15 @@ SceneBuilder room(const core::Material& walls, const core::Material& things)
     return b;
 }
 
-Estimate estimate(const core::Estimate& picture)
+PictureMean estimate(const core::Estimate& picture)
 {
     return estimate(picture, {0, 0}, {picture.mean.width, picture.mean.height});
 }
 
-Estimate estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high)
+PictureMean estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high)
 {
     const double pixels = double(high.x - low.x) * (high.y - low.y);
-    Estimate e;
+    PictureMean e;
     e.samples = double(picture.samples) * pixels;
     double variance = 0;
     for (uint32_t y = low.y; y < high.y; ++y) {
@@ -225,22 +225,22 @@ Estimate estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high
     return e;
 }
 
-double score(const Estimate& a, double exact)
+double score(const PictureMean& a, double exact)
 {
     return (a.mean - exact) / std::sqrt(a.varianceOfMean + 1e-14 * exact * exact);
 }
 
-double score(const Estimate& a, const Estimate& b)
+double score(const PictureMean& a, const PictureMean& b)
 {
     return (a.mean - b.mean) / std::sqrt(a.varianceOfMean + b.varianceOfMean);
 }
 
-double detectable(const Estimate& a, double exact)
+double detectable(const PictureMean& a, double exact)
 {
     return (kScore + 2.33) * std::sqrt(a.varianceOfMean) / exact;
 }
 
-double detectable(const Estimate& a, const Estimate& b)
+double detectable(const PictureMean& a, const PictureMean& b)
 {
     return (kScore + 2.33) * std::sqrt(a.varianceOfMean + b.varianceOfMean) / a.mean;
 }

@@ -61,20 +61,20 @@ SceneBuilder room(const core::Material& walls, const core::Material& things);
 
 /// The mean over all samples of all pixels and channels, with its variance (samples taken as
 /// independent).
-struct Estimate {
+struct PictureMean {
     double mean = 0, varianceOfMean = 0, samples = 0;
 };
-Estimate estimate(const core::Estimate& picture);
+PictureMean estimate(const core::Estimate& picture);
 /// Of the pixels low <= p < high alone.
-Estimate estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high);
+PictureMean estimate(const core::Estimate& picture, glm::uvec2 low, glm::uvec2 high);
 
 /// How many standard errors lie between an estimate and a value, or between two estimates.
-double score(const Estimate& a, double exact);
-double score(const Estimate& a, const Estimate& b);
+double score(const PictureMean& a, double exact);
+double score(const PictureMean& a, const PictureMean& b);
 
 /// Relative bias that the test would see with 99 % power.
-double detectable(const Estimate& a, double exact);
-double detectable(const Estimate& a, const Estimate& b);
+double detectable(const PictureMean& a, double exact);
+double detectable(const PictureMean& a, const PictureMean& b);
 
 /// Independent samples, the CPU path tracer.
 core::PathParams independentParams(core::Strategy strategy = core::Strategy::mis,

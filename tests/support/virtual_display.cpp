@@ -19,7 +19,7 @@ namespace {
 
 const char* kServer = "/usr/bin/Xvfb";
 
-uint32_t bigEndian(const char* p)
+uint32_t readBigEndian(const char* p)
 {
     uint32_t value = 0;
     for (int i = 0; i < 4; ++i) value = value << 8 | static_cast<uint8_t>(p[i]);
@@ -104,9 +104,9 @@ std::array<uint8_t, 3> VirtualDisplay::pixel(uint32_t x, uint32_t y) const
     // XWDFileHeader, 25 words: size of the header, ..., 12 bytes per line, ..., 19 colours in the
     // table of 12 bytes each.
     if (bytes.size() < 100) throw std::runtime_error("the server's screen cannot be read");
-    const size_t line = bigEndian(&bytes[48]);
-    const size_t start =
-        bigEndian(&bytes[0]) + size_t(bigEndian(&bytes[76])) * 12 + y * line + size_t(x) * 4;
+    const size_t line = readBigEndian(&bytes[48]);
+    const size_t start = readBigEndian(&bytes[0]) + size_t(readBigEndian(&bytes[76])) * 12 +
+                         y * line + size_t(x) * 4;
     const auto at = [&](size_t i) { return static_cast<uint8_t>(bytes.at(start + i)); };
     return {at(2), at(1), at(0)};
 }

@@ -45,6 +45,12 @@ BitMatrix randomMatrix(uint32_t rows, uint32_t columns, double p, core::Pcg32& r
 /// first columns are the dictionary; the order is shuffled.
 BitMatrix dictionaryMatrix(uint32_t rows, uint32_t columns, uint32_t distinct, core::Pcg32& random);
 
+/// A thousand by a thousand, of ten columns.
+inline BitMatrix tenColumns(core::Pcg32& random)
+{
+    return dictionaryMatrix(1000, 1000, 10, random);
+}
+
 /// Random sums over GF(2) of `rank` random columns.
 BitMatrix sumsMatrix(uint32_t rows, uint32_t columns, uint32_t rank, core::Pcg32& random);
 

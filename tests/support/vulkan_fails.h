@@ -10,16 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "app/gpu/methods/path.h"
-#include "core/gltf/gltf.h"
+#include "tests/support/asset.h"
 #include "tests/support/vulkan_faults.h"
 
 namespace tests {
-
-inline std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
 
 /// The device that is chosen when nothing fails.
 inline const std::string& deviceName()

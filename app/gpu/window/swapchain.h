@@ -27,7 +27,7 @@ enum class Outcome {
 Outcome outcomeOf(Device& device, VkResult result, const char* call);
 
 /// What one frame is drawn into. The image is in no layout that matters (undefined).
-struct Frame {
+struct WindowFrame {
     VkCommandBuffer commands = VK_NULL_HANDLE;  // being recorded
     VkImage image = VK_NULL_HANDLE;
     VkFramebuffer framebuffer = VK_NULL_HANDLE;  // of renderPass()
@@ -49,7 +49,7 @@ public:
     /// Waits for the commands of two frames ago, then acquires an image; none when there is nothing
     /// to draw on now: skip the frame. `size` is that of the window's framebuffer. The fence that
     /// was waited for is that of slot nextSlot().
-    std::optional<Frame> begin(glm::uvec2 size);
+    std::optional<WindowFrame> begin(glm::uvec2 size);
 
     /// Submits and presents what has been recorded since begin(); the commands leave the image in
     /// PRESENT_SRC. False when it was not shown: the next begin() makes what is needed anew.

@@ -15,12 +15,12 @@ namespace app {
 
 namespace {
 
-// One table for both: KEY(ImGui's name, GLFW's name).
+// One table for both: UI_KEY(ImGui's name, GLFW's name).
 #if IMGUI_VERSION_NUM >= 18700
-#define KEY(imgui, glfw) ImGuiKey_##imgui
+#define UI_KEY(imgui, glfw) ImGuiKey_##imgui
 constexpr UiKey kFirstLetter = ImGuiKey_A, kFirstDigit = ImGuiKey_0;
 #else
-#define KEY(imgui, glfw) GLFW_KEY_##glfw
+#define UI_KEY(imgui, glfw) GLFW_KEY_##glfw
 constexpr UiKey kFirstLetter = GLFW_KEY_A, kFirstDigit = GLFW_KEY_0;
 #endif
 
@@ -28,40 +28,41 @@ const std::map<std::string, UiKey>& namedKeys()
 {
     static const std::map<std::string, UiKey> keys = [] {
         std::map<std::string, UiKey> k{
-            {"Space", KEY(Space, SPACE)},
-            {"Enter", KEY(Enter, ENTER)},
-            {"Tab", KEY(Tab, TAB)},
-            {"Esc", KEY(Escape, ESCAPE)},
-            {"Escape", KEY(Escape, ESCAPE)},
-            {"Backspace", KEY(Backspace, BACKSPACE)},
-            {"Delete", KEY(Delete, DELETE)},
-            {"Insert", KEY(Insert, INSERT)},
-            {"Home", KEY(Home, HOME)},
-            {"End", KEY(End, END)},
-            {"PageUp", KEY(PageUp, PAGE_UP)},
-            {"PageDown", KEY(PageDown, PAGE_DOWN)},
-            {"Left", KEY(LeftArrow, LEFT)},
-            {"Right", KEY(RightArrow, RIGHT)},
-            {"Up", KEY(UpArrow, UP)},
-            {"Down", KEY(DownArrow, DOWN)},
-            {"Shift", KEY(LeftShift, LEFT_SHIFT)},
-            {"Ctrl", KEY(LeftCtrl, LEFT_CONTROL)},
-            {"Alt", KEY(LeftAlt, LEFT_ALT)},
-            {"Super", KEY(LeftSuper, LEFT_SUPER)},
-            {"-", KEY(Minus, MINUS)},
-            {"=", KEY(Equal, EQUAL)},
-            {"[", KEY(LeftBracket, LEFT_BRACKET)},
-            {"]", KEY(RightBracket, RIGHT_BRACKET)},
-            {"\\", KEY(Backslash, BACKSLASH)},
-            {";", KEY(Semicolon, SEMICOLON)},
-            {"'", KEY(Apostrophe, APOSTROPHE)},
-            {",", KEY(Comma, COMMA)},
-            {".", KEY(Period, PERIOD)},
-            {"/", KEY(Slash, SLASH)},
-            {"`", KEY(GraveAccent, GRAVE_ACCENT)},
+            {"Space", UI_KEY(Space, SPACE)},
+            {"Enter", UI_KEY(Enter, ENTER)},
+            {"Tab", UI_KEY(Tab, TAB)},
+            {"Esc", UI_KEY(Escape, ESCAPE)},
+            {"Escape", UI_KEY(Escape, ESCAPE)},
+            {"Backspace", UI_KEY(Backspace, BACKSPACE)},
+            {"Delete", UI_KEY(Delete, DELETE)},
+            {"Insert", UI_KEY(Insert, INSERT)},
+            {"Home", UI_KEY(Home, HOME)},
+            {"End", UI_KEY(End, END)},
+            {"PageUp", UI_KEY(PageUp, PAGE_UP)},
+            {"PageDown", UI_KEY(PageDown, PAGE_DOWN)},
+            {"Left", UI_KEY(LeftArrow, LEFT)},
+            {"Right", UI_KEY(RightArrow, RIGHT)},
+            {"Up", UI_KEY(UpArrow, UP)},
+            {"Down", UI_KEY(DownArrow, DOWN)},
+            {"Shift", UI_KEY(LeftShift, LEFT_SHIFT)},
+            {"Ctrl", UI_KEY(LeftCtrl, LEFT_CONTROL)},
+            {"Alt", UI_KEY(LeftAlt, LEFT_ALT)},
+            {"Super", UI_KEY(LeftSuper, LEFT_SUPER)},
+            {"-", UI_KEY(Minus, MINUS)},
+            {"=", UI_KEY(Equal, EQUAL)},
+            {"[", UI_KEY(LeftBracket, LEFT_BRACKET)},
+            {"]", UI_KEY(RightBracket, RIGHT_BRACKET)},
+            {"\\", UI_KEY(Backslash, BACKSLASH)},
+            {";", UI_KEY(Semicolon, SEMICOLON)},
+            {"'", UI_KEY(Apostrophe, APOSTROPHE)},
+            {",", UI_KEY(Comma, COMMA)},
+            {".", UI_KEY(Period, PERIOD)},
+            {"/", UI_KEY(Slash, SLASH)},
+            {"`", UI_KEY(GraveAccent, GRAVE_ACCENT)},
         };
         for (int i = 0; i < 12; ++i)
-            k[std::string("F").append(std::to_string(i + 1))] = static_cast<UiKey>(KEY(F1, F1) + i);
+            k[std::string("F").append(std::to_string(i + 1))] =
+                static_cast<UiKey>(UI_KEY(F1, F1) + i);
         for (int i = 0; i < 26; ++i)
             k[std::string(1, static_cast<char>('A' + i))] = static_cast<UiKey>(kFirstLetter + i);
         for (int i = 0; i < 10; ++i) k[std::to_string(i)] = static_cast<UiKey>(kFirstDigit + i);
@@ -81,7 +82,7 @@ std::optional<UiKey> findKey(const std::string& name)
 
 bool escapePressed(bool repeat)
 {
-    return ImGui::IsKeyPressed(KEY(Escape, ESCAPE), repeat);
+    return ImGui::IsKeyPressed(UI_KEY(Escape, ESCAPE), repeat);
 }
 
 void sendCharacter(unsigned character)

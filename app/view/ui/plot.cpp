@@ -16,7 +16,7 @@ bool usable(const PlotPoint& p)
 }
 
 /// The plot's place on the screen and its axes.
-struct Frame {
+struct PlotFrame {
     ImVec2 low, high;  // corners: left top, right bottom
     LogRange x, y;
     ImVec2 place(double px, double py) const
@@ -52,7 +52,7 @@ void dashed(ImDrawList& list, ImVec2 a, ImVec2 b, ImU32 colour, float dash)
     }
 }
 
-void drawGrid(ImDrawList& list, const Frame& f)
+void drawGrid(ImDrawList& list, const PlotFrame& f)
 {
     const ImU32 strong = ImGui::GetColorU32(ImGuiCol_Text, 0.16f),
                 weak = ImGui::GetColorU32(ImGuiCol_Text, 0.06f);
@@ -78,7 +78,7 @@ void drawGrid(ImDrawList& list, const Frame& f)
     }
 }
 
-void drawCurve(ImDrawList& list, const Frame& f, const PlotCurve& curve)
+void drawCurve(ImDrawList& list, const PlotFrame& f, const PlotCurve& curve)
 {
     const ImU32 colour = ImGui::GetColorU32(curve.colour);
     std::vector<ImVec2> line;
@@ -99,7 +99,7 @@ void drawCurve(ImDrawList& list, const Frame& f, const PlotCurve& curve)
 }
 
 /// A line of the guide's slope through the last point there is, from edge to edge.
-void drawGuide(ImDrawList& list, const Frame& f, const LogPlot& plot)
+void drawGuide(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
 {
     if (plot.guideSlope == 0 || plot.curves.empty()) return;
     const PlotCurve& curve = plot.curves.back();
@@ -112,7 +112,7 @@ void drawGuide(ImDrawList& list, const Frame& f, const LogPlot& plot)
 }
 
 /// A level across with its text at the right, above the line or below it where there is no room.
-void drawLevel(ImDrawList& list, const Frame& f, double value, const std::string& label,
+void drawLevel(ImDrawList& list, const PlotFrame& f, double value, const std::string& label,
                ImU32 colour, bool dashes)
 {
     if (!(value > 0) || value < f.y.low || value > f.y.high) return;
@@ -129,7 +129,7 @@ void drawLevel(ImDrawList& list, const Frame& f, double value, const std::string
 }
 
 /// Letters are left out at the end of what is wider than `room`.
-std::string shortened(std::string text, float room)
+std::string shortenedLabel(std::string text, float room)
 {
     if (ImGui::CalcTextSize(text.c_str()).x <= room) return text;
     while (text.size() > 1 && ImGui::CalcTextSize((text + "...").c_str()).x > room) text.pop_back();
@@ -137,7 +137,7 @@ std::string shortened(std::string text, float room)
 }
 
 /// In the upper right corner, which curves that fall leave free.
-void drawLegend(ImDrawList& list, const Frame& f, const LogPlot& plot)
+void drawLegend(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
 {
     const float letter = ImGui::GetFontSize(), dash = 1.6f * letter,
                 room = 0.6f * (f.high.x - f.low.x);
@@ -147,7 +147,7 @@ void drawLegend(ImDrawList& list, const Frame& f, const LogPlot& plot)
     std::vector<std::string> labels;
     float width = 0;
     for (const size_t i : order) {
-        labels.push_back(shortened(plot.curves[i].label, room));
+        labels.push_back(shortenedLabel(plot.curves[i].label, room));
         width = std::max(width, ImGui::CalcTextSize(labels.back().c_str()).x);
     }
     if (labels.empty()) return;
@@ -167,7 +167,7 @@ void drawLegend(ImDrawList& list, const Frame& f, const LogPlot& plot)
 }
 
 /// The point nearest to the mouse in x, of the curve nearest in y.
-void drawCursor(ImDrawList& list, const Frame& f, const LogPlot& plot)
+void drawCursor(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
 {
     const ImVec2 mouse = ImGui::GetIO().MousePos;
     const PlotPoint* best = nullptr;
@@ -262,7 +262,7 @@ void drawLogPlot(const char* id, const LogPlot& plot, ImVec2 size)
     const ImVec2 corner = ImGui::GetCursorScreenPos();
     ImGui::InvisibleButton(id, size);
     const bool hovered = ImGui::IsItemHovered();
-    Frame f;
+    PlotFrame f;
     logRanges(plot, f.x, f.y);
     f.low = {corner.x + 4.2f * letter, corner.y + letter * 1.3f};
     f.high = {corner.x + size.x - letter * 0.4f, corner.y + size.y - letter * 1.4f};

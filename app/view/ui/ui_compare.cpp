@@ -7,13 +7,11 @@
 namespace app {
 namespace {
 
-constexpr const char* kSides[] = {"A", "B"};
-
 void drawSide(const UiContext& c, size_t side)
 {
     Slot& slot = c.session.slots[side];
     ImGui::PushID(static_cast<int>(side));
-    rowLabel(kSides[side], side == 0 ? "left of the slider" : "right of the slider");
+    rowLabel(kSideNames[side], side == 0 ? "left of the slider" : "right of the slider");
     const std::string none = shownPicture(c) ? "" : "there is no picture yet";
     actionButton(c, "Store", side == 0 ? "store-a" : "store-b", none);
     ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);

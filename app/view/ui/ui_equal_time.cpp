@@ -6,7 +6,6 @@
 namespace app {
 namespace {
 
-constexpr const char* kSides[] = {"A", "B"};
 constexpr const char* kChoose[] = {"params-a", "params-b"};
 
 /// The editor of one side. What is edited is chosen from then on, whatever the panel says.
@@ -26,8 +25,8 @@ void editSide(const UiContext& c, size_t side)
 void drawSideParams(const UiContext& c, size_t side)
 {
     ImGui::PushID(static_cast<int>(side));
-    const bool open = ImGui::TreeNode(kSides[side]);
-    tip(std::string("what ") + kSides[side] + " is rendered with at equal time");
+    const bool open = ImGui::TreeNode(kSideNames[side]);
+    tip(std::string("what ") + kSideNames[side] + " is rendered with at equal time");
     dimText(paramsLabel(c.session.sideParams(side)));
     actionButton(c, "From the panel", kChoose[side]);
     sameLineIfRoom(buttonWidth("Into the panel"));

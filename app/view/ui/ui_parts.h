@@ -15,6 +15,9 @@
 
 namespace app {
 
+/// The two sides of a comparison.
+inline constexpr const char* kSideNames[] = {"A", "B"};
+
 /// A notice on its way out.
 struct Toast {
     Notice notice;

@@ -35,7 +35,7 @@ void drawSmallPicture(ImVec2 corner, ImVec2 size, const SmallPicture& picture)
 }
 
 /// "kitchen.glb", shortened to fit.
-std::string shortened(std::string name, float width)
+std::string shortenedName(std::string name, float width)
 {
     if (ImGui::CalcTextSize(name.c_str()).x <= width) return name;
     while (!name.empty() && ImGui::CalcTextSize((name + "...").c_str()).x > width) {
@@ -65,7 +65,7 @@ bool drawTile(const RecentScene& scene, ImVec2 picture)
         list.AddRectFilled(at, ImVec2(at.x + picture.x, at.y + picture.y),
                            ImGui::GetColorU32(ImGuiCol_FrameBg));
     list.AddText(ImVec2(at.x, at.y + picture.y + gap), ImGui::GetColorU32(ImGuiCol_Text),
-                 shortened(file.filename().string(), picture.x).c_str());
+                 shortenedName(file.filename().string(), picture.x).c_str());
     return clicked;
 }
 

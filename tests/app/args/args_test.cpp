@@ -13,8 +13,11 @@
 #include "app/base/nearest.h"
 #include "app/files/params_json.h"
 #include "core/base/check.h"
+#include "tests/support/text_search.h"
 
 namespace {
+
+using tests::contains;
 
 app::Command parse(std::initializer_list<const char*> arguments)
 {
@@ -33,11 +36,6 @@ std::string refusal(std::initializer_list<const char*> arguments)
         if (error.code() == core::ExitCode::commandLine) return error.what();
     }
     return {};
-}
-
-bool contains(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
 }
 
 TEST(Args, EveryParameterOfTheMethodIsAnOption)

@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include "app/base/log.h"
+#include "tests/support/text_search.h"
 
 namespace {
 
 using testing::internal::CaptureStderr;
 using testing::internal::GetCapturedStderr;
+using tests::countOf;
 
 /// After the silent beginning of a stage.
 void work(app::Log& log)
@@ -36,13 +38,6 @@ TEST(Log, AnUnknownShareIsNoNumber)
     EXPECT_EQ(GetCapturedStderr(), "placing meshes ...\n");
 }
 
-size_t count(const std::string& text, const std::string& part)
-{
-    size_t n = 0;
-    for (size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size()) ++n;
-    return n;
-}
-
 TEST(Log, InAFileProgressIsLinesOfPlainText)
 {
     CaptureStderr();
@@ -61,12 +56,12 @@ TEST(Log, OnATerminalTheBarKeepsItsPlaceAndLinesStandAlone)
         work(log);
     }
     const std::string text = GetCapturedStderr();
-    EXPECT_EQ(count(text, "█"), 15u + 23u) << text;
-    EXPECT_EQ(count(text, "░"), 15u + 7u) << text;
+    EXPECT_EQ(countOf(text, "█"), 15u + 23u) << text;
+    EXPECT_EQ(countOf(text, "░"), 15u + 7u) << text;
     EXPECT_NE(text.find("50 %  building"), std::string::npos);
     EXPECT_EQ(text.find("51 %"), std::string::npos);
     EXPECT_NE(text.find("\r\033[Ka line\n"), std::string::npos) << "the bar must go before a line";
-    EXPECT_EQ(count(text, "\n"), 1u);
+    EXPECT_EQ(countOf(text, "\n"), 1u);
     EXPECT_TRUE(text.ends_with("\r\033[K")) << "nothing of the bar is left at the end";
 }
 

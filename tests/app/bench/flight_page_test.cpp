@@ -11,16 +11,12 @@
 #include "app/bench/flight_files.h"
 #include "tests/support/markup.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_search.h"
 
+namespace app::flight {
 namespace {
 
-using namespace app::flight;
-using app::Measured, app::PictureErrors;
-
-bool contains(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
-}
+using tests::contains;
 
 Row discardRow(uint32_t n, double seconds, double relMse)
 {
@@ -151,3 +147,4 @@ TEST(FlightPage, TellsHowManyPathsThereWere)
 }
 
 }  // namespace
+}  // namespace app::flight

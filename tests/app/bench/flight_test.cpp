@@ -17,12 +17,13 @@
 #include "core/trace/pick.h"
 #include "tests/support/instanced_scenes.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_search.h"
 
+namespace app::flight {
 namespace {
 
-using namespace app::flight;
-using app::ErrorSum, app::Measured, app::PictureErrors;
 using glm::dvec3;
+using tests::contains;
 
 std::shared_ptr<const core::World> world(const std::string& name)
 {
@@ -143,11 +144,6 @@ TEST(Flight, FollowsAPathToItsEnd)
     EXPECT_EQ(flight.whyNot(1, 13), "");
     EXPECT_NE(flight.whyNot(1, 14).find("--frames"), std::string::npos);
     EXPECT_NE(flight.whyNot(4, 5), "");
-}
-
-bool contains(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
 }
 
 core::Image image(uint32_t width, uint32_t height, float value)
@@ -325,3 +321,4 @@ TEST(FlightMeasurement, OutlivesAWindowThatCannotBe)
 }
 
 }  // namespace
+}  // namespace app::flight

@@ -14,9 +14,8 @@
 #include "core/image/metrics.h"
 #include "core/methods/method.h"
 
+namespace app::flight {
 namespace {
-
-using namespace app::flight;
 
 const std::filesystem::path kScene =
     std::filesystem::path(REKINDLE_SOURCE_DIR) / "assets" / "cornell-diffuse.gltf";
@@ -170,3 +169,4 @@ TEST(FlightWindow, StopsWhenAskedAndFailsInWords)
 }
 
 }  // namespace
+}  // namespace app::flight

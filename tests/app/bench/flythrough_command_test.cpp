@@ -7,16 +7,17 @@
 
 #include "core/methods/reuse_params.h"
 #include "tests/support/program.h"
+#include "tests/support/text_search.h"
 
 namespace {
 
 using namespace tests;
 
-const Strings kBench{"bench", "flythrough"};
+const Strings kFlythrough{"bench", "flythrough"};
 
 /// Small enough for a test.
-const Strings kTiny{"--size",  "24x20", "--frames",        "3",  "--steps",  "1,4",
-                    "--seeds", "2",     "--reference-spp", "16", "--device", "cpu"};
+const Strings kTinyFlight{"--size",  "24x20", "--frames",        "3",  "--steps",  "1,4",
+                          "--seeds", "2",     "--reference-spp", "16", "--device", "cpu"};
 
 class FlythroughCommand : public Cli {
 protected:
@@ -34,19 +35,11 @@ protected:
     }
 };
 
-size_t count(const std::string& text, const std::string& part)
-{
-    size_t number = 0;
-    for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-        ++number;
-    return number;
-}
-
 TEST_F(FlythroughCommand, NonsenseIsRefused)
 {
-    expectRefused(kBench, 2, "scene is missing");
-    expectRefused(kBench + Strings{kScene}, 2, "-o DIR");
-    const Strings bench = kBench + Strings{kScene, "-o", "x"};
+    expectRefused(kFlythrough, 2, "scene is missing");
+    expectRefused(kFlythrough + Strings{kScene}, 2, "-o DIR");
+    const Strings bench = kFlythrough + Strings{kScene, "-o", "x"};
     expectRefused(bench + Strings{"--steps", "1,much"}, 2, "'much'");
     expectRefused(bench + Strings{"--steps", "0"}, 2, "--steps");
     expectRefused(bench + Strings{"--steps", ","}, 2, "empty");
@@ -57,7 +50,7 @@ TEST_F(FlythroughCommand, NonsenseIsRefused)
     expectRefused(bench + Strings{"--reuse", "ra"}, 2, "--reuse");
     expectRefused(bench + Strings{"--device", "cpu", "--device-index", "0"}, 2, "--device-index");
     expectRefused(bench + Strings{"--stps", "1"}, 2, "did you mean --steps?");
-    const Result help = run(kBench + Strings{"--help"});
+    const Result help = run(kFlythrough + Strings{"--help"});
     EXPECT_EQ(help.code, 0);
     EXPECT_TRUE(contains(help.out, "Example: rekindle bench flythrough "));
     EXPECT_TRUE(contains(help.out, "--protection"));
@@ -65,7 +58,7 @@ TEST_F(FlythroughCommand, NonsenseIsRefused)
 
 TEST_F(FlythroughCommand, InputAndFoldersThatCannotBeAreRefused)
 {
-    const Strings bench = kBench + kTiny;
+    const Strings bench = kFlythrough + kTinyFlight;
     expectRefused(bench + Strings{kScene, "none.gltf", "-o", "x"}, 3, "none.gltf");
     writeFile("words.gltf", "these are words");
     expectRefused(bench + Strings{"words.gltf", "-o", "x"}, 3, "words.gltf");
@@ -85,7 +78,8 @@ TEST_F(FlythroughCommand, InputAndFoldersThatCannotBeAreRefused)
 
 TEST_F(FlythroughCommand, WritesAPageAndItsNumbers)
 {
-    const Result result = finish(start(kBench + kTiny + Strings{kScene, "-o", "new/fly"}), 180);
+    const Result result =
+        finish(start(kFlythrough + kTinyFlight + Strings{kScene, "-o", "new/fly"}), 180);
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_TRUE(contains(result.err, "new/fly/index.html"));
     const Json json = results("new/fly");
@@ -128,8 +122,8 @@ TEST_F(FlythroughCommand, WritesAPageAndItsNumbers)
     for (const Json& picture : pictures)
         for (const char* file : {"file", "part"})
             EXPECT_TRUE(fs::exists(work("new/fly/" + picture.at(file).get<std::string>())));
-    EXPECT_EQ(count(page, "src=\"data:image/png;base64,iVBORw0KGgo"), 2 * pictures.size());
-    EXPECT_EQ(count(page, "src="), 2 * pictures.size());
+    EXPECT_EQ(countOf(page, "src=\"data:image/png;base64,iVBORw0KGgo"), 2 * pictures.size());
+    EXPECT_EQ(countOf(page, "src="), 2 * pictures.size());
     EXPECT_FALSE(contains(page, "http://") || contains(page, "https://"));
     for (const char* file : {"flythrough.json", "flythrough.csv", "pictures", "references"}) {
         EXPECT_TRUE(contains(page, file)) << file;
@@ -139,9 +133,9 @@ TEST_F(FlythroughCommand, WritesAPageAndItsNumbers)
 
 TEST_F(FlythroughCommand, FliesInTheWindowsOwnLoop)
 {
-    expectRefused(kBench + Strings{kScene, "-o", "x", "--window", "640"}, 2, "--window");
+    expectRefused(kFlythrough + Strings{kScene, "-o", "x", "--window", "640"}, 2, "--window");
     const Result result =
-        finish(start(kBench + kTiny +
+        finish(start(kFlythrough + kTinyFlight +
                      Strings{kScene, "-o", "fly", "--strategies", "naive", "--frames", "2",
                              "--no-sweeps", "--quick", "--window", "40x32"}),
                180);
@@ -173,8 +167,8 @@ TEST_F(FlythroughCommand, FliesInTheWindowsOwnLoop)
 TEST_F(FlythroughCommand, ReferencesAreMadeOnceAndAnewWhenTheyNoLongerFit)
 {
     const std::string scene = copyOf("cornell-diffuse");
-    const Strings bench =
-        kBench + kTiny + Strings{scene, "-o", "fly", "--strategies", "ra", "--frames", "2", "-q"};
+    const Strings bench = kFlythrough + kTinyFlight +
+                          Strings{scene, "-o", "fly", "--strategies", "ra", "--frames", "2", "-q"};
     const auto kept = [&](const Strings& more) {
         const Result result = run(bench + more);
         EXPECT_EQ(result.code, 0) << result.err;
@@ -205,8 +199,8 @@ TEST_F(FlythroughCommand, SameSeedSameErrorsOnEitherDevice)
 {
     const auto rows = [this](const std::string& device, const std::string& folder) {
         const Strings few{"--steps", "1", "--no-sweeps", "--strategies", "naive,ra"};
-        const pid_t pid =
-            start(kBench + kTiny + few + Strings{kScene, "-o", folder, "--device", device});
+        const pid_t pid = start(kFlythrough + kTinyFlight + few +
+                                Strings{kScene, "-o", folder, "--device", device});
         const Result result = finish(pid, 180);  // kernels are compiled on the way
         EXPECT_EQ(result.code, 0) << result.err;
         return results(folder).at("rows");
@@ -225,7 +219,7 @@ TEST_F(FlythroughCommand, CtrlCKeepsWhatIsThere)
 {
     // So many samples that only a signal ends the reference.
     const Strings endless{"--reference-spp", "100000000", "--device", "cpu", "--size", "24x20"};
-    pid_t pid = start(kBench + endless + Strings{kScene, "-o", "new/fly"});
+    pid_t pid = start(kFlythrough + endless + Strings{kScene, "-o", "new/fly"});
     waitForError("reference");
     kill(pid, SIGINT);
     Result result = finish(pid, 20);
@@ -235,7 +229,7 @@ TEST_F(FlythroughCommand, CtrlCKeepsWhatIsThere)
     EXPECT_FALSE(fs::exists(work("new")));
 
     // Files are written after each scene; the rest is stopped then.
-    pid = start(kBench + kTiny +
+    pid = start(kFlythrough + kTinyFlight +
                 Strings{kScene, kScene, kScene, kScene, "-o", "fly", "--seeds", "9"});
     for (int i = 0; i < 3000 && !fs::exists(work("fly/index.html")); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -18,11 +18,10 @@
 #include "tests/support/markup.h"
 #include "tests/support/program.h"
 
+namespace app::guiding {
 namespace {
 
 using namespace tests;
-using namespace app::guiding;
-using app::kUnknown, app::Ratio, app::TileSums, app::usualSize;
 
 TEST(GuidingVariants, ChangeOneThingEach)
 {
@@ -372,3 +371,4 @@ TEST_F(GuidingCommand, CtrlCKeepsWhatIsThere)
 }
 
 }  // namespace
+}  // namespace app::guiding

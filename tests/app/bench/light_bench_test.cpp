@@ -16,11 +16,10 @@
 #include "tests/support/program.h"
 #include "tests/support/test_scenes.h"
 
+namespace app::light {
 namespace {
 
 using namespace tests;
-using namespace app::light;
-using app::kUnknown, app::PairError, app::pairError;
 
 core::Image constantImage(float value)
 {
@@ -307,3 +306,4 @@ TEST_F(LightCommand, CtrlCKeepsWhatIsThere)
 }
 
 }  // namespace
+}  // namespace app::light

@@ -14,9 +14,9 @@
 #include "core/base/check.h"
 #include "core/gltf/load.h"
 
+namespace app::many_lights {
 namespace {
 
-using namespace app::many_lights;
 using glm::vec3;
 
 TEST(ManyLightsErrors, HaveTheirKnownValues)
@@ -337,3 +337,4 @@ TEST(ManyLightsThesis, ScenesAreFoundByTheirFiles)
 }
 
 }  // namespace
+}  // namespace app::many_lights

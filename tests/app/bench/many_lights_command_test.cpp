@@ -11,11 +11,11 @@ namespace {
 
 using namespace tests;
 
-const Strings kBench{"bench", "manylights"};
+const Strings kManyLights{"bench", "manylights"};
 
 /// Small enough for a test.
-const Strings kTiny{"--size",  "32x24", "--lights",     "300", "--clusters", "10,40",
-                    "--share", "0.4",   "--slice-size", "200", "--quick"};
+const Strings kFewLights{"--size",  "32x24", "--lights",     "300", "--clusters", "10,40",
+                         "--share", "0.4",   "--slice-size", "200", "--quick"};
 
 class ManyLightsCommand : public Cli {
 protected:
@@ -27,9 +27,9 @@ protected:
 
 TEST_F(ManyLightsCommand, NonsenseIsRefused)
 {
-    expectRefused(kBench, 2, "scene is missing");
-    expectRefused(kBench + Strings{kScene}, 2, "-o DIR");
-    const Strings bench = kBench + Strings{kScene, "-o", "x"};
+    expectRefused(kManyLights, 2, "scene is missing");
+    expectRefused(kManyLights + Strings{kScene}, 2, "-o DIR");
+    const Strings bench = kManyLights + Strings{kScene, "-o", "x"};
     expectRefused(bench + Strings{"--clusters", "10,many"}, 2, "'many'");
     expectRefused(bench + Strings{"--clusters", "0"}, 2, "--clusters");
     expectRefused(bench + Strings{"--clusters", ","}, 2, "empty");
@@ -43,7 +43,7 @@ TEST_F(ManyLightsCommand, NonsenseIsRefused)
 
 TEST_F(ManyLightsCommand, InputAndFoldersThatCannotBeAreRefused)
 {
-    const Strings bench = kBench + kTiny;
+    const Strings bench = kManyLights + kFewLights;
     expectRefused(bench + Strings{kScene, "none.gltf", "-o", "x"}, 3, "none.gltf");
     expectRefused(bench + Strings{kScene, "-o", "x", "--camera", "nobody"}, 2, "nobody");
     writeFile("dark.gltf",
@@ -64,7 +64,8 @@ TEST_F(ManyLightsCommand, InputAndFoldersThatCannotBeAreRefused)
 
 TEST_F(ManyLightsCommand, WritesAPageAndItsNumbers)
 {
-    const Result result = finish(start(kBench + kTiny + Strings{kScene, "-o", "new/lights"}), 180);
+    const Result result =
+        finish(start(kManyLights + kFewLights + Strings{kScene, "-o", "new/lights"}), 180);
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_TRUE(contains(result.err, "new/lights/index.html"));
     const Json json = results("new/lights");
@@ -122,9 +123,10 @@ TEST_F(ManyLightsCommand, WritesAPageAndItsNumbers)
 
 TEST_F(ManyLightsCommand, ReferencesAreMadeOnceAndErrorsRepeat)
 {
-    const Strings bench = kBench + kTiny + Strings{kScene,          "-o",       "lights",
-                                                   "--methods",     "matching", "--no-pictures",
-                                                   "--repetitions", "1",        "-q"};
+    const Strings bench =
+        kManyLights + kFewLights + Strings{kScene,          "-o",       "lights",
+                                           "--methods",     "matching", "--no-pictures",
+                                           "--repetitions", "1",        "-q"};
     const auto scene = [&](const Strings& more) {
         const Result result = run(bench + more);
         EXPECT_EQ(result.code, 0) << result.err;
@@ -146,7 +148,7 @@ TEST_F(ManyLightsCommand, ReferencesAreMadeOnceAndErrorsRepeat)
 
 TEST_F(ManyLightsCommand, CtrlCKeepsWhatIsThere)
 {
-    const Strings bench = kBench + kTiny + Strings{kScene, "-o", "new/lights"};
+    const Strings bench = kManyLights + kFewLights + Strings{kScene, "-o", "new/lights"};
     pid_t pid = start(bench + Strings{"--lights", "4000000", "--share", "1"});
     waitForError("lights and receivers");
     kill(pid, SIGINT);

@@ -19,7 +19,7 @@ namespace {
 
 const core::Placement kPlacement{{100, -20, 3}, 0.25};
 
-core::Camera someCamera()
+core::Camera namedCamera()
 {
     core::Camera camera = core::lookAt({1, 2, 3}, {-4, 0.5, 2}, {0.1, 1, 0}, 0.6);
     camera.name = "door";
@@ -42,7 +42,7 @@ void expectNear(const core::Camera& a, const core::Camera& b, double tolerance)
 }
 
 /// The message of a refused camera, empty when it is accepted.
-std::string refusal(const char* text)
+std::string cameraRefusal(const char* text)
 {
     try {
         app::cameraFromJson(nlohmann::ordered_json::parse(text), {}, kPlacement, "c.json");
@@ -75,7 +75,7 @@ private:
 
 TEST(CameraJson, RoundTripThroughThePlacement)
 {
-    core::Camera camera = someCamera();
+    core::Camera camera = namedCamera();
     const auto json = app::cameraJson(camera, kPlacement);
     EXPECT_NEAR(json["position"][0].get<double>(), 1 / 0.25 + 100, 1e-12);  // in the file's units
     EXPECT_NEAR(json["focus_distance"].get<double>(), 10, 1e-12);
@@ -91,7 +91,7 @@ TEST(CameraJson, RoundTripThroughThePlacement)
 
 TEST(CameraJson, WhatIsAbsentStays)
 {
-    const core::Camera camera = someCamera();
+    const core::Camera camera = namedCamera();
     const auto json = nlohmann::ordered_json::parse(R"({"yfov": 90})");
     core::Camera expected = camera;
     expected.yfov = glm::half_pi<double>();
@@ -100,19 +100,21 @@ TEST(CameraJson, WhatIsAbsentStays)
 
 TEST(CameraJson, MistakesAreNamed)
 {
-    EXPECT_NE(refusal(R"([1,2])").find("expected a camera"), std::string::npos);
-    EXPECT_NE(refusal(R"({"positon":[0,0,0]})").find("did you mean position"), std::string::npos);
-    EXPECT_NE(refusal(R"({"position":[0,0]})").find("/position: expected [x, y, z]"),
+    EXPECT_NE(cameraRefusal(R"([1,2])").find("expected a camera"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"positon":[0,0,0]})").find("did you mean position"),
               std::string::npos);
-    EXPECT_NE(refusal(R"({"position":[0,0,"x"]})").find("/position"), std::string::npos);
-    EXPECT_NE(refusal(R"({"position":[1e300,0,0]})").find("/position"), std::string::npos);
-    EXPECT_NE(refusal(R"({"forward":[0,0,0]})").find("length zero"), std::string::npos);
-    EXPECT_NE(refusal(R"({"position":[1,2,3],"target":[1,2,3]})").find("position itself"),
+    EXPECT_NE(cameraRefusal(R"({"position":[0,0]})").find("/position: expected [x, y, z]"),
               std::string::npos);
-    EXPECT_NE(refusal(R"({"forward":[0,1,0],"up":[0,-2,0]})").find("parallel"), std::string::npos);
-    EXPECT_NE(refusal(R"({"yfov":180})").find("/yfov"), std::string::npos);
-    EXPECT_NE(refusal(R"({"yfov":0})").find("/yfov"), std::string::npos);
-    EXPECT_NE(refusal(R"({"focus_distance":0})").find("/focus_distance"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"position":[0,0,"x"]})").find("/position"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"position":[1e300,0,0]})").find("/position"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"forward":[0,0,0]})").find("length zero"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"position":[1,2,3],"target":[1,2,3]})").find("position itself"),
+              std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"forward":[0,1,0],"up":[0,-2,0]})").find("parallel"),
+              std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"yfov":180})").find("/yfov"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"yfov":0})").find("/yfov"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"focus_distance":0})").find("/focus_distance"), std::string::npos);
 }
 
 TEST_F(CameraPathFile, PassesThroughItsKeysAndHoldsItsEnds)

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <vector>
 
 #include "app/gpu/film.h"
@@ -14,6 +13,8 @@
 #include "tests/kernels/film_check.h"
 
 #include "spirv/film_check.h"
+#include "tests/support/no_numbers.h"
+#include "tests/support/random_values.h"
 
 namespace {
 
@@ -22,22 +23,18 @@ using shared::checkFilm;
 using shared::FilmCheckInput;
 using shared::FilmCheckOutput;
 using shared::FilmPixel;
+using tests::kFloatInf;
+using tests::kFloatNan;
+using tests::uniform;
 
-constexpr size_t kCases = 20000;
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInf = std::numeric_limits<float>::infinity();
-
-float uniform(Pcg32& random)
-{
-    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
-}
+constexpr size_t kFilmCases = 20000;
 
 /// Radiance of very different sizes; one in thirty is no colour.
 glm::vec3 anySample(Pcg32& random)
 {
     const float scale = std::exp2(40 * uniform(random) - 30);
     glm::vec3 L(scale * uniform(random), scale * uniform(random), scale * uniform(random));
-    constexpr float kSpecial[] = {kNan, kInf, -kInf, -1.0f};
+    constexpr float kSpecial[] = {kFloatNan, kFloatInf, -kFloatInf, -1.0f};
     if (random.bits() % 30 == 0)
         L[static_cast<int>(random.bits() % 3)] = kSpecial[random.bits() % 4];
     return L;
@@ -46,7 +43,7 @@ glm::vec3 anySample(Pcg32& random)
 std::vector<FilmCheckInput> anyInputs()
 {
     Pcg32 random(77);
-    std::vector<FilmCheckInput> inputs(kCases);
+    std::vector<FilmCheckInput> inputs(kFilmCases);
     for (FilmCheckInput& a : inputs) {
         FilmPixel p{};
         for (int c = 0; c < 3; ++c) {
@@ -90,7 +87,7 @@ TEST_F(FilmGpu, AnswersAsTheHostDoes)
     set.bind(1, out);
     context.device.submit([&](VkCommandBuffer commands) {
         kernel.dispatch(commands, kernel.pipeline(), {nullptr, nullptr, &set},
-                        {static_cast<uint32_t>(kCases)}, gpu::groupsFor(kCases));
+                        {static_cast<uint32_t>(kFilmCases)}, gpu::groupsFor(kFilmCases));
         gpu::barrier(commands);
     });
     std::vector<FilmCheckOutput> outputs(inputs.size());
@@ -117,7 +114,7 @@ TEST_F(FilmGpu, AnswersAsTheHostDoes)
     EXPECT_EQ(unlikeKinds, 0u);
     EXPECT_EQ(unlikeMeans, 0u);
     EXPECT_EQ(repacked, 0u) << "packing loses something";
-    EXPECT_GT(dropped, kCases / 2) << "the inputs hold too few samples that are no colours";
+    EXPECT_GT(dropped, kFilmCases / 2) << "the inputs hold too few samples that are no colours";
 }
 
 TEST_F(FilmGpu, SumsAreThoseOfDoublePrecision)

@@ -11,9 +11,11 @@
 #include "app/gpu/base/api.h"
 #include "app/gpu/base/batch_pace.h"
 #include "app/gpu/methods/path.h"
-#include "core/gltf/gltf.h"
+#include "tests/support/asset.h"
 
 namespace {
+
+using tests::asset;
 
 TEST(BatchPace, ReachesTheWantedTimeFromNothing)
 {
@@ -64,21 +66,15 @@ TEST(BatchPace, StaysWithinItsBounds)
     EXPECT_EQ(pace.lanes(0, 1000), 64u);
 }
 
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
-
 // A device whose clock advances by the work it is given, so that other work on the machine does not
 // count.
 double secondsPerLane = 0;
-uint64_t groups = 0;             // dispatched since the last look at the clock
-std::vector<double> dispatches;  // seconds of each submission by that clock
+uint64_t dispatchedGroups = 0;          // dispatched since the last look at the clock
+std::vector<double> submissionSeconds;  // seconds of each submission by that clock
 
 void countedDispatch(VkCommandBuffer commands, uint32_t x, uint32_t y, uint32_t z)
 {
-    groups += uint64_t(x) * y * z;
+    dispatchedGroups += uint64_t(x) * y * z;
     vkCmdDispatch(commands, x, y, z);
 }
 
@@ -87,12 +83,12 @@ VkResult countedTime(VkDevice device, VkQueryPool pool, uint32_t first, uint32_t
 {
     const VkResult result =
         vkGetQueryPoolResults(device, pool, first, count, bytes, data, stride, flags);
-    const double seconds = secondsPerLane * double(groups) * 64;
+    const double seconds = secondsPerLane * double(dispatchedGroups) * 64;
     auto* ticks = static_cast<uint64_t*>(data);
     ticks[1] = ticks[0] +
                static_cast<uint64_t>(seconds * 1e9);  // Mesa's software device counts nanoseconds
-    dispatches.push_back(seconds);
-    groups = 0;
+    submissionSeconds.push_back(seconds);
+    dispatchedGroups = 0;
     return result;
 }
 
@@ -125,7 +121,7 @@ protected:
         params.maxDepth = depth;
         params.kernel = core::Kernel::megakernel;  // its dispatches say how many lanes they have
         renderer->setView({world->cameras.at(0), {width, height}, params}, core::Start::anew);
-        dispatches.clear();
+        submissionSeconds.clear();
     }
 
     static inline std::unique_ptr<core::Renderer> renderer;
@@ -140,7 +136,7 @@ TEST_F(GpuPace, ADeviceAHundredTimesSlowerIsHeldForAFifthOfASecondAtMost)
         renderer->setPace({.dispatchSeconds = wanted});
         view(256, 256);
         renderer->advance({.samples = 4}, {});
-        const double before = *std::max_element(dispatches.begin(), dispatches.end());
+        const double before = *std::max_element(submissionSeconds.begin(), submissionSeconds.end());
         EXPECT_GE(before, std::min(0.9 * wanted, 0.06)) << "batches stayed small";
         EXPECT_LE(before, std::min(1.01 * wanted, 0.101));
 
@@ -148,10 +144,10 @@ TEST_F(GpuPace, ADeviceAHundredTimesSlowerIsHeldForAFifthOfASecondAtMost)
         renderer->setWorld(world, {});  // nothing is known of the new scene
         view(64, 64);
         renderer->advance({.samples = 2}, {});
-        ASSERT_GT(dispatches.size(), 10u);
-        for (size_t i = 0; i < dispatches.size(); ++i)
-            EXPECT_LE(dispatches[i], i < 3 ? 0.5 : 0.2) << i;
-        EXPECT_LE(dispatches.back(), std::max(1.01 * wanted, 128 * secondsPerLane));
+        ASSERT_GT(submissionSeconds.size(), 10u);
+        for (size_t i = 0; i < submissionSeconds.size(); ++i)
+            EXPECT_LE(submissionSeconds[i], i < 3 ? 0.5 : 0.2) << i;
+        EXPECT_LE(submissionSeconds.back(), std::max(1.01 * wanted, 128 * secondsPerLane));
     }
 }
 
@@ -161,8 +157,8 @@ TEST_F(GpuPace, FirstHitsAreFoundInPieces)
     renderer->setPace({.dispatchSeconds = 0.05});
     view(400, 240);
     renderer->aovs();
-    ASSERT_GT(dispatches.size(), 10u);
-    EXPECT_LE(*std::max_element(dispatches.begin(), dispatches.end()), 0.051);
+    ASSERT_GT(submissionSeconds.size(), 10u);
+    EXPECT_LE(*std::max_element(submissionSeconds.begin(), submissionSeconds.end()), 0.051);
 }
 
 TEST_F(GpuPace, AStopBetweenBatchesLeavesWholeTiles)
@@ -234,10 +230,10 @@ TEST_F(GpuPace, AnotherCameraNeedsNoNewKernelsBuffersOrChoice)
         core::Camera camera = world->cameras.at(0);
         camera.position.x += 0.01 * i;
         core::PathParams params;
-        dispatches.clear();
+        submissionSeconds.clear();
         renderer->setView({camera, i % 2 == 0 ? glm::uvec2(320, 180) : glm::uvec2(160, 90), params},
                           core::Start::anew);
-        EXPECT_LE(dispatches.size(), 1u);  // the film is cleared, nothing is measured
+        EXPECT_LE(submissionSeconds.size(), 1u);  // the film is cleared, nothing is measured
         renderer->advance({.samples = 1}, {});
     }
     EXPECT_EQ(renderer->stats().compileSeconds, before.compileSeconds);

@@ -5,9 +5,9 @@
 
 #include "app/gpu/base/memory.h"
 #include "app/gpu/methods/path.h"
-#include "core/gltf/gltf.h"
 #include "core/methods/method.h"
 #include "core/scene/emitter_choice.h"
+#include "tests/support/asset.h"
 #include "tests/support/compare_films.h"
 #include "tests/support/instanced_scenes.h"
 #include "tests/support/sky_preparing.h"
@@ -15,6 +15,8 @@
 #include "tests/support/test_scenes.h"
 
 namespace {
+
+using tests::asset;
 
 /// One device for all tests: making one costs compilation. Never taken down: when static objects
 /// go, the validation layer's own may be gone already.
@@ -25,13 +27,7 @@ core::Renderer& gpuRenderer()
     return *renderer;
 }
 
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
-
-core::PathParams independent(uint32_t seed, uint32_t depth = 6)
+core::PathParams independentPaths(uint32_t seed, uint32_t depth = 6)
 {
     core::PathParams params;
     params.sampler = core::SamplerKind::independent;
@@ -40,8 +36,8 @@ core::PathParams independent(uint32_t seed, uint32_t depth = 6)
     return params;
 }
 
-core::Estimate render(core::Renderer& renderer, const core::World& world, uint32_t width,
-                      uint32_t height, uint32_t samples, const core::PathParams& params)
+core::Estimate renderFilm(core::Renderer& renderer, const core::World& world, uint32_t width,
+                          uint32_t height, uint32_t samples, const core::PathParams& params)
 {
     renderer.setView({world.cameras.at(0), {width, height}, params}, core::Start::anew);
     renderer.advance({.samples = samples}, {});
@@ -51,13 +47,13 @@ core::Estimate render(core::Renderer& renderer, const core::World& world, uint32
 
 /// An asset, the samples per pixel that its test takes, and the relative bias of the mean that they
 /// can show.
-struct Case {
+struct SceneCase {
     const char* name;
     uint32_t samples;
     double detectable;
 };
 
-class GpuPath : public testing::TestWithParam<Case> {
+class GpuPath : public testing::TestWithParam<SceneCase> {
 protected:
     void TearDown() override { EXPECT_EQ(gpu::validationMessages(), messages_); }
 
@@ -73,8 +69,8 @@ void expectAgreement(const char* name, const std::shared_ptr<const core::World>&
     gpuRenderer().setWorld(world, {});
     const auto cpu = core::makeRenderer("path");
     cpu->setWorld(world, {});
-    const core::Estimate a = render(gpuRenderer(), *world, 64, 64, samples, params);
-    const core::Estimate b = render(*cpu, *world, 64, 64, samples, other);
+    const core::Estimate a = renderFilm(gpuRenderer(), *world, 64, 64, samples, params);
+    const core::Estimate b = renderFilm(*cpu, *world, 64, 64, samples, other);
     const tests::FilmComparison c = tests::compareFilms(a, b);
     EXPECT_TRUE(c.agree()) << name << ": " << c.describe();
     EXPECT_LT(c.detectable, detectable) << name << " is underpowered: " << c.describe();
@@ -85,17 +81,17 @@ void expectAgreement(const char* name, const std::shared_ptr<const core::World>&
 
 TEST_P(GpuPath, AgreesWithCpu)
 {
-    const Case c = GetParam();
-    expectAgreement(c.name, asset(c.name), c.samples, c.detectable, independent(1));
+    const SceneCase c = GetParam();
+    expectAgreement(c.name, asset(c.name), c.samples, c.detectable, independentPaths(1));
 }
 
 TEST_P(GpuPath, SlowAgreesWithCpu)
 {
-    const Case c = GetParam();
+    const SceneCase c = GetParam();
     const double factor = std::max(c.detectable / 0.01, 1.0);  // to see 1 %, with a tenth to spare
     expectAgreement(c.name, asset(c.name),
                     static_cast<uint32_t>(1.1 * factor * factor * c.samples) + 1,
-                    std::min(c.detectable, 0.01), independent(1));
+                    std::min(c.detectable, 0.01), independentPaths(1));
 }
 
 TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
@@ -134,18 +130,18 @@ TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
 
 // The door's light comes through a gap: what a quick test can see of it is little, the slow one
 // sees 1 %.
-INSTANTIATE_TEST_SUITE_P(Assets, GpuPath,
-                         testing::Values(Case{"cornell-diffuse", 900, 0.02},
-                                         Case{"cornell-glossy", 1500, 0.02},
-                                         Case{"textured-box", 512, 0.02}, Case{"glass", 512, 0.02},
-                                         Case{"lights", 1400, 0.02}, Case{"hall", 1000, 0.03},
-                                         Case{"door-ajar", 1900, 0.1}, Case{"sky", 512, 0.02},
-                                         Case{"furnace-sphere", 128, 0.01}),
-                         [](const auto& instance) {
-                             std::string name = instance.param.name;
-                             std::replace(name.begin(), name.end(), '-', '_');
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Assets, GpuPath,
+    testing::Values(SceneCase{"cornell-diffuse", 900, 0.02},
+                    SceneCase{"cornell-glossy", 1500, 0.02}, SceneCase{"textured-box", 512, 0.02},
+                    SceneCase{"glass", 512, 0.02}, SceneCase{"lights", 1400, 0.02},
+                    SceneCase{"hall", 1000, 0.03}, SceneCase{"door-ajar", 1900, 0.1},
+                    SceneCase{"sky", 512, 0.02}, SceneCase{"furnace-sphere", 128, 0.01}),
+    [](const auto& instance) {
+        std::string name = instance.param.name;
+        std::replace(name.begin(), name.end(), '-', '_');
+        return name;
+    });
 
 class GpuPathAlone : public testing::Test {
 protected:
@@ -163,11 +159,11 @@ TEST_F(GpuPathAlone, SameSeedGivesTheSameBitsHoweverItIsCutUp)
          {core::SamplerKind::sobol, core::SamplerKind::independent}) {
         core::PathParams params;
         params.sampler = sampler;
-        const core::Estimate once = render(gpuRenderer(), *world, 100, 75, 13, params);
-        const core::Estimate twice = render(gpuRenderer(), *world, 100, 75, 13, params);
+        const core::Estimate once = renderFilm(gpuRenderer(), *world, 100, 75, 13, params);
+        const core::Estimate twice = renderFilm(gpuRenderer(), *world, 100, 75, 13, params);
         EXPECT_EQ(once.mean.pixels, twice.mean.pixels);
 
-        render(gpuRenderer(), *world, 31, 17, 2, params);  // another size in between
+        renderFilm(gpuRenderer(), *world, 31, 17, 2, params);  // another size in between
         gpuRenderer().setView({world->cameras.at(0), {100, 75}, params}, core::Start::anew);
         for (const uint32_t part : {1u, 4u, 1u, 5u, 2u})
             gpuRenderer().advance({.samples = part}, {});
@@ -177,7 +173,8 @@ TEST_F(GpuPathAlone, SameSeedGivesTheSameBitsHoweverItIsCutUp)
         EXPECT_EQ(parts.samples, 13u);
 
         params.seed = 2;
-        EXPECT_NE(once.mean.pixels, render(gpuRenderer(), *world, 100, 75, 13, params).mean.pixels);
+        EXPECT_NE(once.mean.pixels,
+                  renderFilm(gpuRenderer(), *world, 100, 75, 13, params).mean.pixels);
     }
 }
 
@@ -208,7 +205,7 @@ TEST_F(GpuPathAlone, LampsBehindWallsAgreeWithCpu)
     ASSERT_GT(world->treeEmitters, 0u);
     ASSERT_NE(world->features & shared::kFeaturePanes, 0u);
     for (const core::Kernel kernel : {core::Kernel::wavefront, core::Kernel::megakernel}) {
-        core::PathParams params = independent(1);
+        core::PathParams params = independentPaths(1);
         params.kernel = kernel;
         expectAgreement("lamps behind walls", world, 700, 0.02, params);
     }
@@ -220,7 +217,7 @@ TEST_F(GpuPathAlone, SkyThroughWindowsAgreesWithCpu)
     for (const bool lamps : {false, true}) {
         const auto world = (lamps ? tests::roomWithLamps() : tests::windowRoom(false)).world();
         for (const core::Kernel kernel : {core::Kernel::wavefront, core::Kernel::megakernel}) {
-            core::PathParams params = independent(1);
+            core::PathParams params = independentPaths(1);
             params.kernel = kernel;
             expectAgreement("room with a window", world, 300, 0.02, params);
             bool drawn = false;
@@ -242,14 +239,14 @@ TEST_F(GpuPathAlone, ALookBeforeTheFirstPictureShowsItsFirstHits)
     const std::optional<core::Aovs> look = renderer->look(view);
     ASSERT_TRUE(look.has_value());
     EXPECT_EQ(renderer->progress().samples, 0u);
-    const core::Estimate film = render(*renderer, *world, 33, 20, 2, params);
+    const core::Estimate film = renderFilm(*renderer, *world, 33, 20, 2, params);
     const core::Aovs aovs = renderer->aovs();
     EXPECT_EQ(look->depth.pixels, aovs.depth.pixels);
     EXPECT_EQ(look->normal.pixels, aovs.normal.pixels);
     EXPECT_EQ(look->albedo.pixels, aovs.albedo.pixels);
     EXPECT_EQ(look->ids.pixels, aovs.ids.pixels);
     EXPECT_FALSE(renderer->look(view).has_value()) << "what is compiled need not be waited for";
-    const core::Estimate again = render(*renderer, *world, 33, 20, 2, params);
+    const core::Estimate again = renderFilm(*renderer, *world, 33, 20, 2, params);
     EXPECT_EQ(film.mean.pixels, again.mean.pixels);
     EXPECT_EQ(film.counters.nan, 0u);
 }
@@ -273,9 +270,9 @@ TEST_F(GpuPathAlone, BothKernelsGiveTheSameImage)
         params.maxDepth = 32;  // more bounces than one submission holds, fewer than Mesa's loops
                                // allow a whole path
         params.kernel = core::Kernel::wavefront;
-        const core::Estimate a = render(gpuRenderer(), *world, 96, 64, 8, params);
+        const core::Estimate a = renderFilm(gpuRenderer(), *world, 96, 64, 8, params);
         params.kernel = core::Kernel::megakernel;
-        const core::Estimate b = render(gpuRenderer(), *world, 96, 64, 8, params);
+        const core::Estimate b = renderFilm(gpuRenderer(), *world, 96, 64, 8, params);
         EXPECT_EQ(a.mean.pixels, b.mean.pixels) << name;
     }
 }
@@ -287,10 +284,10 @@ TEST_F(GpuPathAlone, DepthLimitsMeanWhatTheySay)
     const auto world = asset("furnace-50");
     gpuRenderer().setWorld(world, {});
     for (const uint32_t depth : {0u, 1u, 2u, 5u, 17u, 40u}) {
-        core::PathParams params = independent(3, depth);
+        core::PathParams params = independentPaths(3, depth);
         params.rouletteDepth = 4096;
         params.strategy = core::Strategy::bsdf;
-        const core::Estimate film = render(gpuRenderer(), *world, 16, 16, 4, params);
+        const core::Estimate film = renderFilm(gpuRenderer(), *world, 16, 16, 4, params);
         for (const float mean : film.mean.pixels)
             ASSERT_NEAR(mean, 2 - std::pow(0.5, depth), 2e-5) << depth;
     }
@@ -306,8 +303,8 @@ TEST_F(GpuPathAlone, AHundredMillionTrianglesAgreeWithCpu)
     onDevice->setWorld(world, {});
     const auto cpu = core::makeRenderer("path");
     cpu->setWorld(world, {});
-    const core::Estimate a = render(*onDevice, *world, 64, 64, 192, independent(1));
-    const core::Estimate b = render(*cpu, *world, 64, 64, 192, independent(2));
+    const core::Estimate a = renderFilm(*onDevice, *world, 64, 64, 192, independentPaths(1));
+    const core::Estimate b = renderFilm(*cpu, *world, 64, 64, 192, independentPaths(2));
     const tests::FilmComparison c = tests::compareFilms(a, b);
     EXPECT_TRUE(c.agree()) << c.describe();
     EXPECT_LT(c.detectable, 0.05) << c.describe();

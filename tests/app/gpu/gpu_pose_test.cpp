@@ -6,17 +6,13 @@
 #include "app/gpu/rays.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
+#include "tests/support/asset.h"
 #include "tests/support/compare_films.h"
 #include "tests/support/deforming_scenes.h"
 
 namespace {
 
 using namespace tests;
-
-std::shared_ptr<const core::World> animated()
-{
-    return core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/animated.gltf"));
-}
 
 class GpuPose : public testing::Test {
 protected:
@@ -61,7 +57,8 @@ TEST_F(GpuPose, PicturesAfterPosesAreThoseOfFreshWorlds)
 {
     const auto renderer = gpu::makePathRenderer({.index = -1, .validation = true});
     const auto fresh = gpu::makePathRenderer({.index = -1, .validation = true});
-    for (const auto& start : {animated(), deformingRoom().world(), vanishingRoom().world()}) {
+    for (const auto& start :
+         {asset("animated"), deformingRoom().world(), vanishingRoom().world()}) {
         std::shared_ptr<const core::World> world = start;
         core::Estimate before;
         for (const double time : {0.0, 0.7, 1.6, 0.7}) {

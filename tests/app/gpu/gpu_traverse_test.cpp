@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 
 #include "app/bench/bench_rays.h"
 #include "app/gpu/rays.h"
@@ -14,6 +13,7 @@
 #include "core/trace/world_bvh.h"
 #include "tests/support/instanced_scenes.h"
 #include "tests/support/meshes.h"
+#include "tests/support/random_values.h"
 
 namespace {
 
@@ -21,6 +21,7 @@ using glm::vec3;
 using gpu::DeviceHit;
 using gpu::DeviceRay;
 using tests::Mesh;
+using tests::Random;
 using tests::worldOf;
 
 /// One device for all tests, never taken down: when static objects go, the validation layer's own
@@ -30,17 +31,6 @@ gpu::Device& device()
     static gpu::Device* const instance = new gpu::Device({.index = -1, .validation = true});
     return *instance;
 }
-
-class Random {
-public:
-    explicit Random(uint32_t seed) : engine_(seed) {}
-    float operator()() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
-    vec3 cube() { return {(*this)(), (*this)(), (*this)()}; }
-    uint32_t below(size_t n) { return static_cast<uint32_t>(engine_() % n); }
-
-private:
-    std::mt19937 engine_;
-};
 
 std::vector<DeviceRay> raysThrough(const core::World& world, size_t count, uint32_t seed)
 {
@@ -269,7 +259,7 @@ size_t escapes(const Mesh& mesh, vec3 centre, bool vertices, size_t count, uint3
     return escaped;
 }
 
-void expectWatertight(size_t count)
+void expectWatertightOnDevice(size_t count)
 {
     const vec3 far(148376, 1234, -223423);
     for (const float bump : {0.0f, 0.05f}) {
@@ -285,12 +275,12 @@ void expectWatertight(size_t count)
 
 TEST_F(GpuTraverse, Watertight)
 {
-    expectWatertight(200000);
+    expectWatertightOnDevice(200000);
 }
 
 TEST_F(GpuTraverse, SlowWatertight)
 {
-    expectWatertight(10000000);
+    expectWatertightOnDevice(10000000);
 }
 
 TEST_F(GpuTraverse, RaysThatAreNotFiniteHitNothing)

@@ -2,7 +2,6 @@
 // representation of directions: leaves, densities and samples. Validation is on.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -14,6 +13,8 @@
 #include "tests/kernels/guide_check.h"
 
 #include "spirv/guide_check.h"
+#include "tests/support/guide_kinds.h"
+#include "tests/support/random_values.h"
 
 namespace {
 
@@ -24,26 +25,23 @@ using core::guiding::PathRecords;
 using glm::vec3;
 using shared::GuideCheckInput;
 using shared::GuideCheckOutput;
+using tests::nameOfKind;
+using tests::uniform;
 
-constexpr size_t kCases = 50000;
+constexpr size_t kGuideCases = 50000;
 
 struct GuideConstants {
     static constexpr uint32_t kFirst = shared::kSpecializeGuided;
     uint32_t guided = 0;
 };
 
-float uniform(Pcg32& random)
-{
-    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
-}
-
-vec3 anyDirection(Pcg32& random)
+vec3 someDirection(Pcg32& random)
 {
     const float u = uniform(random);
     return shared::sampleSphere({u, uniform(random)});
 }
 
-vec3 anywhere(Pcg32& random)
+vec3 somewhere(Pcg32& random)
 {
     const float x = uniform(random), y = uniform(random);
     return {x, y, uniform(random)};
@@ -56,8 +54,8 @@ std::vector<PathRecords> someRecords(size_t count, uint64_t seed)
     std::vector<PathRecords> parts(1);
     for (size_t i = 0; i < count; ++i) {
         shared::GuideRecord record{};
-        record.position = anywhere(random);
-        const vec3 wi = anyDirection(random);
+        record.position = somewhere(random);
+        const vec3 wi = someDirection(random);
         record.direction = shared::packOct(wi);
         record.pdf = record.bsdfPdf = 0.25f * shared::kInvPi;
         record.beta = 1;
@@ -104,7 +102,7 @@ std::vector<GuideCheckOutput> onDevice(const GuideTables& tables,
     return outputs;
 }
 
-bool agree(float a, float b)
+bool nearlyEqual(float a, float b)
 {
     return std::abs(a - b) <= 1e-4f * std::max(std::abs(a), std::abs(b)) + 1e-12f;
 }
@@ -117,13 +115,13 @@ TEST_P(GuideOnDevice, SaysWhatTheHostSays)
     for (uint64_t k = 1; k <= 3; ++k) guide.learn(someRecords(20000, k), double(k));
     const GuideTables& tables = *guide.tables();
     Pcg32 random(9);
-    std::vector<GuideCheckInput> inputs(kCases);
+    std::vector<GuideCheckInput> inputs(kGuideCases);
     for (GuideCheckInput& a : inputs) {
-        a.position = anywhere(random);
-        a.normal = anyDirection(random);
+        a.position = somewhere(random);
+        a.normal = someDirection(random);
         const float x = uniform(random);
         a.u = {x, uniform(random)};
-        a.direction = anyDirection(random);
+        a.direction = someDirection(random);
     }
     const std::vector<GuideCheckOutput> outputs = onDevice(tables, inputs);
     size_t others = 0;
@@ -134,16 +132,12 @@ TEST_P(GuideOnDevice, SaysWhatTheHostSays)
         ASSERT_EQ(device.share, host.share);
         ASSERT_EQ(device.reflected, host.reflected);
         // Rounding may take a direction over the rim of a cell, a number to the next lobe.
-        const bool same = agree(device.density, host.density) && agree(device.pdf, host.pdf) &&
-                          device.drawn == host.drawn && glm::distance(device.wi, host.wi) < 1e-4f;
+        const bool same = nearlyEqual(device.density, host.density) &&
+                          nearlyEqual(device.pdf, host.pdf) && device.drawn == host.drawn &&
+                          glm::distance(device.wi, host.wi) < 1e-4f;
         others += same ? 0u : 1u;
     }
-    EXPECT_LT(others, kCases / 1000);
-}
-
-std::string nameOfKind(const testing::TestParamInfo<uint32_t>& kind)
-{
-    return std::array{"", "histogram", "lobes", "tree"}[kind.param];
+    EXPECT_LT(others, kGuideCases / 1000);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, GuideOnDevice,

@@ -3,21 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "app/gpu/methods/methods.h"
-#include "core/gltf/gltf.h"
 #include "core/methods/method.h"
+#include "tests/support/asset.h"
 #include "tests/support/staged_memory.h"
 #include "tests/support/vulkan_faults.h"
 
+namespace core::many_lights {
 namespace {
 
-using core::ManyLightsParams;
-using namespace core::many_lights;
-
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
+using tests::asset;
 
 core::Image pictureOf(core::Renderer& renderer, const core::World& world,
                       const ManyLightsParams& params, uint32_t samples = 2)
@@ -37,7 +31,7 @@ double largestDifference(const core::Image& a, const core::Image& b)
     return largest;
 }
 
-ManyLightsParams few()
+ManyLightsParams fewOnDevice()
 {
     return {.lights = 3000, .clusters = 200, .sliceSize = 200};
 }
@@ -52,7 +46,7 @@ TEST(ManyLightsGpu, PicturesOfBothDevicesAreTheSame)
         const auto world = asset(name);
         cpu->setWorld(world, {});
         vulkan->setWorld(world, {});
-        ManyLightsParams params = few();
+        ManyLightsParams params = fewOnDevice();
         params.completion.method =
             std::string(name) == "hall" ? CompletionMethod::matching : CompletionMethod::full;
         EXPECT_LT(
@@ -71,7 +65,7 @@ TEST(ManyLightsGpu, SoAreThoseOfNumbersAndOfPieces)
     const auto vulkan = gpu::makeManyLights({.index = -1, .validation = true});
     cpu->setWorld(world, {});
     vulkan->setWorld(world, {});
-    std::vector<ManyLightsParams> all(4, few());
+    std::vector<ManyLightsParams> all(4, fewOnDevice());
     all[0].completion.method = CompletionMethod::amc;
     all[1].completion.method = CompletionMethod::matching;
     all[1].completion.residualRate = 0.05f;
@@ -98,7 +92,7 @@ TEST(ManyLightsGpu, SoAreThoseOfLightsWithExtent)
     vulkan->setWorld(world, {});
     core::Image point;
     for (const LightShape shape : {LightShape::point, LightShape::sphere, LightShape::disc}) {
-        ManyLightsParams params = few();
+        ManyLightsParams params = fewOnDevice();
         params.clusters = 15;
         params.lightShape = shape;
         const core::Image a = pictureOf(*vulkan, *world, params, 1),
@@ -125,13 +119,13 @@ TEST(ManyLightsGpu, StagedMemoryGivesTheSamePicture)
     {
         const auto vulkan = gpu::makeManyLights({});
         vulkan->setWorld(world, {});
-        mapped = pictureOf(*vulkan, *world, few());
+        mapped = pictureOf(*vulkan, *world, fewOnDevice());
     }
     tests::VulkanFaults faults;
     const tests::StagedMemory staged(faults);
     const auto vulkan = gpu::makeManyLights({});
     vulkan->setWorld(world, {});
-    EXPECT_EQ(pictureOf(*vulkan, *world, few()).pixels, mapped.pixels);
+    EXPECT_EQ(pictureOf(*vulkan, *world, fewOnDevice()).pixels, mapped.pixels);
 }
 
 /// Another pose, other materials' features, and back.
@@ -146,9 +140,9 @@ TEST(ManyLightsGpu, WorldsMayChange)
     for (const auto& world : worlds) {
         cpu->setWorld(world, {});
         vulkan->setWorld(world, {});
-        EXPECT_LT(
-            largestDifference(pictureOf(*vulkan, *world, few()), pictureOf(*cpu, *world, few())),
-            1e-4);
+        EXPECT_LT(largestDifference(pictureOf(*vulkan, *world, fewOnDevice()),
+                                    pictureOf(*cpu, *world, fewOnDevice())),
+                  1e-4);
     }
 }
 
@@ -157,7 +151,7 @@ TEST(ManyLightsGpu, ItsStatisticsNameTheDevice)
     const auto world = asset("cornell-diffuse");
     const auto vulkan = gpu::makeManyLights({});
     vulkan->setWorld(world, {});
-    pictureOf(*vulkan, *world, few());
+    pictureOf(*vulkan, *world, fewOnDevice());
     const core::RenderStats stats = vulkan->stats();
     EXPECT_NE(stats.device, "cpu");
     EXPECT_NE(stats.driver, "Embree");
@@ -175,10 +169,11 @@ TEST(ManyLightsGpu, ALostDeviceIsTold)
     const auto world = asset("cornell-diffuse");
     const auto vulkan = gpu::makeManyLights({});
     vulkan->setWorld(world, {});
-    vulkan->setView({world->cameras.at(0), {48, 40}, few()}, core::Start::anew);
+    vulkan->setView({world->cameras.at(0), {48, 40}, fewOnDevice()}, core::Start::anew);
     faults.fail<&gpu::Api::QueueSubmit>(VK_ERROR_DEVICE_LOST);
     EXPECT_THROW(vulkan->advance({.samples = 1}, {}), core::Error);
     EXPECT_THROW(vulkan->advance({.samples = 1}, {}), core::Error);
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -2,25 +2,21 @@
 // in cache_folder_test), and kernels that do not compile are reported.
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "app/gpu/base/kernel.h"
 #include "app/gpu/base/pipeline_cache.h"
 #include "spirv/accumulate.h"
+#include "tests/support/picture_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_faults.h"
+#include "tests/support/whole_files.h"
 
 namespace {
 
 using gpu::Api;
+using tests::bytesOf;
 using tests::TemporaryFolder;
 using tests::VulkanFaults;
-
-std::vector<std::byte> bytesOf(const std::string& text)
-{
-    const auto bytes = std::as_bytes(std::span(text));
-    return {bytes.begin(), bytes.end()};
-}
+using tests::writeAll;
 
 gpu::CacheKey someKey()
 {
@@ -35,11 +31,6 @@ std::filesystem::path onlyFile(const TemporaryFolder& folder)
 {
     EXPECT_EQ(folder.count(), 1u);
     return std::filesystem::directory_iterator(folder.path())->path();
-}
-
-void spill(const std::filesystem::path& file, const std::string& text)
-{
-    std::ofstream(file, std::ios::binary) << text;
 }
 
 TEST(PipelineCache, GivesBackWhatItWasGiven)
@@ -127,7 +118,7 @@ TEST(PipelineCache, TheSecondRunGivesTheDriverWhatTheFirstKept)
     EXPECT_EQ(driver.given, (std::vector<size_t>{0, 500, 0}));
     EXPECT_EQ(folder.count(), 2u);
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
-        spill(entry.path(), "garbage");
+        writeAll(entry.path(), "garbage");
     makeKernel(folder.path());
     makeKernel(folder.path());  // what was garbage has been written anew
     EXPECT_EQ(driver.given, (std::vector<size_t>{0, 500, 0, 0, 500}));

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <vector>
 
 #include "app/gpu/base/kernel.h"
@@ -14,6 +13,8 @@
 #include "tests/kernels/reuse_check.h"
 
 #include "spirv/reuse_check.h"
+#include "tests/support/no_numbers.h"
+#include "tests/support/random_values.h"
 
 namespace {
 
@@ -22,26 +23,18 @@ using shared::checkReuse;
 using shared::ReuseCheckInput;
 using shared::ReuseCheckOutput;
 using shared::RisCheck;
+using tests::kFloatInf;
+using tests::kFloatNan;
+using tests::logUniform;
+using tests::uniform;
 
-constexpr size_t kCases = 100000;
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInf = std::numeric_limits<float>::infinity();
-
-float uniform(Pcg32& random)
-{
-    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
-}
-
-float logUniform(Pcg32& random, double low, double high)
-{
-    return static_cast<float>(low * std::pow(high / low, random()));
-}
+constexpr size_t kReuseCases = 100000;
 
 /// A density; one in eight is invalid.
 float anyDensity(Pcg32& random)
 {
-    constexpr float kSpecial[] = {0,  -0.0f,  kNan,    -kNan,         kInf, -kInf,
-                                  -1, 1e-40f, -1e-40f, 3.4028235e38f, 3e38f};
+    constexpr float kSpecial[] = {0,  -0.0f,  kFloatNan, -kFloatNan,    kFloatInf, -kFloatInf,
+                                  -1, 1e-40f, -1e-40f,   3.4028235e38f, 3e38f};
     if (random.bits() % 8 == 0) return kSpecial[random.bits() % std::size(kSpecial)];
     return random.bits() % 2 ? logUniform(random, 1e-20, 1e20) : logUniform(random, 0.01, 100);
 }
@@ -146,7 +139,7 @@ protected:
     static std::vector<ReuseCheckInput> inputs()
     {
         Pcg32 random(501);
-        std::vector<ReuseCheckInput> all(kCases);
+        std::vector<ReuseCheckInput> all(kReuseCases);
         for (ReuseCheckInput& a : all) a = anyInput(random);
         return all;
     }

@@ -32,7 +32,7 @@ struct Injection {
     }
 };
 Injection acquire, present;
-int surfaces = 0;  // destroyed
+int destroyedSurfaces = 0;  // destroyed
 
 class SwapchainTest : public tests::WindowFixture {
 protected:
@@ -40,7 +40,7 @@ protected:
     {
         WindowFixture::SetUp();
         acquire = present = {};
-        surfaces = 0;
+        destroyedSurfaces = 0;
         vk.AcquireNextImageKHR = [](auto device, auto chain, auto timeout, auto semaphore,
                                     auto fence, auto index) {
             if (acquire.result == VK_SUCCESS || !acquire.strikes()) {
@@ -61,7 +61,7 @@ protected:
             return present.result;
         };
         vk.DestroySurfaceKHR = [](auto instance, auto surface, auto allocator) {
-            ++surfaces;
+            ++destroyedSurfaces;
             vkDestroySurfaceKHR(instance, surface, allocator);
         };
     }
@@ -110,7 +110,7 @@ TEST_F(SwapchainTest, ResultsAreValues)
 }
 
 /// What one result at one place asks for, counted over ten frames of which one meets it.
-struct Case {
+struct ResultCase {
     const char* name;
     bool atPresent, afterReal;
     VkResult result;
@@ -120,7 +120,7 @@ struct Case {
 
 TEST_F(SwapchainTest, EveryAnswerIsLived)
 {
-    const std::array<Case, 12> cases{{
+    const std::array<ResultCase, 12> cases{{
         {"acquire out of date", false, false, VK_ERROR_OUT_OF_DATE_KHR, 10, 1, 0},
         {"acquire suboptimal", false, false, VK_SUBOPTIMAL_KHR, 10, 1, 0},
         {"acquire exclusive lost", false, false, VK_ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT, 10,
@@ -136,7 +136,7 @@ TEST_F(SwapchainTest, EveryAnswerIsLived)
         {"present surface lost", true, false, VK_ERROR_SURFACE_LOST_KHR, 9, 1, 1},
         {"present surface lost, done", true, true, VK_ERROR_SURFACE_LOST_KHR, 9, 1, 1},
     }};
-    for (const Case& c : cases) {
+    for (const ResultCase& c : cases) {
         SCOPED_TRACE(c.name);
         {
             Window window("test", {200, 120});
@@ -144,12 +144,12 @@ TEST_F(SwapchainTest, EveryAnswerIsLived)
             acquire = present = {};
             (c.atPresent ? present
                          : acquire) = {.result = c.result, .at = 3, .afterReal = c.afterReal};
-            surfaces = 0;
+            destroyedSurfaces = 0;
             frames(window, gui, 10);
             EXPECT_EQ(gui.stats().presented, c.shown);
             EXPECT_EQ(gui.stats().presented + gui.stats().skipped, 10u);
             EXPECT_EQ(gui.stats().swapchains, 1 + c.made);
-            EXPECT_EQ(surfaces, c.surfaces);
+            EXPECT_EQ(destroyedSurfaces, c.surfaces);
             expectPicture(gui);
         }
         EXPECT_EQ(newMessages(), 0u);
@@ -159,14 +159,14 @@ TEST_F(SwapchainTest, EveryAnswerIsLived)
 /// Every frame out of date, for ever: nothing is shown, nothing piles up, and it recovers.
 TEST_F(SwapchainTest, EndlessRefusalsDoNotPileUp)
 {
-    static int living, most;
-    living = most = 0;
+    static int alive, most;
+    alive = most = 0;
     vk.CreateSwapchainKHR = [](auto device, auto info, auto allocator, auto object) {
-        most = std::max(most, ++living);
+        most = std::max(most, ++alive);
         return vkCreateSwapchainKHR(device, info, allocator, object);
     };
     vk.DestroySwapchainKHR = [](auto device, auto object, auto allocator) {
-        --living;
+        --alive;
         vkDestroySwapchainKHR(device, object, allocator);
     };
     Window window("test", {200, 120});
@@ -178,7 +178,7 @@ TEST_F(SwapchainTest, EndlessRefusalsDoNotPileUp)
     frames(window, gui, 5);
     EXPECT_EQ(gui.stats().presented, 8u);
     expectPicture(gui);
-    EXPECT_LE(living, 3);
+    EXPECT_LE(alive, 3);
 }
 
 TEST_F(SwapchainTest, ASurfaceThatIsLostAgainAndAgainEndsTheWindow)
@@ -187,11 +187,11 @@ TEST_F(SwapchainTest, ASurfaceThatIsLostAgainAndAgainEndsTheWindow)
     Gui gui(window, {.validation = true});
     acquire = {.result = VK_ERROR_SURFACE_LOST_KHR, .at = 2, .times = 5};
     frames(window, gui, 12);  // five times in a row is tolerated
-    EXPECT_EQ(surfaces, 5);
+    EXPECT_EQ(destroyedSurfaces, 5);
     expectPicture(gui);
     present = {.result = VK_ERROR_SURFACE_LOST_KHR, .at = 0, .times = 1000};
     EXPECT_THROW(frames(window, gui, 50), core::Error);
-    EXPECT_EQ(surfaces, 10);
+    EXPECT_EQ(destroyedSurfaces, 10);
 }
 
 TEST_F(SwapchainTest, LossOfTheDeviceIsAnErrorAndTheEndIsClean)
@@ -289,7 +289,7 @@ TEST_F(SwapchainTest, ADeviceThatCannotPresentIsRefusedWithAdvice)
         return VK_SUCCESS;
     };
     expectAdvice("no format");
-    EXPECT_EQ(surfaces, 3);  // none is left
+    EXPECT_EQ(destroyedSurfaces, 3);  // none is left
 }
 
 /// V16: of several families the one is taken that presents, whatever its index.

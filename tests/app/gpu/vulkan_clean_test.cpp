@@ -8,10 +8,12 @@
 
 #include "app/gpu/base/memory.h"
 #include "app/gpu/methods/path.h"
-#include "core/gltf/gltf.h"
+#include "tests/support/asset.h"
 #include "tests/support/vulkan_faults.h"
 
 namespace {
+
+using tests::asset;
 
 /// Checks between submissions are off unless they are asked for by name; the separator is a colon
 /// on Linux, any other makes the layer ignore the setting silently.
@@ -29,30 +31,24 @@ public:
     ThoroughLayer& operator=(const ThoroughLayer&) = delete;
 };
 
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
-
 const char* const kFewAssets[] = {"textured-box", "lights"};
-const char* const kAssets[] = {"animated",
-                               "cornell-diffuse",
-                               "cornell-glossy",
-                               "cornell-moderate",
-                               "cornell-rough",
-                               "door-ajar",
-                               "furnace-50",
-                               "furnace-80",
-                               "furnace-sphere",
-                               "glass",
-                               "hall",
-                               "lights",
-                               "sky",
-                               "textured-box"};
+const char* const kCleanAssets[] = {"animated",
+                                    "cornell-diffuse",
+                                    "cornell-glossy",
+                                    "cornell-moderate",
+                                    "cornell-rough",
+                                    "door-ajar",
+                                    "furnace-50",
+                                    "furnace-80",
+                                    "furnace-sphere",
+                                    "glass",
+                                    "hall",
+                                    "lights",
+                                    "sky",
+                                    "textured-box"};
 
-void render(core::Renderer& renderer, const std::shared_ptr<const core::World>& world,
-            core::Kernel kernel, uint32_t size)
+void renderTwice(core::Renderer& renderer, const std::shared_ptr<const core::World>& world,
+                 core::Kernel kernel, uint32_t size)
 {
     renderer.setWorld(world, {});
     core::PathParams params;
@@ -120,7 +116,7 @@ void expectClean(std::span<const char* const> names)
         const auto renderer = gpu::makePathRenderer({.index = -1, .validation = true});
         core::Kernel kernel = core::Kernel::wavefront;
         for (const char* name : names) {
-            render(*renderer, asset(name), kernel, 16);
+            renderTwice(*renderer, asset(name), kernel, 16);
             kernel = kernel == core::Kernel::wavefront ? core::Kernel::megakernel
                                                        : core::Kernel::wavefront;
         }
@@ -136,7 +132,7 @@ TEST(VulkanClean, NoMessageForSomeAssets)
 
 TEST(VulkanClean, SlowNoMessageForAnyAsset)
 {
-    expectClean(kAssets);
+    expectClean(kCleanAssets);
 }
 
 TEST(VulkanClean, SlowScenesComeAndGoTwentyTimes)
@@ -148,10 +144,10 @@ TEST(VulkanClean, SlowScenesComeAndGoTwentyTimes)
         const auto renderer = gpu::makePathRenderer({.index = -1, .validation = true});
         size_t after = 0;
         for (uint32_t round = 0; round < 20; ++round) {
-            for (const char* name : kAssets) {
-                render(*renderer, asset(name),
-                       round % 2 == 0 ? core::Kernel::automatic : core::Kernel::megakernel,
-                       16 + 8 * (round % 3));
+            for (const char* name : kCleanAssets) {
+                renderTwice(*renderer, asset(name),
+                            round % 2 == 0 ? core::Kernel::automatic : core::Kernel::megakernel,
+                            16 + 8 * (round % 3));
             }
             const size_t alive =
                 faults.objects().alive("Buffer") + faults.objects().alive("Memory");

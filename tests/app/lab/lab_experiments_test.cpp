@@ -11,9 +11,8 @@
 #include "app/lab/table.h"
 #include "app/lab/traps.h"
 
+namespace app::lab {
 namespace {
-
-using namespace app::lab;
 
 constexpr double kZ = 4.5;  // of a family of about a thousand
 
@@ -321,3 +320,4 @@ TEST(Lab, StopsWhenAsked)
 }
 
 }  // namespace
+}  // namespace app::lab

@@ -27,22 +27,19 @@
 #include "tests/support/markup.h"
 #include "tests/support/pattern.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_search.h"
 
+namespace app::lab {
 namespace {
 
-using namespace app::lab;
 using tests::cellOf;
+using tests::contains;
 using tests::hostileResults;
 using tests::Markup;
 using tests::Pattern;
 using tests::readMarkup;
 using tests::someResults;
 using Json = nlohmann::json;
-
-bool contains(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
-}
 
 bool isPicture(const std::string& reference)
 {
@@ -438,3 +435,4 @@ TEST(LabPage, PictureIsRenderedByTheLaboratory)
 }
 
 }  // namespace
+}  // namespace app::lab

@@ -14,19 +14,14 @@
 #include "app/report/text.h"
 #include "tests/support/markup.h"
 #include "tests/support/pattern.h"
+#include "tests/support/text_search.h"
 
+namespace app::lab {
 namespace {
 
-using namespace app::lab;
-using namespace app::report;
+using namespace report;
+using tests::contains;
 using tests::readMarkup;
-
-constexpr double kNaN = kUnknown;
-
-bool contains(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
-}
 
 TEST(Markup, CheckerSeesFaults)
 {
@@ -95,7 +90,7 @@ TEST(LabPlot, TicksAreRoundAndCoverTheRange)
 
 TEST(LabPlot, AnyRangeGivesAnAxis)
 {
-    const double odd[] = {kNaN, kInfinite, -kInfinite, 0, -1, 1, 1e-300, 1e300, 5e-324};
+    const double odd[] = {kUnknown, kInfinite, -kInfinite, 0, -1, 1, 1e-300, 1e300, 5e-324};
     for (const double low : odd)
         for (const double high : odd)
             for (const Axis& axis : {linearAxis("", low, high), logAxis("", low, high)}) {
@@ -127,16 +122,17 @@ TEST(LabPlot, LabelsSayTheValue)
     EXPECT_EQ(shortNumber(0), "0");
     EXPECT_EQ(shortNumber(kInfinite), "∞");
     EXPECT_EQ(shortNumber(-kInfinite), "−∞");
-    EXPECT_EQ(shortNumber(kNaN), "–");
+    EXPECT_EQ(shortNumber(kUnknown), "–");
 }
 
 TEST(LabPlot, PointsThatAreNoneLeaveNothing)
 {
     Plot plot("T & Q", linearAxis("x", 0, 4), logAxis("y", 1, 100), 300, 200);
-    const std::vector<Point> points{{0, 1}, {1, 10}, {kNaN, 2}, {2, -5}, {3, 100}, {4, kInfinite}};
+    const std::vector<Point> points{{0, 1},  {1, 10},  {kUnknown, 2},
+                                    {2, -5}, {3, 100}, {4, kInfinite}};
     plot.curve(points, "c-blue");
     plot.markers(points, Shape::diamond, "c-blue");
-    plot.errorBars(points, {0.5, 20, 1, 1, kNaN, 1}, "c-blue");
+    plot.errorBars(points, {0.5, 20, 1, 1, kUnknown, 1}, "c-blue");
     plot.legend({"one", "c-blue", true, true});
     const std::string svg = plot.element();
     EXPECT_EQ(readMarkup("\n" + svg).problem, "");
@@ -153,3 +149,4 @@ TEST(LabPlot, PointsThatAreNoneLeaveNothing)
 }
 
 }  // namespace
+}  // namespace app::lab

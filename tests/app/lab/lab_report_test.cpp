@@ -18,22 +18,17 @@
 #include "app/report/svg.h"
 #include "app/report/text.h"
 #include "tests/support/lab_results.h"
+#include "tests/support/text_search.h"
 
+namespace app::lab {
 namespace {
 
-using namespace app::lab;
-using namespace app::report;
+using namespace report;
 using tests::cellOf;
+using tests::contains;
 using tests::hostileResults;
 using tests::someResults;
 using Json = nlohmann::json;
-
-constexpr double kNaN = kUnknown;
-
-bool contains(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
-}
 
 TEST(LabReport, StoresAreATableOfDesignsBySpeed)
 {
@@ -72,7 +67,7 @@ TEST(LabReport, SummaryCountsWhatTheCellsSay)
             if (c.pair == like.pair && c.function == like.function && c.method == method &&
                 c.beta == beta)
                 return c.expectedVariance;
-        return kNaN;
+        return kUnknown;
     };
     for (const Cell& c : r.cells) {
         if (c.method != "discard") continue;
@@ -131,8 +126,8 @@ TEST(LabReport, VariancesAreComparedByWhatIsKnown)
     EXPECT_EQ(compare(0, 0, 1e-16, 0), 0);  // rounding
     EXPECT_EQ(compare(kInfinite, 0.1, 1, 1), 1);
     EXPECT_EQ(compare(kInfinite, 0.1, kInfinite, 1), 0);
-    EXPECT_EQ(compare(kNaN, 1, 1, 1.02), 0);  // within the errors
-    EXPECT_EQ(compare(kNaN, 1, 1, 1.2), -1);
+    EXPECT_EQ(compare(kUnknown, 1, 1, 1.02), 0);  // within the errors
+    EXPECT_EQ(compare(kUnknown, 1, 1, 1.2), -1);
 }
 
 TEST(LabReport, WinnersAreUnbiasedFiniteAndNotDear)
@@ -201,7 +196,7 @@ TEST(LabFiles, JsonHasTheNamesAndNoNaN)
 
     LabResults odd = someResults();
     odd.cells[0].expectedVariance = kInfinite;
-    odd.cells[1].expectedVariance = kNaN;
+    odd.cells[1].expectedVariance = kUnknown;
     const Json oddJson = Json::parse(labJson(odd));
     EXPECT_EQ(oddJson["cells"][0]["expected_n_var"], "infinite");
     EXPECT_TRUE(oddJson["cells"][1]["expected_n_var"].is_null());
@@ -283,3 +278,4 @@ TEST(LabFiles, TablesHaveARowForEverything)
 }
 
 }  // namespace
+}  // namespace app::lab

@@ -34,8 +34,8 @@ size_t functionOf(const std::string& id)
 }
 
 /// A cell with N = 8, at the best c.
-Cell cellOf(const std::string& pair, const std::string& function, const std::string& method,
-            uint32_t k = 0, Beta beta = Beta::none, uint32_t n = 8)
+Cell theoryCell(const std::string& pair, const std::string& function, const std::string& method,
+                uint32_t k = 0, Beta beta = Beta::none, uint32_t n = 8)
 {
     Cell cell;
     cell.pair = pair;
@@ -50,10 +50,10 @@ Cell cellOf(const std::string& pair, const std::string& function, const std::str
 }
 
 /// The cell of a column of the table.
-Cell cellOf(const LabRow& row, LabColumn column)
+Cell theoryCell(const LabRow& row, LabColumn column)
 {
     const auto make = [&](const char* method, uint32_t k = 0, Beta beta = Beta::none) {
-        return cellOf(row.pair, row.function, method, k, beta);
+        return theoryCell(row.pair, row.function, method, k, beta);
     };
     switch (column) {
     case kDiscard:
@@ -79,7 +79,7 @@ Cell cellOf(const LabRow& row, LabColumn column)
 
 double varianceOf(const LabRow& row, LabColumn column)
 {
-    return app::lab::expectation(cellOf(row, column)).variance;
+    return app::lab::expectation(theoryCell(row, column)).variance;
 }
 
 std::string nameOf(const LabRow& row)
@@ -217,7 +217,7 @@ TEST(LabTheory, GivesTheExpectedTable)
     for (const LabRow& row : kLabTable) {
         EXPECT_NEAR(pairOf(row.pair).truth()[functionOf(row.function)], row.truth, 6e-7);
         for (int column = 0; column < kLabColumns; ++column) {
-            const Cell cell = cellOf(row, static_cast<LabColumn>(column));
+            const Cell cell = theoryCell(row, static_cast<LabColumn>(column));
             const Expectation found = app::lab::expectation(cell);
             const std::string what = nameOf(row) + " " + cell.method;
             const double printed = row.variance[static_cast<size_t>(column)];
@@ -237,7 +237,7 @@ TEST(LabTheory, GivesTheExpectedValuesForFewNewSamples)
     for (const LabSpot& row : kLabSpots) {
         const auto expect = [&](const char* method, uint32_t k, double printed) {
             if (std::isnan(printed)) return;
-            const Cell cell = cellOf(row.pair, row.function, method, k, Beta::none, 2);
+            const Cell cell = theoryCell(row.pair, row.function, method, k, Beta::none, 2);
             expectPrinted(app::lab::expectation(cell).variance, printed,
                           std::string(row.pair) + "-" + row.function + " " + method);
         };
@@ -253,16 +253,16 @@ TEST(LabTheory, GivesTheExpectedValuesForFewNewSamples)
 TEST(LabTheory, ReweightingMissesWhatTheOldDensityDoesNotSee)
 {
     // q is 0 on (.6, 1]: reweighting finds the integral over [0, .6], RIS that over [.4, .6].
-    EXPECT_NEAR(app::lab::expectation(cellOf("D9", "F2", "reweighting")).mean, .36, 1e-12);
-    EXPECT_NEAR(app::lab::expectation(cellOf("D9", "F2", "ris")).mean, .2, 1e-12);
-    EXPECT_NEAR(app::lab::expectation(cellOf("D9", "F2", "ra", 4)).mean, .84, 1e-12);
+    EXPECT_NEAR(app::lab::expectation(theoryCell("D9", "F2", "reweighting")).mean, .36, 1e-12);
+    EXPECT_NEAR(app::lab::expectation(theoryCell("D9", "F2", "ris")).mean, .2, 1e-12);
+    EXPECT_NEAR(app::lab::expectation(theoryCell("D9", "F2", "ra", 4)).mean, .84, 1e-12);
 }
 
 TEST(LabTheory, TheCorrectionCanMakeAVarianceInfinite)
 {
     // Under D7 q vanishes at 1, as F3 does, but F3 - I p does not; and F2 - I p is 0 everywhere.
     const auto variance = [](const char* function, Beta beta) {
-        return app::lab::expectation(cellOf("D7", function, "reweighting", 0, beta)).variance;
+        return app::lab::expectation(theoryCell("D7", function, "reweighting", 0, beta)).variance;
     };
     EXPECT_NEAR(variance("F3", Beta::none), .5037, 5e-5);
     EXPECT_EQ(variance("F3", Beta::ideal), app::lab::kInfinite);
@@ -273,14 +273,14 @@ TEST(LabTheory, TheCorrectionCanMakeAVarianceInfinite)
 TEST(LabTheory, MethodsWithoutTheirConstantDoNotExist)
 {
     const auto exists = [](const char* pair, const char* method) {
-        return !std::isnan(app::lab::expectation(cellOf(pair, "F3", method)).variance);
+        return !std::isnan(app::lab::expectation(theoryCell(pair, "F3", method)).variance);
     };
     for (const Pair& pair : pairs()) {
         const std::string id = pair.id;
         EXPECT_EQ(exists(pair.id, "rejection"), id != "D7" && id != "D9") << id;
         EXPECT_EQ(exists(pair.id, "augmentation"), id != "D6" && id != "D7" && id != "D9") << id;
         EXPECT_FALSE(exists(pair.id, "reweighting-normalised"));
-        const Cell own = cellOf(pair.id, "F3", "ra", 4, Beta::own);
+        const Cell own = theoryCell(pair.id, "F3", "ra", 4, Beta::own);
         EXPECT_TRUE(std::isnan(app::lab::expectation(own).variance));
     }
 }
@@ -353,8 +353,8 @@ TEST(LabTheory, KeepingByWeightIsNeverWorseThanKeepingByChance)
         EXPECT_NEAR(coins - weights, gap, 1e-9 + 1e-4 * (f == 5 ? gap : 0)) << nameOf(row);
     }
     EXPECT_EQ(finite, 64);
-    EXPECT_NEAR(app::lab::expectation(cellOf("D2", "F1", "rejection-augmentation")).variance -
-                    app::lab::expectation(cellOf("D2", "F1", "ra", kExactResidual)).variance,
+    EXPECT_NEAR(app::lab::expectation(theoryCell("D2", "F1", "rejection-augmentation")).variance -
+                    app::lab::expectation(theoryCell("D2", "F1", "ra", kExactResidual)).variance,
                 .0250, 5e-5);
 }
 
@@ -363,9 +363,9 @@ TEST(LabTheory, FullSampleIsDiscardWithMoreRays)
     for (const Pair& pair : pairs()) {
         const double M = std::round(8 / pair.bestC(8, 5));
         const double full =
-            app::lab::expectation(cellOf(pair.id, "F3", "full", 0, Beta::none, 5)).variance;
+            app::lab::expectation(theoryCell(pair.id, "F3", "full", 0, Beta::none, 5)).variance;
         const double fresh =
-            app::lab::expectation(cellOf(pair.id, "F3", "discard", 0, Beta::none, 5)).variance;
+            app::lab::expectation(theoryCell(pair.id, "F3", "discard", 0, Beta::none, 5)).variance;
         EXPECT_NEAR(full * M, fresh * 5, 1e-12 * fresh) << pair.id;
     }
 }

@@ -15,7 +15,7 @@ namespace {
 using namespace tests;
 
 constexpr float kCoat = 0.9f;
-constexpr float kAlbedo = 0.6f;
+constexpr float kGroundAlbedo = 0.6f;
 
 core::Material coatedLamp(float radiance, float roughness)
 {
@@ -64,7 +64,7 @@ struct LowLamp {
     {
         const glm::dvec3 corner(2.5, 0.7, 0.5), u(1, 0, 0), v(0, 0, -1);
         builder.quad({-8, 0, 8}, {16, 0, 0}, {0, 0, -16},
-                     builder.material(lambert(glm::vec3(kAlbedo))));
+                     builder.material(lambert(glm::vec3(kGroundAlbedo))));
         builder.quad(corner, v, u, builder.material(coatedLamp(30, roughness)));
         builder.camera({-0.3, 0.5, 0.4}, {0, 0, 0}, 0.002);
         constexpr int kCells = 200;
@@ -75,7 +75,7 @@ struct LowLamp {
                 exact += shareLeft(cosine) * cosine * cosine / glm::dot(d, d);
             }
         }
-        exact *= 30 * static_cast<double>(kAlbedo) / std::numbers::pi / (kCells * kCells);
+        exact *= 30 * static_cast<double>(kGroundAlbedo) / std::numbers::pi / (kCells * kCells);
     }
 };
 
@@ -92,7 +92,7 @@ TEST(CoatedLamp, LightsByTheAngleWithEveryStrategy)
             renderer->setView({world->cameras[0], {32, 32}, params}, core::Start::anew);
             const bool byHits = strategy == core::Strategy::bsdf;
             renderer->advance({.samples = byHits ? 4000u : 60u}, {});
-            const Estimate e = estimate(renderer->read(core::Reading::everything));
+            const PictureMean e = estimate(renderer->read(core::Reading::everything));
             EXPECT_LT(std::abs(score(e, scene.exact)), kScore)
                 << e.mean << " instead of " << scene.exact << " by " << core::enumName(strategy);
             EXPECT_LT(detectable(e, scene.exact), byHits ? 0.08 : 0.03) << core::enumName(strategy);
@@ -106,7 +106,7 @@ TEST(CoatedLamp, LightsByTheAngleInEveryMethod)
 {
     const LowLamp scene(0.4f);
     forEachPicture(scene.builder.world(), {32, 32}, 64, [&](const PictureTaken& picture) {
-        const Estimate e = estimate(picture.estimate);
+        const PictureMean e = estimate(picture.estimate);
         EXPECT_NEAR(e.mean, scene.exact, 0.02 * scene.exact) << picture.where;
     });
 }

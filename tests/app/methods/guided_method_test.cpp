@@ -8,9 +8,12 @@
 #include "app/methods/methods.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
+#include "tests/support/image_mean.h"
 #include "tests/support/stats.h"
 
 namespace {
+
+using tests::meanOf;
 
 using core::GuidedParams, core::GuidedRoulette;
 
@@ -66,13 +69,6 @@ protected:
     std::shared_ptr<const core::World> world_;
     glm::uvec2 size_{};
 };
-
-double meanOf(const core::Image& image)
-{
-    double sum = 0;
-    for (const float x : image.pixels) sum += double(x);
-    return sum / double(image.pixels.size());
-}
 
 /// Of the mean over all pixels, as if they were independent.
 double varianceOfMean(const core::Estimate& e)

@@ -91,7 +91,7 @@ TEST(Media, StrategiesAndMethodsAgree)
     const auto picture = [&](core::Strategy strategy) {
         return estimate(render(world, 24, 24, 256, independentParams(strategy, 12)));
     };
-    const Estimate truth = picture(core::Strategy::mis);
+    const PictureMean truth = picture(core::Strategy::mis);
     EXPECT_LT(std::abs(score(picture(core::Strategy::bsdf), truth)), kScore);
     EXPECT_LT(detectable(truth, truth.mean), 0.02);
     forEachPicture(world, {24, 24}, 64, [&](const PictureTaken& taken) {

@@ -10,18 +10,14 @@
 #include "app/session/replay.h"
 #include "app/session/set_param.h"
 #include "core/base/check.h"
-#include "core/gltf/gltf.h"
+#include "tests/support/asset.h"
 #include "tests/support/compare_films.h"
 #include "tests/support/instanced_scenes.h"
 #include "tests/support/stats.h"
 
 namespace {
 
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
+using tests::asset;
 
 /// A method's defaults with independent samples and without a limit of depth, where it has such.
 core::AnyParams independent(std::string_view method, uint32_t seed)
@@ -65,7 +61,7 @@ std::vector<Where> everywhere(bool core::Traits::*trait = nullptr)
     return all;
 }
 
-core::Estimate render(core::Renderer& renderer, const core::View& view, uint32_t samples)
+core::Estimate renderView(core::Renderer& renderer, const core::View& view, uint32_t samples)
 {
     renderer.setView(view, core::Start::anew);
     renderer.advance({.samples = samples}, {});
@@ -94,10 +90,10 @@ TEST_P(DeterministicMethod, SameBitsForAnyStepsAndPauses)
     const auto world = asset("cornell-glossy");
     renderer().setWorld(world, {});
     const core::View view{world->cameras.at(0), {100, 75}, info().defaults};
-    const core::Estimate expected = render(renderer(), view, 13);
+    const core::Estimate expected = renderView(renderer(), view, 13);
     EXPECT_EQ(expected.samples, 13u);
     EXPECT_TRUE(expected.counters.clean());
-    expectSameBits(expected, render(renderer(), view, 13));
+    expectSameBits(expected, renderView(renderer(), view, 13));
 
     renderer().setView(view, core::Start::anew);
     for (const uint32_t part : {1u, 4u, 0u, 1u, 5u, 2u}) renderer().advance({.samples = part}, {});
@@ -137,10 +133,10 @@ TEST_P(EveryMethod, SeedsMatter)
     const auto world = asset("cornell-glossy");
     renderer().setWorld(world, {});
     const core::View view{world->cameras.at(0), {32, 24}, params};
-    const core::Estimate one = render(renderer(), view, 2);
+    const core::Estimate one = renderView(renderer(), view, 2);
     core::View other = view;
     *core::findParam<uint32_t>(other.params, "seed") = *seed + 1;
-    EXPECT_NE(one.mean.pixels, render(renderer(), other, 2).mean.pixels);
+    EXPECT_NE(one.mean.pixels, renderView(renderer(), other, 2).mean.pixels);
 }
 
 /// A closed box of albedo 0.5 that emits 1 shows 2 everywhere; an albedo of 0.8 makes 5 of it. The
@@ -157,7 +153,7 @@ TEST_P(RadianceMethod, FurnacesAreUniform)
             core::AnyParams params = independent(GetParam().method, 3 + seed);
             if (uint32_t* depth = core::findParam<uint32_t>(params, "max-depth")) *depth = 4096;
             const core::Estimate e =
-                render(renderer(), {world->cameras.at(0), {32, 32}, params}, 16);
+                renderView(renderer(), {world->cameras.at(0), {32, 32}, params}, 16);
             double sum = 0;
             for (const float value : e.mean.pixels) sum += double(value);
             means.add(sum / double(e.mean.pixels.size()));
@@ -184,7 +180,8 @@ TEST_P(EveryMethod, InstancesLookLikeWhatTheyShow)
         ASSERT_EQ(world->instances.size(), kept ? 49u : 0u);
         renderer().setWorld(world, {});
         const core::AnyParams params = independent(GetParam().method, kept ? 5 : 6);
-        pictures[kept ? 1 : 0] = render(renderer(), {world->cameras.at(0), {64, 48}, params}, 48);
+        pictures[kept ? 1 : 0] =
+            renderView(renderer(), {world->cameras.at(0), {64, 48}, params}, 48);
         EXPECT_TRUE(pictures[kept ? 1 : 0].counters.clean());
     }
     const tests::FilmComparison c = tests::compareFilms(pictures[0], pictures[1]);
@@ -198,7 +195,7 @@ TEST_P(EveryMethod, FirstHitsAreThoseOfTheWorldAndDoNotDisturbThePicture)
     const auto world = asset("cornell-glossy");
     renderer().setWorld(world, {});
     const core::View view{world->cameras.at(0), {40, 30}, info().defaults};
-    const core::Estimate expected = render(renderer(), view, 3);
+    const core::Estimate expected = renderView(renderer(), view, 3);
     const core::Aovs aovs = renderer().aovs();
     expectSameBits(expected, renderer().read(core::Reading::everything));
     EXPECT_GT(*aovs.depth.at(20, 15), 0.0f);
@@ -279,13 +276,13 @@ TEST(Methods, DevicesAgree)
             const core::Camera& camera = world->cameras.at(0);
             if (method.traits.sharesLight) {
                 const core::View view{camera, {48, 48}, independent(id, 1)};
-                expectSamePicture(render(vulkan.renderer(), view, 3),
-                                  render(cpu.renderer(), view, 3), id + ", " + name);
+                expectSamePicture(renderView(vulkan.renderer(), view, 3),
+                                  renderView(cpu.renderer(), view, 3), id + ", " + name);
                 continue;
             }
             const tests::FilmComparison c = tests::compareFilms(
-                render(vulkan.renderer(), {camera, {48, 48}, independent(id, 1)}, 192),
-                render(cpu.renderer(), {camera, {48, 48}, independent(id, 2)}, 192));
+                renderView(vulkan.renderer(), {camera, {48, 48}, independent(id, 1)}, 192),
+                renderView(cpu.renderer(), {camera, {48, 48}, independent(id, 2)}, 192));
             EXPECT_TRUE(c.agree()) << id << ", " << name << ": " << c.describe();
             EXPECT_LT(c.detectable, 0.1) << id << ", " << name << " is underpowered";
         }
@@ -366,7 +363,8 @@ TEST(Methods, ReferencesAreIndependentOfThePicture)
         EXPECT_NE(reference->origin.find(method.id()), std::string::npos) << reference->origin;
         const auto renderer = method.make();
         renderer->setWorld(order.world, {});
-        const core::Estimate e = render(*renderer, {order.camera, order.size, order.params}, 128);
+        const core::Estimate e =
+            renderView(*renderer, {order.camera, order.size, order.params}, 128);
         EXPECT_NE(e.mean.pixels, reference->mean.pixels);
     }
 }

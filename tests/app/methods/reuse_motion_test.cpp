@@ -147,7 +147,7 @@ private:
     double squares_ = 0, count_ = 0;
 };
 
-constexpr uint32_t kFrames = 16;
+constexpr uint32_t kMovingFrames = 16;
 
 class ReuseMotion : public ReuseFlights {
 protected:
@@ -185,9 +185,9 @@ protected:
     /// `step` degrees a frame.
     core::Image play(const ReuseParams& params, double step = 0)
     {
-        for (uint32_t i = 0; i < kFrames; ++i) {
-            pose(1 - double(kFrames - 1 - i) / 32);
-            look(swung(*world_, -step * (kFrames - 1 - i)), params,
+        for (uint32_t i = 0; i < kMovingFrames; ++i) {
+            pose(1 - double(kMovingFrames - 1 - i) / 32);
+            look(swung(*world_, -step * (kMovingFrames - 1 - i)), params,
                  i == 0 ? core::Start::anew : core::Start::moved);
         }
         return renderer_->read(core::Reading::mean).mean;
@@ -199,8 +199,8 @@ protected:
     {
         std::shared_ptr<const core::Bvh> before;
         uint32_t rebuilt = 0;
-        for (uint32_t i = 0; i < kFrames && rebuilt < most; ++i) {
-            pose(double(i) / kFrames);
+        for (uint32_t i = 0; i < kMovingFrames && rebuilt < most; ++i) {
+            pose(double(i) / kMovingFrames);
             const auto now = core::bvhOf(*world_);
             if (before && !now->moving.slots.sharesWith(before->moving.slots)) ++rebuilt;
             before = now;
@@ -346,7 +346,7 @@ TEST_P(ReuseMotion, OnlyWhatHasMovedCounts)
 {
     start(Moves{}, 8);
     const core::Image posed = play(paramsOf(ReuseStrategy::ra, 5));
-    for (uint32_t i = 0; i < kFrames; ++i)
+    for (uint32_t i = 0; i < kMovingFrames; ++i)
         look(swung(*world_, 0), paramsOf(ReuseStrategy::ra, 5),
              i == 0 ? core::Start::anew : core::Start::moved);
     EXPECT_EQ(renderer_->read(core::Reading::mean).mean.pixels, posed.pixels);
@@ -373,7 +373,7 @@ TEST_P(ReuseMotion, OnlyWhatHasMovedCounts)
 TEST_P(ReuseMotion, HistoriesOutliveAHierarchy)
 {
     start(Moves{.pebbles = 40}, 4);
-    EXPECT_GT(playThroughRebuilds(paramsOf(ReuseStrategy::ra, 5), kFrames), 0u)
+    EXPECT_GT(playThroughRebuilds(paramsOf(ReuseStrategy::ra, 5), kMovingFrames), 0u)
         << "else this proves nothing";
 }
 

@@ -15,15 +15,15 @@
 #include "app/session/navigation.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
+#include "tests/support/no_numbers.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 
 using app::CameraTrack;
+using tests::kDoubleNan;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-core::Camera at(double x)
+core::Camera cameraAt(double x)
 {
     return core::lookAt({x, 1, 4}, {0, 0.3, 0}, {0, 1, 0}, 0.7);
 }
@@ -32,7 +32,7 @@ core::Camera at(double x)
 CameraTrack track(std::initializer_list<double> frames)
 {
     CameraTrack t;
-    for (const double frame : frames) t.addAt(frame, at(frame));
+    for (const double frame : frames) t.addAt(frame, cameraAt(frame));
     return t;
 }
 
@@ -49,36 +49,36 @@ TEST(CameraTrack, KeysFollowASecondApart)
 {
     CameraTrack t;
     EXPECT_TRUE(t.empty());
-    t.add(at(0));
-    t.add(at(1));
+    t.add(cameraAt(0));
+    t.add(cameraAt(1));
     t.framesPerSecond = 30;
-    t.add(at(2));
+    t.add(cameraAt(2));
     EXPECT_EQ(frames(t), (Frames{0, 24, 54}));
     t.framesPerSecond = 0.2;
-    t.add(at(3));
-    t.framesPerSecond = kNan;
-    t.add(at(4));
+    t.add(cameraAt(3));
+    t.framesPerSecond = kDoubleNan;
+    t.add(cameraAt(4));
     EXPECT_EQ(frames(t), (Frames{0, 24, 54, 55, 79}));
-    EXPECT_EQ(t.keys()[2].camera, at(2));
+    EXPECT_EQ(t.keys()[2].camera, cameraAt(2));
 }
 
 TEST(CameraTrack, KeysStayInOrderNoTwoOnOneFrame)
 {
     CameraTrack t = track({10, 0, 5});
     EXPECT_EQ(frames(t), (Frames{0, 5, 10}));
-    t.addAt(5, at(99));
+    t.addAt(5, cameraAt(99));
     EXPECT_EQ(frames(t), (Frames{0, 5, 10}));
-    EXPECT_EQ(t.keys()[1].camera, at(99));
+    EXPECT_EQ(t.keys()[1].camera, cameraAt(99));
     EXPECT_EQ(t.move(1, 20), 2u);
     EXPECT_EQ(frames(t), (Frames{0, 10, 20}));
-    EXPECT_EQ(t.keys()[2].camera, at(99));
+    EXPECT_EQ(t.keys()[2].camera, cameraAt(99));
     EXPECT_EQ(t.move(2, 4), 1u);
-    EXPECT_EQ(t.keys()[1].camera, at(99));
+    EXPECT_EQ(t.keys()[1].camera, cameraAt(99));
     EXPECT_EQ(t.move(1, 10), 1u);  // taken
     EXPECT_EQ(t.move(1, 4), 1u);
     EXPECT_EQ(frames(t), (Frames{0, 4, 10}));
-    t.replace(0, at(7));
-    EXPECT_EQ(t.keys()[0].camera, at(7));
+    t.replace(0, cameraAt(7));
+    EXPECT_EQ(t.keys()[0].camera, cameraAt(7));
     t.remove(1);
     EXPECT_EQ(frames(t), (Frames{0, 10}));
     t.clear();
@@ -90,16 +90,16 @@ TEST(CameraTrack, KeysStayInOrderNoTwoOnOneFrame)
 TEST(CameraTrack, NonsenseIsIgnored)
 {
     CameraTrack t = track({0, 10});
-    for (const double bad : {kNan, -1.0, 2e9, std::numeric_limits<double>::infinity()}) {
-        t.addAt(bad, at(1));
+    for (const double bad : {kDoubleNan, -1.0, 2e9, std::numeric_limits<double>::infinity()}) {
+        t.addAt(bad, cameraAt(1));
         EXPECT_EQ(t.move(0, bad), 0u);
     }
     t.remove(2);
-    t.replace(7, at(1));
+    t.replace(7, cameraAt(1));
     EXPECT_EQ(t.move(2, 3), 2u);
-    t.seek(kNan);
+    t.seek(kDoubleNan);
     t.play();
-    EXPECT_FALSE(t.advance(kNan));
+    EXPECT_FALSE(t.advance(kDoubleNan));
     EXPECT_FALSE(t.advance(-1));
     EXPECT_FALSE(t.advance(0));
     EXPECT_EQ(frames(t), (Frames{0, 10}));
@@ -174,7 +174,7 @@ TEST(CameraTrack, SavedAndLoadedToTheBit)
         t.loop = false;
         for (int i = 0; i < 50; ++i) {
             app::Navigation n;
-            core::Camera camera = at(some(engine));
+            core::Camera camera = cameraAt(some(engine));
             if (i % 3 == 0) camera.name = "key " + std::to_string(i);
             camera.orthographic = i % 7 == 0;
             camera.apertureRadius = i % 2 == 0 ? 0.01 * std::abs(some(engine)) : 0;
@@ -220,7 +220,7 @@ TEST(CameraTrack, FilesOfTheCommandLineAreReadAndBadOnesChangeNothing)
     CameraTrack t = track({1, 2, 3});
     t.framesPerSecond = 12;
     t.play();
-    t.load(file, at(0), {});
+    t.load(file, cameraAt(0), {});
     EXPECT_EQ(frames(t), (Frames{0, 9}));
     EXPECT_EQ(t.framesPerSecond, 12);  // it names none
     EXPECT_FALSE(t.playing());
@@ -230,11 +230,11 @@ TEST(CameraTrack, FilesOfTheCommandLineAreReadAndBadOnesChangeNothing)
                             R"({"keys": [{}], "frames_per_second": 0})",
                             R"({"keys": [{}], "frames_per_second": "24"})"}) {
         core::writeFile(file, bad);
-        EXPECT_THROW(t.load(file, at(0), {}), core::Error) << bad;
+        EXPECT_THROW(t.load(file, cameraAt(0), {}), core::Error) << bad;
         EXPECT_EQ(frames(t), (Frames{0, 9})) << bad;
         EXPECT_EQ(t.framesPerSecond, 12);
     }
-    EXPECT_THROW(t.load(folder / "none.json", at(0), {}), core::Error);
+    EXPECT_THROW(t.load(folder / "none.json", cameraAt(0), {}), core::Error);
     EXPECT_THROW(CameraTrack().save(file, {}), core::Error);
     EXPECT_THROW(t.save("/proc/none/path.json", {}), core::Error);
 }

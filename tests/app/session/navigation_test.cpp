@@ -1,23 +1,23 @@
 // Cameras moved by hand: what follows the cursor does so exactly, what is undone is undone, and
 // nothing breaks the axes.
 #include "app/session/navigation.h"
+#include "tests/support/no_numbers.h"
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include <glm/gtc/constants.hpp>
-
 namespace {
 
 using app::Navigation;
 using glm::dvec2, glm::dvec3;
+using std::numbers::pi;
+using tests::kDoubleNan;
 
-constexpr double kPi = glm::pi<double>();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 core::Camera someCamera(bool orthographic = false)
@@ -78,7 +78,7 @@ double elevation(const core::Camera& camera)
 std::vector<core::Camera> manyCameras()
 {
     std::vector<core::Camera> cameras;
-    for (const double roll : {0.0, 0.4, -1.2, 0.5 * kPi, 3.0})
+    for (const double roll : {0.0, 0.4, -1.2, 0.5 * pi, 3.0})
         for (const dvec3 from :
              {dvec3(3, 1.5, 4), dvec3(-2, -4, 1), dvec3(0.01, 6, 0), dvec3(1, 0, 0)})
             cameras.push_back(rolled(core::lookAt(from, {0, 0, 0}, {0, 1, 0}, 0.8), roll));
@@ -101,10 +101,10 @@ TEST(Navigation, TakesACameraToTheBit)
 TEST(Navigation, BrokenCamerasAreRepaired)
 {
     core::Camera broken;
-    broken.position = {kNan, 0, 0};
+    broken.position = {kDoubleNan, 0, 0};
     broken.forward = {0, 0, 0};
     broken.up = {kInfinity, 0, 0};
-    for (const double radius : {5.0, 0.0, -1.0, kNan, kInfinity}) {
+    for (const double radius : {5.0, 0.0, -1.0, kDoubleNan, kInfinity}) {
         Navigation n = navigation(broken, radius);
         EXPECT_LE(axisError(n.camera()), 1e-12);
         n.orbit(0.1, 0.1);
@@ -239,7 +239,7 @@ TEST(Navigation, ACamerasOwnFrameIsSeenWhole)
             EXPECT_EQ(app::framed(view, aspect), view) << "once is enough: " << aspect;
         }
         EXPECT_EQ(app::framed(camera, 0), camera);
-        EXPECT_EQ(app::framed(camera, kNan), camera);
+        EXPECT_EQ(app::framed(camera, kDoubleNan), camera);
         EXPECT_EQ(app::framed(camera, 1.9999), camera) << "a picture has whole pixels";
     }
 }
@@ -266,8 +266,8 @@ TEST(Navigation, TheWheelKeepsWhatIsUnderTheCursorThere)
             EXPECT_LE(glm::distance(n.pivot(), pivot), 1e-9);
             for (int i = 0; i < 500; ++i) n.dollyTo(point, 10);
             EXPECT_GT(glm::dot(point - n.camera().position, before.forward), 0) << "never through";
-            n.dollyTo({kNan, 0, 0}, 1);
-            n.dollyTo(point, kNan);
+            n.dollyTo({kDoubleNan, 0, 0}, 1);
+            n.dollyTo(point, kDoubleNan);
             EXPECT_LE(axisError(n.camera()), 1e-9);
         }
 }
@@ -285,7 +285,7 @@ TEST(Navigation, GoesBackToAViewAndStandsWhereItIsTold)
     EXPECT_LE(glm::length(shown(n.camera(), {1, 2.5, -1})), 1e-9);
     EXPECT_NEAR(glm::cross(n.camera().forward, n.camera().up).y, 0, 1e-9) << "upright";
     n.stand({1, 2, 3}, {1, 2, 3});
-    n.stand({1, kNan, 3}, {1, 2, 3});
+    n.stand({1, kDoubleNan, 3}, {1, 2, 3});
     EXPECT_EQ(n.camera().position, dvec3(1, 2, 3));
 }
 
@@ -353,7 +353,7 @@ TEST(Navigation, FlyingHasTheSpeedThatItSays)
     n.setSpeed(0);
     EXPECT_GT(n.speed(), 0);
     const double speed = n.speed();
-    n.setSpeed(kNan);
+    n.setSpeed(kDoubleNan);
     EXPECT_EQ(n.speed(), speed);
     n.set(someCamera(), 8);  // another camera of the same scene
     EXPECT_EQ(n.speed(), speed);
@@ -379,7 +379,7 @@ TEST(Navigation, FramingShowsAllOfASphere)
             double widest = 0, highest = 0;
             for (int i = 0; i < 720; ++i)
                 for (int j = 1; j < 90; ++j) {  // points of the near half
-                    const double a = i * kPi / 360, b = j * kPi / 180;
+                    const double a = i * pi / 360, b = j * pi / 180;
                     const dvec3 p =
                         centre +
                         radius * (std::cos(b) * (std::cos(a) * right + std::sin(a) * c.up) -
@@ -398,7 +398,7 @@ TEST(Navigation, NonsenseIsIgnored)
     Navigation n = navigation(someCamera());
     const core::Camera before = n.camera();
     const dvec3 pivot = n.pivot();
-    for (const double bad : {kNan, kInfinity, -kInfinity, 1e300, -1e12}) {
+    for (const double bad : {kDoubleNan, kInfinity, -kInfinity, 1e300, -1e12}) {
         n.orbit(bad, 0);
         n.orbit(0, bad);
         n.pan(bad, 0.1);
@@ -409,10 +409,10 @@ TEST(Navigation, NonsenseIsIgnored)
         n.setPivot({0, bad * 1e300, 0});
         n.frame({bad * 1e300, 0, 0}, 1);
     }
-    n.fly({.right = kNan}, 0.1);
+    n.fly({.right = kDoubleNan}, 0.1);
     n.fly({.up = kInfinity}, 0.1);
     n.fly({.right = 1}, -1);
-    n.frame({0, 0, 0}, kNan);
+    n.frame({0, 0, 0}, kDoubleNan);
     n.setPivot(n.camera().position);
     EXPECT_EQ(n.camera(), before);
     EXPECT_EQ(n.pivot(), pivot);

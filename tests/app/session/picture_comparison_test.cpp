@@ -11,12 +11,12 @@
 
 namespace {
 
-constexpr uint32_t kSide = 64;
+constexpr uint32_t kPictureSide = 64;
 
 /// Pictures of a smooth truth with noise whose spread differs from place to place, as that of light
 /// does: B's is `ratio` times A's everywhere, times what differs from one half to the other.
 struct Made {
-    core::Image a{kSide, kSide, 3}, b = a, varianceA = a, varianceB = a;
+    core::Image a{kPictureSide, kPictureSide, 3}, b = a, varianceA = a, varianceB = a;
     app::Reference reference{a, a, 100, 1, "made up"};
     double mseA = 0, mseB = 0, relA = 0, relB = 0;  // expected
 };
@@ -25,12 +25,12 @@ Made make(std::mt19937_64& random, float ratio, float referenceSpread, float ste
 {
     Made made;
     std::normal_distribution<float> normal;
-    const auto count = double(kSide) * kSide * 3;
-    for (uint32_t y = 0; y < kSide; ++y) {
-        for (uint32_t x = 0; x < kSide; ++x) {
+    const auto count = double(kPictureSide) * kPictureSide * 3;
+    for (uint32_t y = 0; y < kPictureSide; ++y) {
+        for (uint32_t x = 0; x < kPictureSide; ++x) {
             const float truth = 0.2f + 0.01f * float(x);
-            const float spreadA = 0.02f + 0.2f * float(y) / kSide;
-            const float spreadB = ratio * spreadA * (x < kSide / 2 ? 1 + step : 1 - step);
+            const float spreadA = 0.02f + 0.2f * float(y) / kPictureSide;
+            const float spreadB = ratio * spreadA * (x < kPictureSide / 2 ? 1 + step : 1 - step);
             for (int c = 0; c < 3; ++c) {
                 made.a.at(x, y)[c] = truth + spreadA * normal(random);
                 made.b.at(x, y)[c] = truth + spreadB * normal(random);
@@ -54,8 +54,8 @@ bool holds(const app::Bounded& interval, double truth)
     return interval.low <= truth && truth <= interval.high;
 }
 
-/// How many of `kTrials` intervals hold the truth.
-constexpr int kTrials = 400;
+/// How many of `kIntervals` intervals hold the truth.
+constexpr int kIntervals = 400;
 struct Coverage {
     int rmse = 0, ratio = 0, relativeRatio = 0, bounded = 0, relativeBounded = 0;
 };
@@ -64,7 +64,7 @@ Coverage coverage(float ratio, float referenceSpread, double secondsB, float ste
 {
     std::mt19937_64 random(20240607);
     Coverage covered;
-    for (int trial = 0; trial < kTrials; ++trial) {
+    for (int trial = 0; trial < kIntervals; ++trial) {
         const Made made = make(random, ratio, referenceSpread, step);
         const auto found = app::comparePictures({made.a, nullptr, 10, 2},
                                                 {made.b, nullptr, 10, secondsB}, &made.reference);
@@ -89,9 +89,9 @@ TEST(PictureComparison, TheTruthLiesInTheIntervalsAsOftenAsTheySay)
         EXPECT_GE(covered.rmse, 362);
         EXPECT_GE(covered.ratio, 362);
         EXPECT_GE(covered.relativeRatio, 362);
-        EXPECT_EQ(covered.bounded, kTrials);
+        EXPECT_EQ(covered.bounded, kIntervals);
         // A reference of noise as large as its radiance cannot tell what is relative to it.
-        EXPECT_EQ(covered.relativeBounded, noise < 0.1f ? kTrials : 0);
+        EXPECT_EQ(covered.relativeBounded, noise < 0.1f ? kIntervals : 0);
     }
 }
 
@@ -165,7 +165,7 @@ TEST(PictureComparison, WhatCannotBeComparedIsSaid)
 {
     std::mt19937_64 random(5);
     const Made made = make(random, 0.5f, 0);
-    const core::Image other(kSide, kSide / 2, 3), tiny(4, 4, 3);
+    const core::Image other(kPictureSide, kPictureSide / 2, 3), tiny(4, 4, 3);
     const auto why = [](const app::PictureComparison& c) {
         EXPECT_EQ(c.source, app::PictureComparison::Source::none);
         EXPECT_EQ(app::comparisonNotes(c), std::vector<std::string>{c.whyNot});
@@ -190,9 +190,9 @@ TEST(PictureComparison, AReferenceAsNoisyAsThePicturesDecidesNothing)
     std::mt19937_64 random(11);
     Made made = make(random, 1, 0.5f);
     // All of what differs is the reference's noise.
-    made.a = made.b = core::Image(kSide, kSide, 3);
-    for (uint32_t y = 0; y < kSide; ++y)
-        for (uint32_t x = 0; x < kSide; ++x)
+    made.a = made.b = core::Image(kPictureSide, kPictureSide, 3);
+    for (uint32_t y = 0; y < kPictureSide; ++y)
+        for (uint32_t x = 0; x < kPictureSide; ++x)
             for (int c = 0; c < 3; ++c)
                 made.a.at(x, y)[c] = made.b.at(x, y)[c] = 0.2f + 0.01f * float(x);
     const auto found =
@@ -209,8 +209,8 @@ TEST(PictureComparison, AnErrorAtTheNoiseOfTheReferenceIsBoundedByTheOther)
         std::mt19937_64 random(12);
         Made made = make(random, 1, 0.05f);
         std::normal_distribution<float> little(0, 0.002f), much(0, 0.3f);
-        for (uint32_t y = 0; y < kSide; ++y)
-            for (uint32_t x = 0; x < kSide; ++x)
+        for (uint32_t y = 0; y < kPictureSide; ++y)
+            for (uint32_t x = 0; x < kPictureSide; ++x)
                 for (int c = 0; c < 3; ++c) {
                     const float truth = 0.2f + 0.01f * float(x);
                     made.a.at(x, y)[c] = truth + (swapped ? much : little)(random);

@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using tests::TemporaryFolder;
 
-const fs::path kScene = fs::path(REKINDLE_SOURCE_DIR) / "assets" / "cornell-diffuse.gltf";
+const fs::path kReplayed = fs::path(REKINDLE_SOURCE_DIR) / "assets" / "cornell-diffuse.gltf";
 
 /// Starts the real program in a folder; true when it ends with 0.
 bool rekindle(const fs::path& folder, const std::string& arguments)
@@ -45,7 +45,7 @@ std::string quoted(const fs::path& file)
 }
 
 /// The text of what was thrown; empty when nothing was.
-template <class Action> std::string refusal(Action action)
+template <class Action> std::string refusalOf(Action action)
 {
     try {
         action();
@@ -84,11 +84,12 @@ TEST(Replay, PicturesOfTheProgramSayEverything)
 {
     const TemporaryFolder folder;
     for (const char* name : {"a.exr", "a.png"}) {
-        ASSERT_TRUE(rekindle(folder.path(), "render " + quoted(kScene) + " -o " + name + kOptions))
+        ASSERT_TRUE(
+            rekindle(folder.path(), "render " + quoted(kReplayed) + " -o " + name + kOptions))
             << app::readText(folder / "errors.txt");
         const app::Replay replay = app::readReplay(folder / name);
         expectSome(replay);
-        EXPECT_EQ(replay.scene, kScene);
+        EXPECT_EQ(replay.scene, kReplayed);
         EXPECT_TRUE(nlohmann::json::parse(replay.cameraJson).contains("position"));
     }
 }
@@ -100,13 +101,13 @@ struct Shown {
 
     app::ShownScene scene(double at = 0) const
     {
-        return {kScene, world, at, core::kAnyEnvironment};
+        return {kReplayed, world, at, core::kAnyEnvironment};
     }
 };
 
 Shown show(uint64_t samples)
 {
-    Shown shown{app::loadWorld({.file = kScene, .load = {}, .at = 0}, 0, {}).world, {}};
+    Shown shown{app::loadWorld({.file = kReplayed, .load = {}, .at = 0}, 0, {}).world, {}};
     app::Picture& p = shown.picture;
     p.camera = core::lookAt({0.1, 0.3, 2.5}, {0, 0.1, 0}, {0, 1, 0}, 0.9);
     p.camera.name = shown.world->cameras.front().name;  // files of cameras without a name leave it
@@ -182,14 +183,14 @@ TEST(Replay, WhatAWindowSaves)
     EXPECT_TRUE(core::readExr(folder / "lagging.exr").hasLayer("normal"));
 
     const size_t before = folder.count();
-    EXPECT_NE(refusal([&] { save(folder / "x.jpg"); }).find(".exr or .png"), std::string::npos);
-    EXPECT_NE(refusal([&] { save(folder / "none" / "x.exr"); }).find("does not exist"),
+    EXPECT_NE(refusalOf([&] { save(folder / "x.jpg"); }).find(".exr or .png"), std::string::npos);
+    EXPECT_NE(refusalOf([&] { save(folder / "none" / "x.exr"); }).find("does not exist"),
               std::string::npos);
     p.preview = true;
-    EXPECT_NE(refusal([&] { save(folder / "x.exr"); }).find("preview"), std::string::npos);
+    EXPECT_NE(refusalOf([&] { save(folder / "x.exr"); }).find("preview"), std::string::npos);
     p.preview = false;
     p.samples = 0;
-    EXPECT_NE(refusal([&] { save(folder / "x.exr"); }).find("no picture yet"), std::string::npos);
+    EXPECT_NE(refusalOf([&] { save(folder / "x.exr"); }).find("no picture yet"), std::string::npos);
     EXPECT_EQ(folder.count(), before);
 }
 
@@ -213,7 +214,7 @@ TEST(Replay, EachMissingMemberIsNamed)
 {
     const TemporaryFolder folder;
     const fs::path picture = folder / "p.exr";
-    const core::Metadata all = complete(kScene);
+    const core::Metadata all = complete(kReplayed);
     const app::Replay replay = app::replayOf(all, picture);
     EXPECT_EQ(replay.device, app::DeviceKind::vulkan);
     EXPECT_EQ(replay.at, 0.5);
@@ -222,15 +223,15 @@ TEST(Replay, EachMissingMemberIsNamed)
          {"scene", "scene_hash", "camera", "width", "height", "spp", "method", "params"}) {
         core::Metadata some = all;
         some.erase(name);
-        const std::string text = refusal([&] { app::replayOf(some, picture); });
+        const std::string text = refusalOf([&] { app::replayOf(some, picture); });
         EXPECT_EQ(text.rfind(picture.string() + ": does not say its " + name, 0), 0u) << text;
     }
     for (const char* name : {"software", "device", "at"}) {
         core::Metadata some = all;
         some.erase(name);
-        EXPECT_EQ(refusal([&] { app::replayOf(some, picture); }), "") << name;
+        EXPECT_EQ(refusalOf([&] { app::replayOf(some, picture); }), "") << name;
     }
-    EXPECT_NE(refusal([&] { app::replayOf({}, picture); }).find("not made by this program"),
+    EXPECT_NE(refusalOf([&] { app::replayOf({}, picture); }).find("not made by this program"),
               std::string::npos);
 }
 
@@ -253,14 +254,14 @@ TEST(Replay, EachMalformedMemberIsNamed)
                           {"params", R"({"max-depth": 1e9})", "from 0 to 4096"},
                           {"params", R"({"max-depth": 1e999})", "too large"},
                           {"params", R"({"max-depht": 3})", "did you mean max-depth"}}) {
-        core::Metadata all = complete(kScene);
+        core::Metadata all = complete(kReplayed);
         all[c.name] = c.value;
-        const std::string text = refusal([&] { app::replayOf(all, picture); });
+        const std::string text = refusalOf([&] { app::replayOf(all, picture); });
         EXPECT_EQ(text.rfind(picture.string() + ": " + c.name, 0), 0u) << text;
         EXPECT_NE(text.find(c.expected), std::string::npos) << text;
     }
     // A parameter that came later is at its default.
-    core::Metadata older = complete(kScene);
+    core::Metadata older = complete(kReplayed);
     older["params"] = R"({"max-depth": 3})";
     EXPECT_EQ(app::replayOf(older, picture).params.as<core::PathParams>().maxDepth, 3u);
 }
@@ -273,8 +274,8 @@ TEST(Replay, TheSceneIsSoughtWhereItWasNamedAndBesideThePicture)
     const auto found = [&](const fs::path& named) {
         return app::replayOf(complete(named), picture).scene;
     };
-    EXPECT_EQ(found(kScene), kScene);
-    const std::string text = refusal([&] { found("rooms/hall.glb"); });
+    EXPECT_EQ(found(kReplayed), kReplayed);
+    const std::string text = refusalOf([&] { found("rooms/hall.glb"); });
     EXPECT_NE(text.find("rooms/hall.glb is neither there nor beside"), std::string::npos) << text;
     core::writeFile(folder / "hall.glb", "scene");
     EXPECT_EQ(found("rooms/hall.glb"), folder / "hall.glb");
@@ -282,28 +283,28 @@ TEST(Replay, TheSceneIsSoughtWhereItWasNamedAndBesideThePicture)
     core::writeFile(folder / "rooms" / "hall.glb", "scene");
     EXPECT_EQ(found("rooms/hall.glb"), folder / "rooms/hall.glb");
     EXPECT_EQ(found("/moved/rooms/hall.glb"), folder / "rooms/hall.glb");
-    EXPECT_NE(refusal([&] { found(folder.path()); }), "");  // a folder is no scene
+    EXPECT_NE(refusalOf([&] { found(folder.path()); }), "");  // a folder is no scene
 }
 
 TEST(Replay, FilesThatAreNoPicturesOfOurs)
 {
     const TemporaryFolder folder;
-    EXPECT_NE(refusal([&] { app::readReplay(folder / "none.exr"); }).find("no such file"),
+    EXPECT_NE(refusalOf([&] { app::readReplay(folder / "none.exr"); }).find("no such file"),
               std::string::npos);
-    EXPECT_NE(refusal([&] { app::readReplay(kScene); }).find("not an EXR or PNG"),
+    EXPECT_NE(refusalOf([&] { app::readReplay(kReplayed); }).find("not an EXR or PNG"),
               std::string::npos);
     fs::create_directory(folder / "d.png");
-    EXPECT_NE(refusal([&] { app::readReplay(folder / "d.png"); }).find("not a regular file"),
+    EXPECT_NE(refusalOf([&] { app::readReplay(folder / "d.png"); }).find("not a regular file"),
               std::string::npos);
     for (const char* name : {"a.exr", "a.png"}) {
         core::writeFile(folder / name, "something else entirely");
-        EXPECT_NE(refusal([&] { app::readReplay(folder / name); }).find(name), std::string::npos);
+        EXPECT_NE(refusalOf([&] { app::readReplay(folder / name); }).find(name), std::string::npos);
     }
     core::writePng(folder / "other.png", core::Image(2, 2, 3), 0, 0, {});
-    EXPECT_NE(refusal([&] { app::readReplay(folder / "other.png"); }).find("not made by this"),
+    EXPECT_NE(refusalOf([&] { app::readReplay(folder / "other.png"); }).find("not made by this"),
               std::string::npos);
     core::writeExr(folder / "other.exr", {{{"", core::Image(2, 2, 3)}}, {}});
-    EXPECT_NE(refusal([&] { app::readReplay(folder / "other.exr"); }).find("not made by this"),
+    EXPECT_NE(refusalOf([&] { app::readReplay(folder / "other.exr"); }).find("not made by this"),
               std::string::npos);
 }
 
@@ -320,7 +321,7 @@ TEST(Replay, TheEnvironmentComesAlong)
         return app::readReplay(picture).environment;
     };
     for (const char* word : {"own", "auto", "none", "plain"}) EXPECT_EQ(replayed(word), word);
-    EXPECT_NE(refusal([&] { replayed("/not/here/sky.exr"); }).find("its environment"),
+    EXPECT_NE(refusalOf([&] { replayed("/not/here/sky.exr"); }).find("its environment"),
               std::string::npos);
     core::writeFile(folder / "sky.exr", "any");
     EXPECT_EQ(replayed("/not/here/sky.exr"), folder / "sky.exr");

@@ -135,7 +135,7 @@ TEST(ResolutionControl, FullPicturesTellUntilAPreviewHas)
 
 // --- points of the curve
 
-core::Image constant(uint32_t width, uint32_t height, float value)
+core::Image greyImage(uint32_t width, uint32_t height, float value)
 {
     core::Image image(width, height, 3);
     image.pixels.assign(image.pixels.size(), value);
@@ -146,7 +146,7 @@ TEST(ErrorPoint, RmseIsThatOfTheMetrics)
 {
     std::mt19937 random(3);
     std::normal_distribution<float> normal;
-    core::Image a = constant(37, 21, 1), b = constant(37, 21, 0.5f);
+    core::Image a = greyImage(37, 21, 1), b = greyImage(37, 21, 0.5f);
     for (float& v : a.pixels) v += 0.3f * normal(random);
     EXPECT_NEAR(app::errorAgainst(a, b).rmse, core::imageErrors(a, b).rmse, 1e-12);
     a.pixels[30] = NAN;
@@ -158,7 +158,7 @@ TEST(ErrorPoint, TheStandardErrorIsThatOfIndependentTiles)
     // Independent normal errors: the RMSE of many images scatters as each of them says.
     std::mt19937 random(17);
     std::normal_distribution<float> normal;
-    const core::Image reference = constant(64, 48, 0);
+    const core::Image reference = greyImage(64, 48, 0);
     double sum = 0, squares = 0, told = 0;
     constexpr int kImages = 400;
     for (int i = 0; i < kImages; ++i) {

@@ -32,7 +32,7 @@ core::Image painted(uint32_t width, uint32_t height, const std::function<glm::ve
     return image;
 }
 
-app::ViewParams linear(float exposure = 0)
+app::ViewParams linearView(float exposure = 0)
 {
     app::ViewParams view;
     view.tone = app::Tone::linear;
@@ -54,7 +54,7 @@ TEST(SmallPictures, HoldTheMiddleInTheProportionsOfATile)
                             return glm::vec3(1, 0, 0);
                         return p.x < 0.5f ? glm::vec3(0, 1, 0) : glm::vec3(0, 0, 1);
                     }),
-            linear());
+            linearView());
         ASSERT_TRUE(small);
         for (uint32_t y = 0; y < SmallPicture::kHeight; ++y) {
             EXPECT_EQ(pixel(small, 0, y), (Rgb{0, 255, 0})) << size.x;
@@ -66,13 +66,13 @@ TEST(SmallPictures, HoldTheMiddleInTheProportionsOfATile)
 TEST(SmallPictures, AreAsTheWindowShowsTheScene)
 {
     const core::Image grey = painted(128, 72, [](glm::vec2) { return glm::vec3(0.2140411f); });
-    EXPECT_EQ(pixel(app::smallPicture(grey, linear()), 20, 10), (Rgb{127, 127, 127}));
-    const int brighter = pixel(app::smallPicture(grey, linear(1)), 20, 10)[0];
+    EXPECT_EQ(pixel(app::smallPicture(grey, linearView()), 20, 10), (Rgb{127, 127, 127}));
+    const int brighter = pixel(app::smallPicture(grey, linearView(1)), 20, 10)[0];
     EXPECT_EQ(brighter, 175);  // twice the radiance: sRGB of .428
     // One very bright pixel of the picture is bright where it is, and nowhere else.
     core::Image spark = grey;
     std::fill_n(spark.at(64, 36), 3, 1e9f);
-    const SmallPicture small = app::smallPicture(spark, linear());
+    const SmallPicture small = app::smallPicture(spark, linearView());
     for (uint32_t y = 0; y < SmallPicture::kHeight; ++y)
         for (uint32_t x = 0; x < SmallPicture::kWidth; ++x) {
             if (x >= 31 && x <= 33 && y >= 17 && y <= 19) continue;
@@ -84,9 +84,9 @@ TEST(SmallPictures, AreFoundByTheirScene)
 {
     const TemporaryFolder folder;
     const SmallPicture dark = app::smallPicture(
-                           painted(16, 9, [](glm::vec2) { return glm::vec3(0); }), linear()),
+                           painted(16, 9, [](glm::vec2) { return glm::vec3(0); }), linearView()),
                        light = app::smallPicture(
-                           painted(16, 9, [](glm::vec2) { return glm::vec3(1); }), linear());
+                           painted(16, 9, [](glm::vec2) { return glm::vec3(1); }), linearView());
     const ScenePictures pictures(folder / "cache");
     EXPECT_FALSE(pictures.find("/a/room.glb"));
     pictures.keep("/a/room.glb", dark);

@@ -17,7 +17,7 @@ namespace {
 using namespace tests;
 using Source = app::PictureComparison::Source;
 
-Json depthOf(int depth)
+ActionJson depthOf(int depth)
 {
     return {{"max-depth", depth}};
 }

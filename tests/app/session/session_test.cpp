@@ -67,7 +67,7 @@ TEST(Session, OnlyWhatAnEditInvalidatesStartsAnew)
     ASSERT_TRUE(
         until(session, [&] { return settled(session) && session.picture()->samples >= 4; }));
     uint64_t samples = session.picture()->samples;
-    const auto continues = [&](const std::string& name, const Json& value) {
+    const auto continues = [&](const std::string& name, const ActionJson& value) {
         samples = session.picture()->samples;
         act(session, "set", {{"name", name}, {"value", value}});
         EXPECT_TRUE(until(session, [&] {
@@ -82,7 +82,7 @@ TEST(Session, OnlyWhatAnEditInvalidatesStartsAnew)
     EXPECT_TRUE(continues("show", "deviation"));
     EXPECT_NE(session.picture()->variance, nullptr);
 
-    for (const auto& [name, value] : std::vector<std::pair<std::string, Json>>{
+    for (const auto& [name, value] : std::vector<std::pair<std::string, ActionJson>>{
              {"max-depth", 3}, {"sampler", "independent"}, {"seed", 9}, {"strategy", "bsdf"}}) {
         ASSERT_TRUE(
             until(session, [&] { return settled(session) && session.picture()->samples >= 40; }));
@@ -297,7 +297,7 @@ TEST(Session, ExportsAPathWithTheMethodShown)
 TEST(Session, WrongActionsAreRefusedWithTheirNames)
 {
     Session session(options(""));
-    const auto message = [&](const std::string& name, const Json& arguments) -> std::string {
+    const auto message = [&](const std::string& name, const ActionJson& arguments) -> std::string {
         try {
             act(session, name, arguments);
         } catch (const core::Error& error) {

@@ -2,9 +2,7 @@
 // keeps the program from starting.
 #include "app/session/settings.h"
 
-#include <cstdlib>
 #include <fstream>
-#include <optional>
 #include <set>
 #include <string>
 
@@ -17,39 +15,15 @@
 #include "app/files/params_json.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
+#include "tests/support/environment_variable.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using app::Settings;
+using tests::EnvironmentVariable;
 using tests::TemporaryFolder;
-
-/// An environment variable for as long as this lives.
-class Variable {
-public:
-    Variable(const char* name, const char* value) : name_(name)
-    {
-        if (const char* old = std::getenv(name)) old_ = old;
-        if (value != nullptr)
-            setenv(name, value, 1);
-        else
-            unsetenv(name);
-    }
-    ~Variable()
-    {
-        if (old_)
-            setenv(name_, old_->c_str(), 1);
-        else
-            unsetenv(name_);
-    }
-    Variable(const Variable&) = delete;
-    Variable& operator=(const Variable&) = delete;
-
-private:
-    const char* name_;
-    std::optional<std::string> old_;
-};
 
 /// Differs from the defaults in every member.
 Settings someSettings()
@@ -301,15 +275,15 @@ TEST(Settings, NamesThatAreNotTextAreLeftOut)
 TEST(Settings, WhereTheyAreKept)
 {
     {
-        const Variable xdg("XDG_CONFIG_HOME", "/c"), home("HOME", "/h");
+        const EnvironmentVariable xdg("XDG_CONFIG_HOME", "/c"), home("HOME", "/h");
         EXPECT_EQ(app::settingsFile(), "/c/rekindle/settings.json");
     }
     for (const char* notAbsolute : {static_cast<const char*>(nullptr), "", "c", "./c"}) {
-        const Variable xdg("XDG_CONFIG_HOME", notAbsolute), home("HOME", "/h");
+        const EnvironmentVariable xdg("XDG_CONFIG_HOME", notAbsolute), home("HOME", "/h");
         EXPECT_EQ(app::settingsFile(), "/h/.config/rekindle/settings.json");
     }
     for (const char* nowhere : {static_cast<const char*>(nullptr), "", "h"}) {
-        const Variable xdg("XDG_CONFIG_HOME", nullptr), home("HOME", nowhere);
+        const EnvironmentVariable xdg("XDG_CONFIG_HOME", nullptr), home("HOME", nowhere);
         EXPECT_EQ(app::settingsFile(), "");
     }
 }

@@ -2,15 +2,15 @@
 #include "app/view/ui/plot.h"
 
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
 #include "app/view/ui/ui_text.h"
+#include "tests/support/no_numbers.h"
 
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using tests::kDoubleNan;
 
 std::vector<std::string> majors(const app::LogRange& range, int most)
 {
@@ -63,7 +63,10 @@ TEST(LogRanges, HoldEverythingThatIsDrawn)
     EXPECT_LT(y.low, y.high);
 
     plot.curves.push_back(
-        {"a", {{0.1, 3, 0.1}, {4, 0.2, 0}, {0, 9, 0}, {5, kNan, 0}, {HUGE_VAL, 1, 0}}, {}, false});
+        {"a",
+         {{0.1, 3, 0.1}, {4, 0.2, 0}, {0, 9, 0}, {5, kDoubleNan, 0}, {HUGE_VAL, 1, 0}},
+         {},
+         false});
     plot.floor = 0.01;
     plot.target = 7;
     app::logRanges(plot, x, y);
@@ -99,7 +102,7 @@ TEST(NumbersAsText, ThreeDigitsAndUnits)
     EXPECT_EQ(app::countText(12345), "12.3 k");
     EXPECT_EQ(app::countText(999600), "1.00 M");
     EXPECT_EQ(app::countText(4.5678e6), "4.57 M");
-    EXPECT_EQ(app::countText(kNan), "-");
+    EXPECT_EQ(app::countText(kDoubleNan), "-");
     EXPECT_EQ(app::bytesText(1023), "1023 B");
     EXPECT_EQ(app::bytesText(1024), "1.00 KiB");
     EXPECT_EQ(app::bytesText(1000 * 1024), "0.98 MiB");
@@ -121,7 +124,7 @@ TEST(Legend, NamesThePresentCurveFirstAndNothingThatIsNotDrawn)
     EXPECT_TRUE(app::legendOrder(plot, 4).empty());
     for (int i = 0; i < 5; ++i) {
         plot.curves.push_back({std::to_string(i), {{1, 1}}, {}, false});
-        if (i == 2) plot.curves.back().points = {{0, 1}, {1, kNan}};  // nothing of it is seen
+        if (i == 2) plot.curves.back().points = {{0, 1}, {1, kDoubleNan}};  // nothing of it is seen
     }
     EXPECT_EQ(app::legendOrder(plot, 9), (std::vector<size_t>{4, 3, 1, 0}));
     EXPECT_EQ(app::legendOrder(plot, 2), (std::vector<size_t>{4, 3}));

@@ -10,7 +10,7 @@
 
 namespace {
 
-std::string problemOf(const std::string& text)
+std::string scriptProblem(const std::string& text)
 {
     const tests::TemporaryFolder folder;
     core::writeFile(folder / "script.json", text);
@@ -25,7 +25,7 @@ std::string problemOf(const std::string& text)
 
 TEST(Script, WrongTypesAreNamedWithTheirPlace)
 {
-    EXPECT_EQ(problemOf(R"({"steps": [{"wait": "samples", "value": 4}, {"key": "F1"}]})"), "");
+    EXPECT_EQ(scriptProblem(R"({"steps": [{"wait": "samples", "value": 4}, {"key": "F1"}]})"), "");
     for (const auto& [step, place] : std::vector<std::pair<std::string, std::string>>{
              {R"({"wait": 7})", "/steps/0/wait: expected a text"},
              {R"({"wait": "samples", "value": "four"})", "/value: expected a number"},
@@ -51,7 +51,7 @@ TEST(Script, WrongTypesAreNamedWithTheirPlace)
              {R"({"wiat": "samples"})", "did you mean"},
              {R"([])", "expected a step"},
              {R"({})", "expected a step"}}) {
-        const std::string problem = problemOf(R"({"steps": [)" + step + "]}");
+        const std::string problem = scriptProblem(R"({"steps": [)" + step + "]}");
         EXPECT_NE(problem.find(place), std::string::npos) << step << ": " << problem;
         EXPECT_EQ(problem.find('\n'), std::string::npos);
     }
@@ -59,18 +59,18 @@ TEST(Script, WrongTypesAreNamedWithTheirPlace)
 
 TEST(Script, RepetitionsAreBounded)
 {
-    EXPECT_EQ(problemOf(R"({"steps": [{"repeat": 1000000, "steps": [{"key": "F1"}]}]})"), "");
-    EXPECT_EQ(problemOf(R"({"steps": [{"repeat": 1000000, "steps": [
+    EXPECT_EQ(scriptProblem(R"({"steps": [{"repeat": 1000000, "steps": [{"key": "F1"}]}]})"), "");
+    EXPECT_EQ(scriptProblem(R"({"steps": [{"repeat": 1000000, "steps": [
                    {"repeat": 1000000, "steps": [{"repeat": 1000000, "steps": []}]}]}]})"),
               "");
-    EXPECT_NE(problemOf(R"({"steps": [{"repeat": 1000, "steps": [
+    EXPECT_NE(scriptProblem(R"({"steps": [{"repeat": 1000, "steps": [
                   {"repeat": 1001, "steps": [{"key": "F1"}]}]}]})")
                   .find("more than a million steps"),
               std::string::npos);
     const std::string longText(100000, 'x');
     EXPECT_EQ(
-        problemOf(R"({"steps": [{"repeat": 1000000, "steps": [{"expect": "notice", "text": ")" +
-                  longText + R"("}]}]})"),
+        scriptProblem(R"({"steps": [{"repeat": 1000000, "steps": [{"expect": "notice", "text": ")" +
+                      longText + R"("}]}]})"),
         "");
 }
 

@@ -4,41 +4,28 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <fstream>
 #include <string>
 
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "core/base/cache_folder.h"
+#include "tests/support/picture_bytes.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using core::CacheFolder;
+using tests::bytesOf;
+using tests::readAll;
 using tests::TemporaryFolder;
+using tests::writeAll;
 using Bytes = std::vector<std::byte>;
 
 constexpr uint64_t kPlenty = 1 << 20;
 constexpr size_t kHead = 32;  // bytes of a file before its key
-
-Bytes bytesOf(const std::string& text)
-{
-    const auto bytes = std::as_bytes(std::span(text));
-    return {bytes.begin(), bytes.end()};
-}
-
-std::string slurp(const fs::path& file)
-{
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void spill(const fs::path& file, const std::string& text)
-{
-    std::ofstream(file, std::ios::binary) << text;
-}
 
 fs::path onlyFile(const fs::path& folder)
 {
@@ -75,10 +62,10 @@ TEST(CacheFolder, EveryDamageCountsAsAbsenceAndIsRemoved)
     const Bytes key = bytesOf("the key"), data = bytesOf("what was dear to make");
     cache.write(key, data);
     const fs::path file = onlyFile(folder.path());
-    const std::string whole = slurp(file);
+    const std::string whole = readAll(file);
     ASSERT_EQ(whole.size(), kHead + key.size() + data.size());
     const auto expectRefused = [&](const std::string& text, const std::string& what) {
-        spill(file, text);
+        writeAll(file, text);
         EXPECT_TRUE(cache.read(key).empty()) << what;
         EXPECT_EQ(folder.count(), 0u) << what;
     };
@@ -93,7 +80,7 @@ TEST(CacheFolder, EveryDamageCountsAsAbsenceAndIsRemoved)
     }
     expectRefused(whole + "x", "a byte too many");
     expectRefused(std::string(whole.size(), '\0'), "a hole");
-    spill(file, whole);
+    writeAll(file, whole);
     EXPECT_EQ(cache.read(key), data);
 }
 
@@ -103,10 +90,10 @@ TEST(CacheFolder, AFileUnderTheNameOfAnotherKeyIsForeign)
     const CacheFolder cache(folder.path(), "thing", kPlenty);
     cache.write(bytesOf("mine"), bytesOf("m"));
     const fs::path mine = onlyFile(folder.path());
-    const std::string content = slurp(mine);
+    const std::string content = readAll(mine);
     fs::remove(mine);
     cache.write(bytesOf("your"), bytesOf("y"));
-    spill(onlyFile(folder.path()), content);
+    writeAll(onlyFile(folder.path()), content);
     EXPECT_TRUE(cache.read(bytesOf("your")).empty());
 }
 
@@ -116,7 +103,7 @@ TEST(CacheFolder, WhatWasNotUsedForLongestMakesRoom)
     const Bytes data(1000);
     const uint64_t each = kHead + 1 + data.size();
     const CacheFolder cache(folder.path(), "thing", 3 * each);
-    spill(folder / "foreign.txt", std::string(5000, 'x'));  // neither counted nor removed
+    writeAll(folder / "foreign.txt", std::string(5000, 'x'));  // neither counted nor removed
     for (const char* key : {"a", "b", "c"}) {
         cache.write(bytesOf(key), data);
         for (const auto& entry : fs::directory_iterator(folder.path())) age(entry.path(), 10);
@@ -141,7 +128,7 @@ TEST(CacheFolder, WhatAProcessLeftUnfinishedIsRemovedLater)
     const CacheFolder cache(folder.path(), "thing", kPlenty);
     for (const char* name : {".0123456789abcdef.thing.77-0.tmp", ".0123456789abcdef.thing.78-0.tmp",
                              ".0123456789abcdef.other.77-0.tmp"})
-        spill(folder / name, "half of it");
+        writeAll(folder / name, "half of it");
     age(folder / ".0123456789abcdef.thing.77-0.tmp", 90);
     age(folder / ".0123456789abcdef.other.77-0.tmp", 90);
     cache.write(bytesOf("a"), bytesOf("x"));
@@ -153,7 +140,7 @@ TEST(CacheFolder, WhatAProcessLeftUnfinishedIsRemovedLater)
 TEST(CacheFolder, PlacesThatCannotBeWrittenOrReadAreNoError)
 {
     const TemporaryFolder folder;
-    spill(folder / "file", "");
+    writeAll(folder / "file", "");
     for (const fs::path& place : {fs::path(), fs::path("/proc/nowhere"), folder / "file",
                                   fs::path("/dev/null"), folder / std::string(5000, 'x')}) {
         const CacheFolder cache(place, "thing", kPlenty);

@@ -6,27 +6,21 @@
 #include <unistd.h>
 
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
 #include <gtest/gtest.h>
 
 #include "core/base/check.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using tests::readAll;
 using tests::TemporaryFolder;
 
-std::string read(const fs::path& file)
-{
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-std::string refusal(const fs::path& file)
+std::string writingRefusal(const fs::path& file)
 {
     try {
         core::writeFile(file, "text");
@@ -44,7 +38,7 @@ TEST(OutputFile, ReplacesWholeFilesAndLeavesNothingElse)
     EXPECT_FALSE(fs::exists(file));
     core::writeFile(file, "first");
     core::writeFile(file, "second");
-    EXPECT_EQ(read(file), "second");
+    EXPECT_EQ(readAll(file), "second");
     EXPECT_EQ(folder.count(), 1u);
 }
 
@@ -59,12 +53,12 @@ TEST(OutputFile, LinksAreFollowed)
     core::writeFile(folder / "link", "new");
     EXPECT_TRUE(fs::is_symlink(folder / "link"));
     EXPECT_TRUE(fs::is_symlink(folder / "sub" / "link"));
-    EXPECT_EQ(read(folder / "target"), "new");
+    EXPECT_EQ(readAll(folder / "target"), "new");
     core::requireWritableFile(folder / "dangling");
     core::writeFile(folder / "dangling", "made");
-    EXPECT_EQ(read(folder / "absent"), "made");
+    EXPECT_EQ(readAll(folder / "absent"), "made");
     fs::create_symlink("round", folder / "round");
-    EXPECT_NE(refusal(folder / "round").find("circle"), std::string::npos);
+    EXPECT_NE(writingRefusal(folder / "round").find("circle"), std::string::npos);
     EXPECT_TRUE(fs::is_symlink(folder / "round"));
 }
 
@@ -77,7 +71,8 @@ TEST(OutputFile, DevicesStayDevices)
     core::writeFile(folder / "nothing", "text");
     EXPECT_TRUE(fs::is_character_file("/dev/null"));
     EXPECT_TRUE(fs::is_symlink(folder / "nothing"));
-    EXPECT_NE(refusal("/dev/full").find("/dev/full: cannot be written: "), std::string::npos);
+    EXPECT_NE(writingRefusal("/dev/full").find("/dev/full: cannot be written: "),
+              std::string::npos);
     EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
@@ -88,7 +83,7 @@ TEST(OutputFile, PipesAndDescriptorsAreWrittenTo)
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     core::requireWritableFile(pipe);  // does not wait for a reader
     std::string got;
-    std::thread reader([&] { got = read(pipe); });
+    std::thread reader([&] { got = readAll(pipe); });
     core::writeFile(pipe, "through the pipe");
     reader.join();
     EXPECT_EQ(got, "through the pipe");
@@ -104,7 +99,7 @@ TEST(OutputFile, PipesAndDescriptorsAreWrittenTo)
     core::writeFile(folder / "open", "two");
     EXPECT_EQ(::write(descriptor, "!", 1), 1);
     ::close(descriptor);
-    EXPECT_EQ(read(file), "one two!");  // in place: the descriptor leads to it still
+    EXPECT_EQ(readAll(file), "one two!");  // in place: the descriptor leads to it still
 }
 
 TEST(OutputFile, Refusals)
@@ -121,8 +116,8 @@ TEST(OutputFile, Refusals)
     };
     demand(folder.path(), "is a folder");
     demand(folder / "absent" / "file", "does not exist");
-    EXPECT_NE(refusal(folder / "absent" / "file"), "");
-    EXPECT_NE(refusal(folder / std::string(300, 'x')), "");
+    EXPECT_NE(writingRefusal(folder / "absent" / "file"), "");
+    EXPECT_NE(writingRefusal(folder / std::string(300, 'x')), "");
     EXPECT_EQ(folder.count(), 0u);
 }
 

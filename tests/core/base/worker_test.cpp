@@ -255,14 +255,14 @@ TEST(Mailbox, OldGenerationsAreDropped)
 }
 
 /// A value that knows what job made it.
-struct Result {
+struct JobResult {
     uint64_t generation = 0;
     int part = 0;
 };
 
 TEST(Worker, NoStaleResultInTenThousandRandomSteps)
 {
-    core::Mailbox<Result> box;
+    core::Mailbox<JobResult> box;
     Worker worker("test");
     std::mt19937 random(7);
     uint64_t newest = 0, taken = 0, lastPart = 0, cancelled = 0;
@@ -276,7 +276,7 @@ TEST(Worker, NoStaleResultInTenThousandRandomSteps)
                     for (uint32_t i = 0; i < work && !job.stopped(); ++i)
                         job.progress("stage", i / 200.0);
                     box.publish(job.generation(),
-                                std::make_shared<Result>(Result{job.generation(), part}));
+                                std::make_shared<JobResult>(JobResult{job.generation(), part}));
                 }
                 if (work % 50 == 0) throw core::Error("no");
             });
@@ -302,7 +302,7 @@ TEST(Worker, NoStaleResultInTenThousandRandomSteps)
     EXPECT_GT(taken, 100u);
     EXPECT_GT(cancelled, 1000u);
     const uint64_t last = worker.start("last", [&](JobContext& job) {
-        box.publish(job.generation(), std::make_shared<Result>(Result{job.generation(), 1}));
+        box.publish(job.generation(), std::make_shared<JobResult>(JobResult{job.generation(), 1}));
     });
     worker.wait();
     ASSERT_NE(box.get(last), nullptr);

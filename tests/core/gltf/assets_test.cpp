@@ -1,7 +1,6 @@
 // The committed scenes are what their generator writes, load without a warning, and contain what
 // they are made for.
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -14,17 +13,14 @@
 #include "core/gltf/gltf.h"
 #include "core/image/png_file.h"
 #include "core/scene/world.h"
+#include "tests/support/source_folder.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace {
 
-const std::filesystem::path kAssets = std::filesystem::path(REKINDLE_SOURCE_DIR) / "assets";
-
-std::string readBytes(const std::filesystem::path& file)
-{
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
+using tests::kAssets;
+using tests::readAll;
 
 /// Relative names and sizes of scenes and their textures in a folder.
 std::map<std::string, uintmax_t> assetFiles(const std::filesystem::path& folder)
@@ -43,7 +39,7 @@ std::map<std::string, uintmax_t> assetFiles(const std::filesystem::path& folder)
 /// The bytes; of a PNG those of its pixels, for every version of zlib packs them in its own way.
 std::string contentOf(const std::filesystem::path& file)
 {
-    const std::string bytes = readBytes(file);
+    const std::string bytes = readAll(file);
     if (file.extension() != ".png") return bytes;
     const core::DecodedImage decoded = core::decodePng(std::as_bytes(std::span(bytes)), {});
     EXPECT_EQ(decoded.problem, "");
@@ -149,7 +145,7 @@ TEST(Assets, furnacesAreClosedAndAnswerAsTheySay)
             EXPECT_EQ(wall.emissive, glm::vec3(1));
             EXPECT_EQ(wall.specular, 0.0f);
         }
-        const auto json = nlohmann::json::parse(readBytes(kAssets / (std::string(name) + ".gltf")));
+        const auto json = nlohmann::json::parse(readAll(kAssets / (std::string(name) + ".gltf")));
         EXPECT_EQ(json["scenes"][0]["extras"]["expectedRadiance"], answer);
         EXPECT_NEAR(answer, 1 / (1 - albedo), 1e-12);
     }

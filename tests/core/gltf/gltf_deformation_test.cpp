@@ -5,12 +5,12 @@
 
 #include "core/scene/world.h"
 #include "tests/support/gltf_fixture.h"
+#include "tests/support/no_numbers.h"
 
 namespace {
 
 using test::Json;
-
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+using tests::kFloatNan;
 
 /// The triangle's vertices follow joints (nodes 1 and 2, at x = 10 and y = 10): the first the one,
 /// the second the other, the third a quarter and three quarters.
@@ -166,7 +166,7 @@ TEST(GltfSkins, WeightsAreMadeToAddUpToOne)
                     "/meshes/0/primitives/0/attributes/WEIGHTS_0");
     expectPositions(shown(negative), kFollowed);
     document.attributes()["WEIGHTS_0"] = document.values<float>(
-        {1, kNan, HUGE_VALF, 0, 1, 0, 0, 0, 0.75f, 0.25f, 0, 0}, test::kFloat, "VEC4", 4);
+        {1, kFloatNan, HUGE_VALF, 0, 1, 0, 0, 0, 0.75f, 0.25f, 0, 0}, test::kFloat, "VEC4", 4);
     EXPECT_REPAIRED(infinite, document, "ACCESSOR_INVALID_FLOAT",
                     "/meshes/0/primitives/0/attributes/WEIGHTS_0");
     expectPositions(shown(infinite), kFollowed);
@@ -210,7 +210,7 @@ TEST(GltfSkins, UnusableOnesShowTheMeshAsItIsStored)
         d.values<float>(std::vector<float>(16, 1), test::kFloat, "MAT4", 16);
     expectStored(d, "INVALID_IBM_ACCESSOR_COUNT", "/skins/0/inverseBindMatrices");
     d.json["skins"][0]["inverseBindMatrices"] =
-        d.values<float>(std::vector<float>(32, kNan), test::kFloat, "MAT4", 16);
+        d.values<float>(std::vector<float>(32, kFloatNan), test::kFloat, "MAT4", 16);
     expectStored(d, "ACCESSOR_INVALID_FLOAT", "/skins/0/inverseBindMatrices");
     d.json["skins"][0]["inverseBindMatrices"] = 0;
     expectStored(d, "SKIN_IBM_INVALID_FORMAT", "/skins/0/inverseBindMatrices");
@@ -313,7 +313,7 @@ TEST(GltfMorphs, FaultyTargetsAreIgnoredAndTold)
     EXPECT_FALSE(count->meshes[0].deformation);
     test::Document d = morphing({0, 0, 1, 1});
     d.primitive()["targets"][0]["POSITION"] =
-        d.values<float>({0, 0, kNan, 0, 0, 1, 0, 0, HUGE_VALF}, test::kFloat, "VEC3", 3);
+        d.values<float>({0, 0, kFloatNan, 0, 0, 1, 0, 0, HUGE_VALF}, test::kFloat, "VEC3", 3);
     EXPECT_REPAIRED(infinite, d, "ACCESSOR_INVALID_FLOAT",
                     "/meshes/0/primitives/0/targets/0/POSITION");
     EXPECT_EQ(infinite->meshes[0].deformation->targets[0].vertices, std::vector<uint32_t>{1});

@@ -5,7 +5,7 @@ namespace {
 
 using test::Json;
 
-std::string with(const std::string& key, const Json& value)
+std::string withMember(const std::string& key, const Json& value)
 {
     test::Document document = test::triangle();
     document.json[key] = value;
@@ -72,33 +72,34 @@ TEST(GltfDocument, VersionMustBeTwo)
     test::Document document = test::triangle();
     document.json.erase("asset");
     EXPECT_REFUSED(document.text(), "UNDEFINED_PROPERTY", "");
-    EXPECT_REFUSED(with("asset", Json::object()), "UNDEFINED_PROPERTY", "/asset");
-    EXPECT_REFUSED(with("asset", 7), "TYPE_MISMATCH", "/asset");
+    EXPECT_REFUSED(withMember("asset", Json::object()), "UNDEFINED_PROPERTY", "/asset");
+    EXPECT_REFUSED(withMember("asset", 7), "TYPE_MISMATCH", "/asset");
     for (const char* version : {"1.0", "3.0", "", "two", "20"})
-        EXPECT_REFUSED(with("asset", {{"version", version}}), "UNKNOWN_ASSET_MAJOR_VERSION",
+        EXPECT_REFUSED(withMember("asset", {{"version", version}}), "UNKNOWN_ASSET_MAJOR_VERSION",
                        "/asset/version");
-    EXPECT_REFUSED(with("asset", {{"version", "2.0"}, {"minVersion", "3.0"}}),
+    EXPECT_REFUSED(withMember("asset", {{"version", "2.0"}, {"minVersion", "3.0"}}),
                    "UNKNOWN_ASSET_MAJOR_VERSION", "/asset/minVersion");
-    EXPECT_TRUE(test::loadText(with("asset", {{"version", "2.1"}, {"minVersion", "2.0"}})));
+    EXPECT_TRUE(test::loadText(withMember("asset", {{"version", "2.1"}, {"minVersion", "2.0"}})));
 }
 
 TEST(GltfDocument, RequiredExtensionsThatAreUnknownRefuse)
 {
     for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp", "ACME_magic"}) {
-        const std::string text = with("extensionsRequired", {"KHR_materials_ior", name});
+        const std::string text = withMember("extensionsRequired", {"KHR_materials_ior", name});
         EXPECT_REFUSED(text, "UNSUPPORTED_EXTENSION", "/extensionsRequired/1");
         EXPECT_NE(test::refusal(text).message.find(name), std::string::npos);
     }
     core::LoadOptions options;
     options.ignoreRequired = true;
-    const auto scene = test::loadText(with("extensionsRequired", {"ACME_magic"}), options);
+    const auto scene = test::loadText(withMember("extensionsRequired", {"ACME_magic"}), options);
     ASSERT_TRUE(scene);
     EXPECT_EQ(test::warning(*scene, "UNSUPPORTED_EXTENSION").pointer, "/extensionsRequired/0");
 }
 
 TEST(GltfDocument, UsedExtensionsThatAreUnknownWarnOnce)
 {
-    const auto scene = test::loadText(with("extensionsUsed", {"ACME_magic", "KHR_materials_ior"}));
+    const auto scene =
+        test::loadText(withMember("extensionsUsed", {"ACME_magic", "KHR_materials_ior"}));
     ASSERT_TRUE(scene);
     EXPECT_EQ(test::warning(*scene, "UNSUPPORTED_EXTENSION").pointer, "/extensionsUsed/0");
     EXPECT_EQ(scene->warnings.total(), 1u);
@@ -108,8 +109,8 @@ TEST(GltfDocument, TopLevelArraysMustBeArrays)
 {
     for (const char* key : {"buffers", "bufferViews", "accessors", "nodes", "meshes", "scenes",
                             "cameras", "animations"})
-        EXPECT_REFUSED(with(key, 5), "TYPE_MISMATCH", std::string("/") + key);
-    EXPECT_REFUSED(with("nodes", {3}), "TYPE_MISMATCH", "/nodes/0");
+        EXPECT_REFUSED(withMember(key, 5), "TYPE_MISMATCH", std::string("/") + key);
+    EXPECT_REFUSED(withMember("nodes", {3}), "TYPE_MISMATCH", "/nodes/0");
 }
 
 TEST(GltfDocument, StrictTurnsWarningsIntoRefusal)
@@ -117,7 +118,8 @@ TEST(GltfDocument, StrictTurnsWarningsIntoRefusal)
     core::LoadOptions options;
     options.strict = true;
     EXPECT_TRUE(test::load(test::triangle(), options));
-    const test::Refusal refused = test::refusal(with("extensionsUsed", {"ACME_magic"}), options);
+    const test::Refusal refused =
+        test::refusal(withMember("extensionsUsed", {"ACME_magic"}), options);
     EXPECT_EQ(refused.code, "UNSUPPORTED_EXTENSION");
     EXPECT_EQ(refused.pointer, "/extensionsUsed/0");
 }

@@ -64,7 +64,7 @@ void addAttribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, int co
                                     &values[i * static_cast<size_t>(components)]);
 }
 
-Stream bytesOf(const draco::EncoderBuffer& buffer)
+Stream encodedBytes(const draco::EncoderBuffer& buffer)
 {
     const auto bytes = std::as_bytes(std::span(buffer.data(), buffer.size()));
     return {bytes.begin(), bytes.end()};
@@ -95,7 +95,7 @@ Stream encode(const test::BumpyGrid& grid, const Encoding& encoding = {})
     draco::EncoderBuffer buffer;
     const draco::Status status = encoder.EncodeToBuffer(&buffer);
     EXPECT_TRUE(status.ok()) << status.error_msg_string();
-    return bytesOf(buffer);
+    return encodedBytes(buffer);
 }
 
 /// A document with nothing but the stream: accessors 0 positions, 1 normals, 2 coordinates, 3
@@ -335,7 +335,7 @@ TEST(GltfDraco, StreamsThatCannotBeDecodedAreRefused)
     const auto cloud = builder.Finalize(false);
     draco::EncoderBuffer buffer;
     ASSERT_TRUE(draco::ExpertEncoder(*cloud).EncodeToBuffer(&buffer).ok());
-    expectRefused(bytesOf(buffer), "point cloud");
+    expectRefused(encodedBytes(buffer), "point cloud");
 }
 
 TEST(GltfDraco, MemoryIsJudgedBeforeDecoding)

@@ -20,7 +20,7 @@ glm::vec4 floats(const core::Texel& t)
 }
 
 /// The definition of sRGB (IEC 61966-2-1), in double.
-double linear(double encoded)
+double linearOf(double encoded)
 {
     return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
@@ -53,11 +53,11 @@ TEST(GltfImages, EightBitColourIsDecodedFromSrgbButNotItsAlpha)
     const core::Texture color = decode(png, true), data = decode(png, false);
     ASSERT_EQ(color.width, 2u);
     ASSERT_EQ(color.height, 2u);
-    expectTexel(color, 0, 0, {linear(0), linear(10 / 255.0), linear(128 / 255.0), 1});
-    expectTexel(color, 1, 0, {1, linear(1 / 255.0), linear(2 / 255.0), 128 / 255.0});
-    expectTexel(color, 0, 1, {linear(7 / 255.0), linear(8 / 255.0), linear(9 / 255.0), 0});
+    expectTexel(color, 0, 0, {linearOf(0), linearOf(10 / 255.0), linearOf(128 / 255.0), 1});
+    expectTexel(color, 1, 0, {1, linearOf(1 / 255.0), linearOf(2 / 255.0), 128 / 255.0});
+    expectTexel(color, 0, 1, {linearOf(7 / 255.0), linearOf(8 / 255.0), linearOf(9 / 255.0), 0});
     expectTexel(color, 1, 1,
-                {linear(200 / 255.0), linear(100 / 255.0), linear(50 / 255.0), 1 / 255.0});
+                {linearOf(200 / 255.0), linearOf(100 / 255.0), linearOf(50 / 255.0), 1 / 255.0});
     expectTexel(data, 1, 1, {200 / 255.0, 100 / 255.0, 50 / 255.0, 1 / 255.0});
 }
 
@@ -70,10 +70,10 @@ TEST(GltfImages, SixteenBitGreyAndGreyAlpha)
     const core::Texture greyAlpha =
         decode(test::encodeImage("png", 1, 1, 2, std::vector<uint8_t>{188, 77}), true);
     expectTexel(greyAlpha, 0, 0,
-                {linear(188 / 255.0), linear(188 / 255.0), linear(188 / 255.0), 77 / 255.0});
+                {linearOf(188 / 255.0), linearOf(188 / 255.0), linearOf(188 / 255.0), 77 / 255.0});
     const core::Texture rgb16 =
         decode(test::encodeImage("png", 1, 1, 3, std::vector<uint16_t>{1000, 30000, 65535}), true);
-    expectTexel(rgb16, 0, 0, {linear(1000 / 65535.0), linear(30000 / 65535.0), 1, 1});
+    expectTexel(rgb16, 0, 0, {linearOf(1000 / 65535.0), linearOf(30000 / 65535.0), 1, 1});
 }
 
 TEST(GltfImages, JpegInGreyAndColour)
@@ -196,8 +196,10 @@ TEST(GltfImages, PaletteAndFewBits)
 {
     const core::Texture palette =
         decode(makePng(3, 1, 8, 3, {10, 20, 30, 200, 100, 50, 0, 0, 255}, {0, 1, 0, 2}), true);
-    expectTexel(palette, 0, 0, {linear(200 / 255.0), linear(100 / 255.0), linear(50 / 255.0), 1});
-    expectTexel(palette, 1, 0, {linear(10 / 255.0), linear(20 / 255.0), linear(30 / 255.0), 1});
+    expectTexel(palette, 0, 0,
+                {linearOf(200 / 255.0), linearOf(100 / 255.0), linearOf(50 / 255.0), 1});
+    expectTexel(palette, 1, 0,
+                {linearOf(10 / 255.0), linearOf(20 / 255.0), linearOf(30 / 255.0), 1});
     expectTexel(palette, 2, 0, {0, 0, 1, 1});
     const core::Texture bits = decode(makePng(4, 1, 1, 0, {}, {0, 0b01010000}), false);
     expectTexel(bits, 0, 0, {0, 0, 0, 1});
@@ -255,7 +257,7 @@ TEST(GltfImages, OddSizes)
 
 // --- refusals of the decoder
 
-std::string problemOf(const Bytes& bytes)
+std::string imageProblem(const Bytes& bytes)
 {
     const core::DecodedImage decoded = core::decodeImage(bytes, {});
     EXPECT_TRUE(decoded.image.pixels.empty() || decoded.problem.empty());
@@ -270,14 +272,15 @@ Bytes pngHeader(uint32_t width, uint32_t height)
 
 TEST(GltfImages, ImplausibleSizesAreRefusedBeforeAllocation)
 {
-    EXPECT_NE(problemOf(pngHeader(30000, 30000)), "");
-    EXPECT_NE(problemOf(pngHeader(0x7fffffff, 0x7fffffff)), "");
-    EXPECT_NE(problemOf(pngHeader(0, 0)), "");
-    EXPECT_NE(problemOf(pngHeader(16000, 16000)).find("too much for a file of"), std::string::npos);
-    EXPECT_NE(problemOf(pngHeader(1, 20000)).find("allowed are 16384"), std::string::npos);
+    EXPECT_NE(imageProblem(pngHeader(30000, 30000)), "");
+    EXPECT_NE(imageProblem(pngHeader(0x7fffffff, 0x7fffffff)), "");
+    EXPECT_NE(imageProblem(pngHeader(0, 0)), "");
+    EXPECT_NE(imageProblem(pngHeader(16000, 16000)).find("too much for a file of"),
+              std::string::npos);
+    EXPECT_NE(imageProblem(pngHeader(1, 20000)).find("allowed are 16384"), std::string::npos);
     const std::string hdr = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000 +X 1000000\n";
     const std::span<const std::byte> bytes = test::bytesOf(hdr);
-    EXPECT_NE(problemOf({bytes.begin(), bytes.end()}), "");
+    EXPECT_NE(imageProblem({bytes.begin(), bytes.end()}), "");
     core::ImageGuards guards;
     guards.maxSize = 4;
     EXPECT_NE(
@@ -291,8 +294,9 @@ TEST(GltfImages, ForeignContentIsNotGuessed)
     for (const std::string content : {"P6\n100000 100000\n255\n", "GIF89a",
                                       "RIFF\x10\0\0\0WEBPVP8 ", "BM", "<svg/>", "", "\x89PN"}) {
         const std::span<const std::byte> bytes = test::bytesOf(content);
-        EXPECT_NE(problemOf({bytes.begin(), bytes.end()}).find("no PNG, JPEG, OpenEXR or Radiance"),
-                  std::string::npos);
+        EXPECT_NE(
+            imageProblem({bytes.begin(), bytes.end()}).find("no PNG, JPEG, OpenEXR or Radiance"),
+            std::string::npos);
     }
 }
 
@@ -305,17 +309,17 @@ TEST(GltfImages, TruncationIsNoticed)
     for (const Bytes& good : {test::encodeImage("png", 64, 64, 3, noise),
                               test::encodeImage("exr", 64, 64, 3, noiseFloat),
                               test::encodeImage("hdr", 64, 64, 3, noiseFloat)}) {
-        ASSERT_EQ(problemOf(good), "");
+        ASSERT_EQ(imageProblem(good), "");
         for (const size_t keep : {good.size() / 2, good.size() / 4, size_t{40}, size_t{11}})
-            EXPECT_NE(problemOf({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(keep)}),
-                      "")
+            EXPECT_NE(
+                imageProblem({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(keep)}), "")
                 << keep << " of " << good.size();
     }
 }
 
 TEST(GltfImages, ManyChannelsAreRefused)
 {
-    EXPECT_NE(problemOf(test::encodeImage("exr", 2, 2, 64, std::vector<float>(256, 1)))
+    EXPECT_NE(imageProblem(test::encodeImage("exr", 2, 2, 64, std::vector<float>(256, 1)))
                   .find("64 channels"),
               std::string::npos);
 }
@@ -388,7 +392,7 @@ TEST(GltfImages, OneImageInTwoRolesBecomesTwoTextures)
             scene->textureUses.at(static_cast<size_t>(material.textures[slot])).texture));
     };
     expectTexel(textureOf(shared::kTextureBaseColor), 0, 0,
-                {linear(128 / 255.0), linear(64 / 255.0), linear(32 / 255.0), 1});
+                {linearOf(128 / 255.0), linearOf(64 / 255.0), linearOf(32 / 255.0), 1});
     expectTexel(textureOf(shared::kTextureMetallicRoughness), 0, 0,
                 {128 / 255.0, 64 / 255.0, 32 / 255.0, 1});
 }

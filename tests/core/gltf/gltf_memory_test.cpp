@@ -11,28 +11,28 @@ namespace {
 
 using test::Json;
 
-constexpr size_t kCount = 100'000;
+constexpr size_t kManyNodes = 100'000;
 // 512 MiB without the program, by a million. Blocks of the JSON tree count as a whole here, though
 // the last one is not filled.
 constexpr uint64_t kBytesEach = 390;
 
 /// The triangle and so many nodes; `node` gives the text of each. All are roots unless the first is
 /// above all.
-template <class Text> std::string manyNodes(test::Document document, bool one, const Text& node)
+template <class Text> std::string repeatedNodes(test::Document document, bool one, const Text& node)
 {
     document.json["nodes"] = Json::array({"NODES"});
     document.json["scenes"] = Json::parse(R"([{"nodes":"ROOTS"}])");
     std::string nodes, roots = "[0";
-    for (size_t i = 0; i < kCount; ++i) nodes += std::string(i > 0 ? "," : "") + node(i);
-    for (size_t i = 1; i < kCount && !one; ++i) roots += ',' + std::to_string(i);
+    for (size_t i = 0; i < kManyNodes; ++i) nodes += std::string(i > 0 ? "," : "") + node(i);
+    for (size_t i = 1; i < kManyNodes && !one; ++i) roots += ',' + std::to_string(i);
     std::string text = document.text();
     text.replace(text.find("\"NODES\""), 7, nodes);
     text.replace(text.find("\"ROOTS\""), 7, roots + "]");
     return text;
 }
 
-/// As `manyNodes`, with channels that move them along the same way.
-std::string animated(std::string text, const std::string& channels)
+/// As `repeatedNodes`, with channels that move them along the same way.
+std::string withChannels(std::string text, const std::string& channels)
 {
     text.replace(text.find("\"CHANNELS\""), 10, channels);
     return text;
@@ -50,7 +50,7 @@ test::Document withSampler()
     return document;
 }
 
-std::string channel(size_t node)
+std::string channelText(size_t node)
 {
     return R"({"sampler":0,"target":{"path":"translation","node":)" + std::to_string(node) + "}}";
 }
@@ -66,53 +66,54 @@ void expectFew(const std::string& text, size_t shown)
     tests::watchPeak();
     std::shared_ptr<const core::Scene> scene = test::loadText(text);
     ASSERT_TRUE(scene);
-    EXPECT_EQ(scene->nodes.size(), kCount);
+    EXPECT_EQ(scene->nodes.size(), kManyNodes);
     EXPECT_EQ(scene->warnings.total(), 0u);
     const auto world = core::makeWorld(scene);
     EXPECT_EQ(world->triangles.size(), shown);
     if (!tests::allocationsAreCounted()) return;
-    EXPECT_LT(tests::peakBytes(), kCount * kBytesEach);
+    EXPECT_LT(tests::peakBytes(), kManyNodes * kBytesEach);
 }
 
 TEST(GltfMemory, NodesThatShowOneMesh)
 {
-    expectFew(manyNodes(test::triangle(), false,
-                        [](size_t i) {
-                            return R"({"name":"node )" + std::to_string(i) +
-                                   R"(","mesh":0,"translation":[)" + place(i) +
-                                   R"(],"rotation":[0,0,0,1],"scale":[1,1,1]})";
-                        }),
-              kCount);
+    expectFew(repeatedNodes(test::triangle(), false,
+                            [](size_t i) {
+                                return R"({"name":"node )" + std::to_string(i) +
+                                       R"(","mesh":0,"translation":[)" + place(i) +
+                                       R"(],"rotation":[0,0,0,1],"scale":[1,1,1]})";
+                            }),
+              kManyNodes);
 }
 
 TEST(GltfMemory, NodesWithMatrices)
 {
-    expectFew(manyNodes(test::triangle(), false,
-                        [](size_t i) {
-                            return R"({"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,)" + place(i) +
-                                   R"(,1],"name":"node )" + std::to_string(i) + "\"}";
-                        }),
-              kCount);
+    expectFew(repeatedNodes(test::triangle(), false,
+                            [](size_t i) {
+                                return R"({"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,)" +
+                                       place(i) + R"(,1],"name":"node )" + std::to_string(i) +
+                                       "\"}";
+                            }),
+              kManyNodes);
 }
 
 TEST(GltfMemory, NodesBelowOneThatMoves)
 {
     std::string children = "[1";
-    for (size_t i = 2; i < kCount; ++i) children += ',' + std::to_string(i);
-    const std::string text = manyNodes(withSampler(), true, [&](size_t i) {
+    for (size_t i = 2; i < kManyNodes; ++i) children += ',' + std::to_string(i);
+    const std::string text = repeatedNodes(withSampler(), true, [&](size_t i) {
         return i == 0 ? R"({"children":)" + children + "]}"
                       : R"({"name":"node","mesh":0,"translation":[)" + place(i) + "]}";
     });
-    expectFew(animated(text, channel(0)), kCount - 1);
+    expectFew(withChannels(text, channelText(0)), kManyNodes - 1);
 }
 
 TEST(GltfMemory, NodesThatEachMove)
 {
-    std::string channels = channel(0);
-    for (size_t i = 1; i < kCount; ++i) channels += ',' + channel(i);
+    std::string channels = channelText(0);
+    for (size_t i = 1; i < kManyNodes; ++i) channels += ',' + channelText(i);
     const std::string text =
-        manyNodes(withSampler(), false, [](size_t) { return R"({"mesh":0})"; });
-    expectFew(animated(text, channels), kCount);
+        repeatedNodes(withSampler(), false, [](size_t) { return R"({"mesh":0})"; });
+    expectFew(withChannels(text, channels), kManyNodes);
 }
 
 }  // namespace

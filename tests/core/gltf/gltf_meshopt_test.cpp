@@ -11,26 +11,26 @@ namespace {
 
 using test::Document;
 using test::Json;
-using Stream = std::vector<unsigned char>;
+using MeshoptStream = std::vector<unsigned char>;
 
-Stream encodeAttributes(const void* values, size_t count, size_t stride)
+MeshoptStream encodeAttributes(const void* values, size_t count, size_t stride)
 {
-    Stream stream(meshopt_encodeVertexBufferBound(count, stride));
+    MeshoptStream stream(meshopt_encodeVertexBufferBound(count, stride));
     stream.resize(meshopt_encodeVertexBuffer(stream.data(), stream.size(), values, count, stride));
     return stream;
 }
 
-Stream encodeTriangles(const std::vector<uint32_t>& indices, size_t vertices)
+MeshoptStream encodeTriangles(const std::vector<uint32_t>& indices, size_t vertices)
 {
-    Stream stream(meshopt_encodeIndexBufferBound(indices.size(), vertices));
+    MeshoptStream stream(meshopt_encodeIndexBufferBound(indices.size(), vertices));
     stream.resize(
         meshopt_encodeIndexBuffer(stream.data(), stream.size(), indices.data(), indices.size()));
     return stream;
 }
 
-Stream encodeSequence(const std::vector<uint32_t>& indices, size_t vertices)
+MeshoptStream encodeSequence(const std::vector<uint32_t>& indices, size_t vertices)
 {
-    Stream stream(meshopt_encodeIndexSequenceBound(indices.size(), vertices));
+    MeshoptStream stream(meshopt_encodeIndexSequenceBound(indices.size(), vertices));
     stream.resize(
         meshopt_encodeIndexSequence(stream.data(), stream.size(), indices.data(), indices.size()));
     return stream;
@@ -43,7 +43,7 @@ struct Compressed {
     size_t placeholder = 0;
 
     /// Appends a view; returns its index.
-    int view(const Stream& stream, size_t count, size_t stride, const char* mode,
+    int view(const MeshoptStream& stream, size_t count, size_t stride, const char* mode,
              const char* filter = nullptr)
     {
         const int index = document.view(stream.data(), stream.size());
@@ -99,7 +99,7 @@ Compressed compressedGrid(const test::BumpyGrid& grid, size_t indexBytes = 4, bo
     attributes["TEXCOORD_0"] = result.document.accessor(
         result.view(encodeAttributes(grid.coordinates.data(), count, 8), count, 8, "ATTRIBUTES"),
         test::kFloat, count, "VEC2");
-    const Stream stream =
+    const MeshoptStream stream =
         list ? encodeTriangles(grid.indices, count) : encodeSequence(grid.indices, count);
     result.document.primitive()["indices"] = result.document.accessor(
         result.view(stream, grid.indices.size(), indexBytes, list ? "TRIANGLES" : "INDICES"),
@@ -209,7 +209,7 @@ TEST(GltfMeshopt, FallbacksAreNeitherReadNorMissed)
 }
 
 /// The grid's document with one member of a view's extension changed.
-std::string with(size_t view, const char* key, const Json& value)
+std::string withViewMember(size_t view, const char* key, const Json& value)
 {
     Compressed compressed = compressedGrid(test::bumpyGrid(4), 2);
     if (value.is_null())
@@ -245,16 +245,18 @@ TEST(GltfMeshopt, RulesOfTheExtensionAreKept)
                                            {4, "filter", "EXPONENTIAL", "VALUE_NOT_IN_LIST"},
                                            {1, "buffer", 7, "UNRESOLVED_REFERENCE"},
                                            {1, "byteLength", 0, "VALUE_NOT_IN_RANGE"}})
-        EXPECT_REFUSED(with(c.view, c.key, c.value), c.code, at(c.view, c.key));
+        EXPECT_REFUSED(withViewMember(c.view, c.key, c.value), c.code, at(c.view, c.key));
     for (const char* filter : {"OCTAHEDRAL", "QUATERNION"})
-        EXPECT_REFUSED(with(1, "filter", filter), "VALUE_NOT_IN_LIST", at(1, "byteStride"));
+        EXPECT_REFUSED(withViewMember(1, "filter", filter), "VALUE_NOT_IN_LIST",
+                       at(1, "byteStride"));
     for (const char* key : {"buffer", "byteLength", "byteStride", "count", "mode"})
-        EXPECT_REFUSED(with(1, key, nullptr), "UNDEFINED_PROPERTY", at(1, ""));
-    EXPECT_REFUSED(with(1, "byteOffset", 1u << 30), "BUFFER_VIEW_TOO_LONG", at(1, ""));
-    EXPECT_REFUSED(with(1, "byteLength", 1u << 30), "BUFFER_VIEW_TOO_LONG", at(1, ""));
+        EXPECT_REFUSED(withViewMember(1, key, nullptr), "UNDEFINED_PROPERTY", at(1, ""));
+    EXPECT_REFUSED(withViewMember(1, "byteOffset", 1u << 30), "BUFFER_VIEW_TOO_LONG", at(1, ""));
+    EXPECT_REFUSED(withViewMember(1, "byteLength", 1u << 30), "BUFFER_VIEW_TOO_LONG", at(1, ""));
     // Sizes that do not match the view's
-    EXPECT_REFUSED(with(1, "count", 15), "VALUE_NOT_IN_RANGE", "/bufferViews/1/byteLength");
-    EXPECT_REFUSED(with(1, "count", uint64_t{1} << 62), "VALUE_NOT_IN_RANGE",
+    EXPECT_REFUSED(withViewMember(1, "count", 15), "VALUE_NOT_IN_RANGE",
+                   "/bufferViews/1/byteLength");
+    EXPECT_REFUSED(withViewMember(1, "count", uint64_t{1} << 62), "VALUE_NOT_IN_RANGE",
                    "/bufferViews/1/byteLength");
     Compressed stride = compressedGrid(test::bumpyGrid(4));
     stride.document.json["bufferViews"][1]["byteStride"] = 16;
@@ -268,9 +270,9 @@ TEST(GltfMeshopt, StreamsThatCannotBeDecodedAreRefused)
 {
     const std::string at = "/bufferViews/1/extensions/EXT_meshopt_compression";
     // Cut off; the bytes of another mode; a version that no library knows
-    EXPECT_REFUSED(with(1, "byteLength", 20), "COMPRESSED_DATA_INVALID", at);
-    EXPECT_REFUSED(with(1, "mode", "INDICES"), "VALUE_NOT_IN_LIST", at + "/byteStride");
-    EXPECT_REFUSED(with(4, "mode", "INDICES"), "COMPRESSED_DATA_INVALID",
+    EXPECT_REFUSED(withViewMember(1, "byteLength", 20), "COMPRESSED_DATA_INVALID", at);
+    EXPECT_REFUSED(withViewMember(1, "mode", "INDICES"), "VALUE_NOT_IN_LIST", at + "/byteStride");
+    EXPECT_REFUSED(withViewMember(4, "mode", "INDICES"), "COMPRESSED_DATA_INVALID",
                    "/bufferViews/4/extensions/EXT_meshopt_compression");
     Compressed version = compressedGrid(test::bumpyGrid(4));
     version.document.bin[version.description(1)["byteOffset"].get<size_t>()] = std::byte{0xaf};

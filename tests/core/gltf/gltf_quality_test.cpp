@@ -3,16 +3,16 @@
 #include "tests/support/gltf_fixture.h"
 
 #include <cmath>
-#include <limits>
 
 #include "shared/warp.h"
+#include "tests/support/no_numbers.h"
 
 namespace {
 
 using test::Json;
+using tests::kFloatInf;
+using tests::kFloatNan;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
-                kInfinity = std::numeric_limits<float>::infinity();
 const std::string kPrimitive = "/meshes/0/primitives/0";
 
 const core::Transform& transformOf(const core::Scene& scene)
@@ -66,7 +66,7 @@ TEST(GltfRepairs, WithoutScenesEveryRootIsShown)
 
 TEST(GltfRepairs, TrianglesThatAreNotFiniteAreDropped)
 {
-    for (const float bad : {kNan, kInfinity, -kInfinity, 3e38f}) {
+    for (const float bad : {kFloatNan, kFloatInf, -kFloatInf, 3e38f}) {
         EXPECT_REPAIRED(scene,
                         withPositions({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, bad, 0, 0, 0, 1, 0}),
                         "ACCESSOR_INVALID_FLOAT", kPrimitive);
@@ -126,7 +126,7 @@ TEST(GltfRepairs, NormalsThatDoNotFitGiveFlatShading)
 
 TEST(GltfRepairs, NormalsWithoutDirectionBecomeThoseOfTheFaces)
 {
-    for (const float bad : {0.0f, kNan, kInfinity}) {
+    for (const float bad : {0.0f, kFloatNan, kFloatInf}) {
         test::Document document = test::triangle();
         document.attributes()["NORMAL"] =
             document.values<float>({1, 0, 0, bad, bad, bad, 0, 1, 0}, test::kFloat, "VEC3", 3);
@@ -167,7 +167,7 @@ TEST(GltfRepairs, TangentsWithoutDirectionAreReplaced)
 {
     const std::vector<std::vector<float>> faults{
         {0, 0, 0, 1},
-        {kNan, 0, 0, 1},
+        {kFloatNan, 0, 0, 1},
         {0, 0, 1, 1},
         {1, 0, 0, 0}};  // zero, NaN, along the normal, no handedness
     for (const std::vector<float>& fault : faults) {
@@ -202,7 +202,7 @@ TEST(GltfRepairs, TextureCoordinatesThatAreNotFiniteBecomeZero)
 {
     test::Document document = withNormalMap();
     document.attributes()["TEXCOORD_0"] =
-        document.values<float>({kNan, 0, 1e9f, -kInfinity, 0, 1}, test::kFloat, "VEC2", 2);
+        document.values<float>({kFloatNan, 0, 1e9f, -kFloatInf, 0, 1}, test::kFloat, "VEC2", 2);
     const auto scene = test::load(document);
     ASSERT_TRUE(scene);
     for (const shared::VertexAttributes& a : scene->meshes.at(0).attributes)
@@ -222,7 +222,7 @@ TEST(GltfRepairs, ColoursThatMeanNothingAreWhite)
 {
     test::Document document = test::triangle();
     document.attributes()["COLOR_0"] =
-        document.values<float>({kNan, 0, 0, 0.5f, 0, 0, -1, 0, 0}, test::kFloat, "VEC3", 3);
+        document.values<float>({kFloatNan, 0, 0, 0.5f, 0, 0, -1, 0, 0}, test::kFloat, "VEC3", 3);
     EXPECT_REPAIRED(scene, document, "ACCESSOR_INVALID_FLOAT", kPrimitive + "/attributes/COLOR_0");
     ASSERT_EQ(scene->meshes.at(0).extra.size(), 3u);
     EXPECT_EQ(scene->meshes[0].extra[0].colorRg, 0x3c003c00u);

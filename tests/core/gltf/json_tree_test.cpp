@@ -14,11 +14,8 @@
 
 #include "tests/support/allocation_count.h"
 
+namespace core::gltf {
 namespace {
-
-using core::gltf::Json;
-using core::gltf::JsonDocument;
-using core::gltf::JsonMember;
 
 /// The same tree in nlohmann's types.
 nlohmann::json copied(const Json& value)
@@ -264,3 +261,4 @@ TEST(JsonTree, AMillionObjectsLieInAFewBlocks)
 }
 
 }  // namespace
+}  // namespace core::gltf

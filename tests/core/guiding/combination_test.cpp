@@ -154,7 +154,7 @@ private:
     tests::Moments first_, second_;
 };
 
-struct Strategy {
+struct CombiningStrategy {
     const char* name;
     Averages (*averages)(const Group&, CombineBy);
     CombineBy by;
@@ -162,7 +162,7 @@ struct Strategy {
     bool biased;
 };
 
-constexpr Strategy kStrategies[] = {
+constexpr CombiningStrategy kStrategies[] = {
     {"samples", perPixel, CombineBy::samples, 0, .0665, false},
     {"1/variance", perPixel, CombineBy::inverseMeanVariance, -.1217, .0516, true},
     {"ESS-hat", perPixel, CombineBy::effectiveSamples, -.0354, .0526, true},
@@ -186,7 +186,7 @@ void expectTable(int groups, uint32_t seed, double detectable)
     const double both = std::sqrt(1 + groups / 4000.0), rounding = 5e-5;
     for (size_t i = 0; i < moments.size(); ++i) {
         const GroupedMoments& m = moments[i];
-        const Strategy& s = kStrategies[i];
+        const CombiningStrategy& s = kStrategies[i];
         EXPECT_NEAR(m.bias(), s.bias, 4.5 * both * m.biasError() + rounding) << s.name;
         EXPECT_NEAR(m.variance(), s.variance, 4.5 * both * m.varianceError() + rounding) << s.name;
         if (s.biased && std::abs(s.bias) > detectable) {

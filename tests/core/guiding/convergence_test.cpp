@@ -15,12 +15,12 @@ namespace {
 using core::Pcg32;
 using core::guiding::Convergence;
 
-constexpr uint32_t kSide = 96;
+constexpr uint32_t kConvergingSide = 96;
 
 /// Pictures of one, two and four samples, which `draw` gives for a pixel.
 template <class Draw> double factorOf(const Draw& draw, uint32_t stride = 0)
 {
-    constexpr size_t kPixels = size_t(kSide) * kSide;
+    constexpr size_t kPixels = size_t(kConvergingSide) * kConvergingSide;
     std::array<std::vector<float>, 5> pictures;
     for (auto& p : pictures) p.resize(3 * kPixels);
     Pcg32 random(11);
@@ -35,18 +35,19 @@ template <class Draw> double factorOf(const Draw& draw, uint32_t stride = 0)
     const std::vector<float> estimates(kPixels, 0.5f);
     Convergence convergence;
     convergence.begin();
-    for (uint64_t n = 1; n <= 4; ++n) convergence.note(n, pictures[n], kSide, estimates, stride);
+    for (uint64_t n = 1; n <= 4; ++n)
+        convergence.note(n, pictures[n], kConvergingSide, estimates, stride);
     return convergence.factor();
 }
 
-std::array<double, 4> independent(Pcg32& random, size_t)
+std::array<double, 4> independentSamples(Pcg32& random, size_t)
 {
     const double a = random(), b = random(), c = random();
     return {a, b, c, random()};
 }
 
 /// One in each half, then one in each quarter.
-std::array<double, 4> stratified(Pcg32& random, size_t)
+std::array<double, 4> stratifiedSamples(Pcg32& random, size_t)
 {
     const uint32_t turn = random.bits() % 4;
     std::array<double, 4> x{};
@@ -59,23 +60,23 @@ std::array<double, 4> stratified(Pcg32& random, size_t)
 
 TEST(PictureConvergence, TellsStratifiedSamplesFromIndependentOnes)
 {
-    EXPECT_GT(factorOf(independent), 0.88);
-    EXPECT_EQ(factorOf(stratified), 0.5);
+    EXPECT_GT(factorOf(independentSamples), 0.88);
+    EXPECT_EQ(factorOf(stratifiedSamples), 0.5);
 }
 
 /// Pixels where another method had a hand in do not count; where it had in all, nothing is known.
 TEST(PictureConvergence, PassesOverPixelsWithOtherPaths)
 {
     const auto mixed = [](Pcg32& random, size_t i) {
-        const auto x = uint32_t(i % kSide), y = uint32_t(i / kSide);
+        const auto x = uint32_t(i % kConvergingSide), y = uint32_t(i / kConvergingSide);
         const uint32_t lane = shared::guideCell({x & 7u, y & 7u});
-        std::array<double, 4> samples = independent(random, i);
+        std::array<double, 4> samples = independentSamples(random, i);
         for (uint32_t k = 2; k < 4; ++k)
             if (shared::isRecorded(lane, k, 4)) samples[k] = 0.5;
         return samples;
     };
     EXPECT_GT(factorOf(mixed, 4), 0.85);
-    EXPECT_EQ(factorOf(stratified, 1), 1);
+    EXPECT_EQ(factorOf(stratifiedSamples, 1), 1);
 }
 
 TEST(PictureConvergence, KnowsNothingOfAPictureThatItHasNotSeenFromTheStart)

@@ -2,7 +2,6 @@
 // against a known density, and lessons of every kind of fault.
 #include "core/guiding/guide_leaf.h"
 
-#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
+#include "tests/support/guide_kinds.h"
 #include "tests/support/stats.h"
 
 namespace {
@@ -22,15 +22,16 @@ using glm::dvec3;
 using glm::vec2;
 using glm::vec3;
 using glm::vec4;
+using std::numbers::pi;
+using tests::nameOfKind;
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kUniform = 1 / (4 * kPi);
+constexpr double kUniformDensity = 1 / (4 * pi);
 
 /// A direction from z and a turn about it, both in [0, 1).
 dvec3 onSphere(double u, double v)
 {
     const double z = 1 - 2 * u, across = std::sqrt(std::max(1 - z * z, 0.0));
-    return {across * std::cos(2 * kPi * v), across * std::sin(2 * kPi * v), z};
+    return {across * std::cos(2 * pi * v), across * std::sin(2 * pi * v), z};
 }
 
 vec2 numbers(Pcg32& random)
@@ -57,7 +58,7 @@ struct Target {
     {
         double sum = 0;
         for (int k = 0; k < 2; ++k)
-            sum += masses[k] * kappas[k] / (2 * kPi * (1 - std::exp(-2 * kappas[k]))) *
+            sum += masses[k] * kappas[k] / (2 * pi * (1 - std::exp(-2 * kappas[k]))) *
                    std::exp(kappas[k] * (glm::dot(means[k], w) - 1));
         return sum;
     }
@@ -68,7 +69,7 @@ Lesson lessonAt(dvec3 w, double value)
     Lesson lesson;
     lesson.direction = vec3(w);
     lesson.value = static_cast<float>(value);
-    lesson.pdf = lesson.bsdfPdf = static_cast<float>(kUniform);
+    lesson.pdf = lesson.bsdfPdf = static_cast<float>(kUniformDensity);
     return lesson;
 }
 
@@ -80,7 +81,7 @@ std::vector<Lesson> lessonsOf(const Target& target, size_t count, uint64_t seed)
     for (size_t i = 0; i < count; ++i) {
         const double u = random();
         const dvec3 w = onSphere(u, random());
-        lessons.push_back(lessonAt(w, target(w) / kUniform));
+        lessons.push_back(lessonAt(w, target(w) / kUniformDensity));
     }
     return lessons;
 }
@@ -125,29 +126,30 @@ protected:
     Words trained() const { return words(learnt(lessonsOf(Target{}, 4000, 1))); }
 };
 
-constexpr size_t kRows = 16, kColumns = 32, kInside = 48;
+constexpr size_t kSphereRows = 16, kSphereColumns = 32, kInside = 48;
 
-/// The mass in each of kRows x kColumns cells of equal area.
+/// The mass in each of kSphereRows x kSphereColumns cells of equal area.
 template <class Pdf> std::vector<double> massesOf(const Pdf& pdf)
 {
-    std::vector<double> masses(kRows * kColumns);
-    constexpr double area = 4 * kPi / double(kRows * kColumns * kInside * kInside);
-    for (size_t i = 0; i < kRows * kInside; ++i)
-        for (size_t j = 0; j < kColumns * kInside; ++j) {
-            const dvec3 w = onSphere((double(i) + 0.5) / double(kRows * kInside),
-                                     (double(j) + 0.5) / double(kColumns * kInside));
-            masses[i / kInside * kColumns + j / kInside] += area * pdf(w);
+    std::vector<double> masses(kSphereRows * kSphereColumns);
+    constexpr double area = 4 * pi / double(kSphereRows * kSphereColumns * kInside * kInside);
+    for (size_t i = 0; i < kSphereRows * kInside; ++i)
+        for (size_t j = 0; j < kSphereColumns * kInside; ++j) {
+            const dvec3 w = onSphere((double(i) + 0.5) / double(kSphereRows * kInside),
+                                     (double(j) + 0.5) / double(kSphereColumns * kInside));
+            masses[i / kInside * kSphereColumns + j / kInside] += area * pdf(w);
         }
     return masses;
 }
 
-size_t cellOf(vec3 w)
+size_t cellOfDirection(vec3 w)
 {
     const double u = (1 - double(w.z)) / 2;
-    const double v = std::atan2(double(w.y), double(w.x)) / (2 * kPi);
-    const auto row = std::min(size_t(std::max(u, 0.0) * double(kRows)), kRows - 1);
-    const auto column = std::min(size_t((v < 0 ? v + 1 : v) * double(kColumns)), kColumns - 1);
-    return row * kColumns + column;
+    const double v = std::atan2(double(w.y), double(w.x)) / (2 * pi);
+    const auto row = std::min(size_t(std::max(u, 0.0) * double(kSphereRows)), kSphereRows - 1);
+    const auto column =
+        std::min(size_t((v < 0 ? v + 1 : v) * double(kSphereColumns)), kSphereColumns - 1);
+    return row * kSphereColumns + column;
 }
 
 double sumOf(std::span<const double> values)
@@ -171,7 +173,7 @@ void expectSamples(const Words& words)
         float pdf = 0;
         ASSERT_TRUE(words.draw(numbers(random), w, pdf));
         EXPECT_NEAR(glm::length(w), 1, 1e-5);
-        observed[cellOf(w)] += 1;
+        observed[cellOfDirection(w)] += 1;
         other += std::abs(double(pdf) - words.pdf(dvec3(w))) > 1e-4 * double(pdf) ? 1u : 0u;
     }
     EXPECT_LT(other, kSamples / 1000) << "rounding may only cross the rims of cells";
@@ -211,7 +213,7 @@ TEST_P(GuideDirections, StrataSurvive)
     for (size_t i = 0; i < kFine * kFine; ++i) {
         const dvec3 w =
             onSphere((double(i % kFine) + 0.5) / kFine, (double(i / kFine) + 0.5) / kFine);
-        mean += w.x * guide.pdf(w) * 4 * kPi / double(kFine * kFine);
+        mean += w.x * guide.pdf(w) * 4 * pi / double(kFine * kFine);
     }
     EXPECT_LT(std::abs(strata - mean), 0.3 * std::sqrt(independent.varianceOfMean()));
 }
@@ -230,7 +232,7 @@ TEST_P(GuideDirections, ApproachesAKnownDensity)
         leaf.learn(lessonsOf(target, 1000, k), 1, GuideOptions{.kind = GetParam()});
     const Words guide = words(leaf);
     EXPECT_LT(distance(massesOf([&](dvec3 w) { return guide.pdf(w); })), 0.45);
-    EXPECT_GT(distance(massesOf([](dvec3) { return kUniform; })), 1.2);
+    EXPECT_GT(distance(massesOf([](dvec3) { return kUniformDensity; })), 1.2);
 }
 
 TEST_P(GuideDirections, KnowsNothingWithoutLight)
@@ -368,11 +370,6 @@ TEST_P(GuideDirections, ForgetWhenTheyAreTold)
     EXPECT_GT(guide.pdf(-there.means[0]), 0.5);
 }
 
-std::string nameOfKind(const testing::TestParamInfo<uint32_t>& kind)
-{
-    return std::array{"", "histogram", "lobes", "tree"}[kind.param];
-}
-
 INSTANTIATE_TEST_SUITE_P(Kinds, GuideDirections,
                          testing::Values(shared::kGuideHistogram, shared::kGuideLobes,
                                          shared::kGuideTree),
@@ -458,7 +455,7 @@ TEST(GuideLobes, FormulasHoldAtAllWidths)
     for (const double kappa : {1e-4, 1e-3, 0.01, 0.02, 0.03, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4}) {
         const auto k = static_cast<float>(kappa);
         const double whole = -std::expm1(-2 * double(k));
-        EXPECT_NEAR(double(shared::peakOfLobe(k)), double(k) / (2 * kPi * whole),
+        EXPECT_NEAR(double(shared::peakOfLobe(k)), double(k) / (2 * pi * whole),
                     1e-5 * double(k) / whole);
         for (const float x : {1e-6f, 0.01f, 0.3f, 0.5f, 0.9f, 0.999f, 1.0f}) {
             const double height = std::min(-std::log1p(-double(x) * whole) / double(k), 2.0);
@@ -468,7 +465,7 @@ TEST(GuideLobes, FormulasHoldAtAllWidths)
                 << kappa << " " << x;
         }
     }
-    EXPECT_NEAR(shared::peakOfLobe(0), kUniform, 1e-5);
+    EXPECT_NEAR(shared::peakOfLobe(0), kUniformDensity, 1e-5);
     EXPECT_NEAR(shared::heightOfLobe(0, 0.25f), 0.5, 1e-5);
 }
 

@@ -2,7 +2,6 @@
 // of threads; every representation of directions.
 #include "core/guiding/guide.h"
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -14,6 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/base/pcg32.h"
 #include "core/guiding/lesson.h"
+#include "tests/support/guide_kinds.h"
 
 namespace {
 
@@ -24,8 +24,9 @@ using core::guiding::GuideTables;
 using core::guiding::PathRecords;
 using glm::uvec4;
 using glm::vec3;
+using tests::nameOfKind;
 
-constexpr float kUniform = 0.25f * float(std::numbers::inv_pi);
+constexpr float kUniformPdf = 0.25f * float(std::numbers::inv_pi);
 
 vec3 anyDirection(Pcg32& random)
 {
@@ -47,12 +48,12 @@ std::vector<PathRecords> pathsTo(size_t count, uint64_t seed, const Place& place
         record.position = place(random);
         const vec3 wi = anyDirection(random);
         record.direction = shared::packOct(wi);
-        record.pdf = record.bsdfPdf = kUniform;
+        record.pdf = record.bsdfPdf = kUniformPdf;
         record.beta = 1;
         record.place = random.bits() % 3;
         PathRecords& part = parts[i * kParts / count];
         part.records.push_back(record);
-        part.ends.push_back({1, light(record.position, wi) / kUniform, 0});
+        part.ends.push_back({1, light(record.position, wi) / kUniformPdf, 0});
     }
     return parts;
 }
@@ -188,13 +189,8 @@ TEST_P(GuideLearning, KnowsWhatAPlaceReflects)
     guide.learn(pathsTo(20000, 1, anywhere, sameEverywhere), 1);
     for (const uvec4& leaf : guide.tables()->leaves) {
         const float reflected = shared::uintAsFloat(leaf.z);
-        EXPECT_TRUE(reflected == 0 || std::abs(reflected * kUniform - 1) < 1e-4f);
+        EXPECT_TRUE(reflected == 0 || std::abs(reflected * kUniformPdf - 1) < 1e-4f);
     }
-}
-
-std::string nameOfKind(const testing::TestParamInfo<uint32_t>& kind)
-{
-    return std::array{"", "histogram", "lobes", "tree"}[kind.param];
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, GuideLearning,
@@ -269,8 +265,8 @@ TEST(GuideSpaces, FilterSpreadsRecordsOverTheirLeafsSize)
         const double mean = double(shared::uintAsFloat(tables.leaves[leaf].z));
         // In the first lesson the leaf was the room: moved by up to half of it, 3/8 of the light
         // is beyond the middle. In the second it is an eighth of the light of its side.
-        const double own = 0.5 * (0.25 + 0.125) / double(kUniform);
-        EXPECT_NEAR(mean * double(kUniform), spread ? own * double(kUniform) : 0,
+        const double own = 0.5 * (0.25 + 0.125) / double(kUniformPdf);
+        EXPECT_NEAR(mean * double(kUniformPdf), spread ? own * double(kUniformPdf) : 0,
                     spread ? 0.04 : 1e-9);
     }
 }

@@ -28,7 +28,7 @@ constexpr size_t kVertices = 2;
 constexpr float kImage = 0.4f;
 constexpr uint32_t kRouletteDepth = 1;
 // As recorded: with ten bits.
-constexpr std::array<double, kVertices> kAlbedo{511.0 / 1023, 306.0 / 1023};
+constexpr std::array<double, kVertices> kAlbedos{511.0 / 1023, 306.0 / 1023};
 constexpr std::array<std::array<double, 2>, kVertices> kBsdf{{{0.75, 0.25}, {0.5, 0.5}}};
 constexpr std::array<std::array<double, 2>, kVertices> kGuide{{{0.125, 0.875}, {0.9, 0.1}}};
 constexpr std::array<double, kVertices> kShare{0.4, 0.6}, kReflected{0.8, 0.5};
@@ -39,7 +39,7 @@ constexpr std::array<std::array<double, 2>, kVertices> kMet{{{0.05, 1.5}, {2.0, 
 /// f |cos| of a direction: what the guide knows is not all.
 double fOf(size_t vertex, size_t way)
 {
-    return kAlbedo[vertex] * (way == 0 ? 0.55 : 0.45);
+    return kAlbedos[vertex] * (way == 0 ? 0.55 : 0.45);
 }
 
 double densityOf(bool guided, size_t vertex, size_t way)
@@ -82,7 +82,7 @@ void enumerate(const Sampling& by, size_t vertex, State s, State& whole)
         s.albedo /= survival;
     }
     whole.connections += s.probability;
-    s.albedo *= kAlbedo[vertex];
+    s.albedo *= kAlbedos[vertex];
     s.L += s.beta * kConnected[vertex];
     for (size_t way = 0; way < 2; ++way) {
         State next = s;
@@ -149,11 +149,11 @@ Recorded sampled(const Sampling& by, size_t count)
             }
             shared::GuideRecord r{};
             r.beta = float(s.beta);
-            r.place = shared::packGuidePlace(0, 0, float(kAlbedo[vertex]), float(s.survival));
+            r.place = shared::packGuidePlace(0, 0, float(kAlbedos[vertex]), float(s.survival));
             r.before = float(s.L);
             s.L += s.beta * kConnected[vertex];
             r.after = float(s.L);
-            s.albedo *= kAlbedo[vertex];
+            s.albedo *= kAlbedos[vertex];
             const size_t way = random() < densityOf(by.guided, vertex, 0) ? 0 : 1;
             const double density = densityOf(by.guided, vertex, way);
             s.beta *= fOf(vertex, way) / density;

@@ -6,21 +6,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <set>
 
 #include "app/gpu/window/display.h"
 #include "core/image/display.h"
+#include "tests/support/no_numbers.h"
 #include "tests/support/vulkan_fails.h"
 
 namespace {
 
 using core::Image;
 using shared::DisplaySettings;
-
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInf = std::numeric_limits<float>::infinity();
+using tests::kFloatInf;
+using tests::kFloatNan;
 
 /// CIE lightness of sRGB-encoded values.
 double lightness(glm::vec3 c)
@@ -35,8 +34,8 @@ Image randomImage(uint32_t width, uint32_t height, uint32_t channels, uint32_t s
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> unit(0, 1);
     Image image(width, height, channels);
-    const std::array<float, 10> special{kNan,  kInf,  -kInf,  0.0f,  -0.0f,
-                                        -1.0f, 1e30f, 1e-40f, 3e38f, -5.5f};
+    const std::array<float, 10> special{kFloatNan, kFloatInf, -kFloatInf, 0.0f,  -0.0f,
+                                        -1.0f,     1e30f,     1e-40f,     3e38f, -5.5f};
     for (float& value : image.pixels) {
         value = std::exp2(24 * unit(random) - 12) * (unit(random) < 0.1f ? -1.0f : 1.0f);
         if (odd && unit(random) < 0.15f) value = special[random() % special.size()];
@@ -316,10 +315,10 @@ TEST(DisplayScale, LinearAndLogarithmic)
 {
     EXPECT_FLOAT_EQ(shared::displayScale(3, 1, 5, 0), 0.5f);
     EXPECT_FLOAT_EQ(shared::displayScale(-3, 1, 5, 0), 0);
-    EXPECT_FLOAT_EQ(shared::displayScale(kInf, 1, 5, 0), 1);
+    EXPECT_FLOAT_EQ(shared::displayScale(kFloatInf, 1, 5, 0), 1);
     EXPECT_NEAR(shared::displayScale(10, 1, 100, 1), 0.5f, 1e-6);
     EXPECT_EQ(shared::displayScale(0, 1, 100, 1), 0);
-    EXPECT_EQ(shared::displayScale(kInf, 1, 100, 1), 1);
+    EXPECT_EQ(shared::displayScale(kFloatInf, 1, 100, 1), 1);
     EXPECT_EQ(shared::displayScale(2, 3, 3, 0), 0);  // no range: below or above
     EXPECT_EQ(shared::displayScale(4, 3, 3, 0), 1);
 }
@@ -355,14 +354,16 @@ TEST(DisplayColour, NothingHidesNan)
     for (uint32_t show = 0; show <= shared::kShowPreview; ++show) {
         DisplaySettings s = settingsOf(show, 1, 1);
         s.channel = 1;
-        EXPECT_EQ(shownAs(s, {1, kNan, 1}, {1, 1, 1}), magenta) << show;
+        EXPECT_EQ(shownAs(s, {1, kFloatNan, 1}, {1, 1, 1}), magenta) << show;
         EXPECT_NE(shownAs(s, {1, 1, 1}, {1, 1, 1}), magenta) << show;
     }
-    EXPECT_EQ(shownAs(settingsOf(shared::kShowDifference, 1, 1), {kInf, 1, 1}, {kInf, 1, 1}),
-              magenta);
+    EXPECT_EQ(
+        shownAs(settingsOf(shared::kShowDifference, 1, 1), {kFloatInf, 1, 1}, {kFloatInf, 1, 1}),
+        magenta);
     DisplaySettings linear = settingsOf(shared::kShowRadiance, 1, 1);
     linear.tone = shared::kToneLinear;
-    EXPECT_EQ(shownAs(linear, {kInf, kInf, kInf}, {}), (std::array<int, 3>{255, 255, 255}));
+    EXPECT_EQ(shownAs(linear, {kFloatInf, kFloatInf, kFloatInf}, {}),
+              (std::array<int, 3>{255, 255, 255}));
 }
 
 TEST(DisplayColour, DifferencesAreBlueBelowAndRedAbove)

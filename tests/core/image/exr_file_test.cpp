@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -13,6 +12,7 @@
 #include "core/image/exr_header.h"
 #include "tests/support/exr_fixture.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace core {
 namespace {
@@ -20,6 +20,7 @@ namespace {
 using tests::ExrPicture;
 using tests::ExrType;
 using tests::TemporaryFolder;
+using tests::writeAll;
 using Bytes = std::vector<std::byte>;
 
 /// Smooth, so that the compressions that lose something lose little; whole numbers up to 2048,
@@ -37,16 +38,10 @@ ExrPicture gradient(ExrType type)
     return picture;
 }
 
-void writeBytes(const std::filesystem::path& file, const Bytes& bytes)
-{
-    std::ofstream(file, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-}
-
 std::vector<Layer> layersOf(const Bytes& bytes)
 {
     const TemporaryFolder folder;
-    writeBytes(folder / "a.exr", bytes);
+    writeAll(folder / "a.exr", bytes);
     return readExr(folder / "a.exr").layers;
 }
 
@@ -138,7 +133,7 @@ TEST(ExrFile, ChannelsWithinALayer)
 /// What both readers say of a file.
 std::string problemOf(const TemporaryFolder& folder, const Bytes& bytes)
 {
-    writeBytes(folder / "a.exr", bytes);
+    writeAll(folder / "a.exr", bytes);
     const DecodedImage decoded = decodeExr(bytes, {});
     EXPECT_EQ(decoded.problem.empty(), !decoded.image.pixels.empty());
     try {

@@ -14,13 +14,17 @@
 #include <gtest/gtest.h>
 
 #include "core/image/metrics.h"
+#include "tests/support/image_mean.h"
 
 namespace core {
 namespace {
 
+using std::numbers::pi;
+using tests::meanOf;
+
 using Color = std::array<double, 3>;
 
-Image constant(glm::vec3 color, uint32_t width = 8, uint32_t height = 8)
+Image coloured(glm::vec3 color, uint32_t width = 8, uint32_t height = 8)
 {
     Image image(width, height, 3);
     for (size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = color[int(i % 3)];
@@ -42,16 +46,7 @@ Image pattern(uint32_t width, uint32_t height, uint32_t seed, uint32_t noise)
     return image;
 }
 
-double meanOf(const Image& map)
-{
-    double sum = 0;
-    for (const float v : map.pixels) sum += double(v);
-    return sum / double(map.pixels.size());
-}
-
 // --- the direct path: everything from the 2020 paper, in the order of the paper
-
-constexpr double kPi = std::numbers::pi;
 
 Color toXyzRelative(Color rgb)
 {
@@ -131,7 +126,7 @@ struct DirectFlip {
 
     std::vector<Color> filterColors(const std::vector<Color>& rgb) const
     {
-        const int radius = int(std::ceil(3 * std::sqrt(0.04 / (2 * kPi * kPi)) * ppd));
+        const int radius = int(std::ceil(3 * std::sqrt(0.04 / (2 * pi * pi)) * ppd));
         const double parameters[3][4] = {
             {1, 0.0047, 0, 1e-5}, {1, 0.0053, 0, 1e-5}, {34.1, 0.04, 13.5, 0.025}};
         std::vector<Color> result(rgb.size());
@@ -139,8 +134,8 @@ struct DirectFlip {
             const double* p = parameters[channel];
             std::vector<double> weights = table(radius, [&](int dx, int dy) {
                 const double z = (dx * dx + dy * dy) / (ppd * ppd);
-                return p[0] * std::sqrt(kPi / p[1]) * std::exp(-kPi * kPi * z / p[1]) +
-                       p[2] * std::sqrt(kPi / p[3]) * std::exp(-kPi * kPi * z / p[3]);
+                return p[0] * std::sqrt(pi / p[1]) * std::exp(-pi * pi * z / p[1]) +
+                       p[2] * std::sqrt(pi / p[3]) * std::exp(-pi * pi * z / p[3]);
             });
             double total = 0;
             for (const double w : weights) total += w;
@@ -288,7 +283,7 @@ TEST(Flip, valuesOfTheAuthorsProgram)
     // Uniform pairs, linear RGB; twelve digits of the authors' Python program (2020, default
     // viewer).
     const auto flip = [](glm::vec3 a, glm::vec3 b) {
-        return meanOf(flipLdr(constant(a), constant(b)));
+        return meanOf(flipLdr(coloured(a), coloured(b)));
     };
     EXPECT_NEAR(flip({0, 0, 0}, {1, 1, 1}), 0.967379762046, 1e-6);
     EXPECT_NEAR(flip({0, 1, 0}, {0, 0, 1}), 1.0, 1e-6);
@@ -379,7 +374,7 @@ TEST(Flip, seesWhatNoiseHides)
         EXPECT_GT(mean, before);
         before = mean;
     }
-    Image dark = constant(glm::vec3(0.01f), 40, 30), lit = dark;
+    Image dark = coloured(glm::vec3(0.01f), 40, 30), lit = dark;
     for (uint32_t x = 0; x < 8; ++x)
         for (uint32_t y = 0; y < 8; ++y)
             for (int c = 0; c < 3; ++c) dark.at(x, y)[c] = lit.at(x, y)[c] = 50;
@@ -389,7 +384,7 @@ TEST(Flip, seesWhatNoiseHides)
 
 TEST(Flip, blackImagesHaveAnAnswer)
 {
-    const Image black = constant(glm::vec3(0)), grey = constant(glm::vec3(0.5f));
+    const Image black = coloured(glm::vec3(0)), grey = coloured(glm::vec3(0.5f));
     EXPECT_EQ(flipHdr(black, black).mean, 0);
     const FlipResult lit = flipHdr(grey, black);
     EXPECT_EQ(lit.exposures.start, 0);
@@ -397,7 +392,7 @@ TEST(Flip, blackImagesHaveAnAnswer)
     EXPECT_GT(lit.mean, 0.5);
     EXPECT_GT(flipHdr(black, grey).mean, 0.5);
     // Median zero: a third of the pixels is lit.
-    Image mostlyBlack = constant(glm::vec3(0), 9, 9);
+    Image mostlyBlack = coloured(glm::vec3(0), 9, 9);
     for (uint32_t y = 0; y < 3; ++y)
         for (uint32_t x = 0; x < 9; ++x)
             for (int c = 0; c < 3; ++c) mostlyBlack.at(x, y)[c] = float(1 + x);
@@ -425,7 +420,7 @@ TEST(Flip, oddPixels)
     const FlipResult range = flipHdr(reference, huge);
     EXPECT_LE(range.exposures.count, 40);
     EXPECT_TRUE(range.mean >= 0 && range.mean <= 1);
-    EXPECT_EQ(flipHdr(constant({-1, -2, 0}), constant({0, 0, 0})).mean, 0);
+    EXPECT_EQ(flipHdr(coloured({-1, -2, 0}), coloured({0, 0, 0})).mean, 0);
 }
 
 TEST(Flip, stopsWhenItIsTold)

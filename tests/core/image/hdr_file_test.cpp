@@ -15,7 +15,7 @@ namespace {
 
 using namespace tests;
 
-std::string problemOf(const Bytes& bytes, const core::ImageGuards& guards = {})
+std::string hdrProblem(const Bytes& bytes, const core::ImageGuards& guards = {})
 {
     const core::DecodedImage decoded = core::decodeHdr(bytes, guards);
     EXPECT_NE(decoded.problem.empty(), decoded.image.pixels.empty());
@@ -114,9 +114,9 @@ TEST(HdrFile, EveryCutIsRefused)
 {
     for (const HdrPacking packing : {HdrPacking::none, HdrPacking::old, HdrPacking::lines}) {
         const Bytes whole = makeHdr("-Y 4 +X 20", 20, somePixels(80, 5), packing);
-        ASSERT_EQ(problemOf(whole), "");
+        ASSERT_EQ(hdrProblem(whole), "");
         for (size_t size = 0; size < whole.size(); ++size)
-            EXPECT_NE(problemOf({whole.begin(), whole.begin() + ptrdiff_t(size)}), "") << size;
+            EXPECT_NE(hdrProblem({whole.begin(), whole.begin() + ptrdiff_t(size)}), "") << size;
     }
 }
 
@@ -126,7 +126,7 @@ TEST(HdrFile, RunsThatLeaveTheirLineAreRefused)
         return bytesOf("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n" + line +
                        std::string(64, '\7'));
     };
-    const auto problem = [&](const std::string& line) { return problemOf(picture(line)); };
+    const auto problem = [&](const std::string& line) { return hdrProblem(picture(line)); };
     using std::string;
     EXPECT_EQ(problem(string("\2\2\0\x8\x88\1\x88\1\x88\1\x88\1", 12)), "");
     for (const string& line :
@@ -143,7 +143,7 @@ TEST(HdrFile, RunsThatLeaveTheirLineAreRefused)
 
 TEST(HdrFile, HeadersAreCheckedBeforeAnythingIsAllocated)
 {
-    const auto problem = [](const std::string& text) { return problemOf(bytesOf(text)); };
+    const auto problem = [](const std::string& text) { return hdrProblem(bytesOf(text)); };
     const std::string start = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
     EXPECT_NE(problem(start + "-Y 65536 +X 65536\n").find("65536 x 65536 pixels, allowed are"),
               std::string::npos);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <random>
@@ -20,27 +19,14 @@
 #include "shared/tonemap.h"
 #include "tests/support/exr_fixture.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace core {
 namespace {
 
+using tests::readAll;
 using tests::TemporaryFolder;
-
-std::string readBytes(const std::filesystem::path& file)
-{
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
-void writeBytes(const std::filesystem::path& file, const std::string& bytes)
-{
-    std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
-}
-
-void writeBytes(const std::filesystem::path& file, const std::vector<std::byte>& bytes)
-{
-    writeBytes(file, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-}
+using tests::writeAll;
 
 Image randomImage(uint32_t width, uint32_t height, uint32_t channels, uint32_t seed)
 {
@@ -113,8 +99,8 @@ TEST(Exr, equalImagesGiveEqualBytes)
     const TemporaryFolder folder;
     writeExr(folder / "a.exr", sampleFile());
     writeExr(folder / "b.exr", sampleFile());
-    const std::string bytes = readBytes(folder / "a.exr");
-    EXPECT_TRUE(bytes == readBytes(folder / "b.exr"));
+    const std::string bytes = readAll(folder / "a.exr");
+    EXPECT_TRUE(bytes == readAll(folder / "b.exr"));
     // The library's time of day, if it is there at all, is an empty string: a second later changes
     // nothing.
     const size_t date = bytes.find("capDate");
@@ -144,7 +130,7 @@ TEST(Exr, foreignChannelNamesAreOrdered)
                                       {"G", 20.0f},
                                       {"R", 10.0f}})
         picture.planes.push_back({name, tests::ExrType::half, {value, value}});
-    writeBytes(folder / "f.exr", tests::makeExr(picture));
+    writeAll(folder / "f.exr", tests::makeExr(picture));
     const ImageFile file = readExr(folder / "f.exr");
     EXPECT_EQ(file.layer("").pixels, (std::vector<float>{10, 20, 30, 10, 20, 30}));
     EXPECT_EQ(file.layer("n").pixels, (std::vector<float>{1, 2, 3, 1, 2, 3}));
@@ -169,9 +155,9 @@ TEST(Exr, badFilesAreRefused)
     refused("none.exr", "no such file");
     std::filesystem::create_directory(folder / "folder.exr");
     refused("folder.exr", "not a regular file");
-    writeBytes(folder / "text.exr", "this is a text that is not an image");
+    writeAll(folder / "text.exr", "this is a text that is not an image");
     refused("text.exr", "not an EXR");
-    writeBytes(folder / "empty.exr", "");
+    writeAll(folder / "empty.exr", "");
     refused("empty.exr", "not an EXR");
 }
 
@@ -179,10 +165,10 @@ TEST(Exr, everyTruncationIsRefused)
 {
     const TemporaryFolder folder;
     writeExr(folder / "a.exr", sampleFile());
-    const std::string bytes = readBytes(folder / "a.exr");
+    const std::string bytes = readAll(folder / "a.exr");
     ASSERT_GT(bytes.size(), 5000u);
     for (size_t length = 0; length < bytes.size(); length += length < 1200 ? 13 : 997) {
-        writeBytes(folder / "cut.exr", bytes.substr(0, length));
+        writeAll(folder / "cut.exr", bytes.substr(0, length));
         EXPECT_THROW(readExr(folder / "cut.exr"), Error) << length;
     }
 }
@@ -212,7 +198,7 @@ TEST(Exr, claimsAreCheckedBeforeAnythingIsAllocated)
 {
     const TemporaryFolder folder;
     const auto message = [&](const std::string& bytes) {
-        writeBytes(folder / "c.exr", bytes);
+        writeAll(folder / "c.exr", bytes);
         return errorOf([&] { readExr(folder / "c.exr"); });
     };
     EXPECT_NE(message(craftedHeader(0, 0, 99999, 9, 2)).find("100000 x 10"), std::string::npos);
@@ -222,7 +208,7 @@ TEST(Exr, claimsAreCheckedBeforeAnythingIsAllocated)
     EXPECT_NE(message(craftedHeader(5, 0, 4, 9, 2)).find("damaged"), std::string::npos);
     EXPECT_NE(message(craftedHeader(0, 0, 9, 9, 2 | 0x800)).find("deep"), std::string::npos);
     EXPECT_NE(message(craftedHeader(0, 0, 9, 9, 2 | 0x1000)).find("multi-part"), std::string::npos);
-    writeBytes(folder / "ok.exr", craftedHeader(-3, 0, 6, 4, 2));
+    writeAll(folder / "ok.exr", craftedHeader(-3, 0, 6, 4, 2));
     const ExrHeader header = readExrHeader(folder / "ok.exr");
     EXPECT_EQ(header.width, 10u);
     EXPECT_EQ(header.height, 5u);
@@ -233,7 +219,7 @@ TEST(Exr, damagedFilesNeverDoMoreThanThrow)
 {
     const TemporaryFolder folder;
     writeExr(folder / "a.exr", {{{"", randomImage(9, 7, 3, 6)}}, {{"seed", "1"}}});
-    const std::string bytes = readBytes(folder / "a.exr");
+    const std::string bytes = readAll(folder / "a.exr");
     std::mt19937 random(7);
     int refusals = 0;
     for (int trial = 0; trial < 400; ++trial) {
@@ -241,7 +227,7 @@ TEST(Exr, damagedFilesNeverDoMoreThanThrow)
         // Mostly in the header, which decides what is allocated.
         const size_t range = trial % 4 == 0 ? bytes.size() : 330;
         for (int i = 0; i < 1 + trial % 3; ++i) damaged[random() % range] = char(random());
-        writeBytes(folder / "d.exr", damaged);
+        writeAll(folder / "d.exr", damaged);
         try {
             readExr(folder / "d.exr");
         } catch (const Error&) {
@@ -294,8 +280,8 @@ private:
 TEST(Exr, aFullDiskLeavesTheOlderFile)
 {
     const TemporaryFolder folder;
-    writeBytes(folder / "a.exr", "older");
-    writeBytes(folder / "a.png", "older");
+    writeAll(folder / "a.exr", "older");
+    writeAll(folder / "a.png", "older");
     ImageFile file{{{"", randomImage(200, 200, 3, 10)}}, {}};
     for (const rlim_t bytes : {rlim_t(0), rlim_t(100), rlim_t(20000)}) {
         const FileSizeLimit limit(bytes);
@@ -310,7 +296,7 @@ TEST(Exr, aFullDiskLeavesTheOlderFile)
 TEST(Exr, overwritesOnlyWithTheWhole)
 {
     const TemporaryFolder folder;
-    writeBytes(folder / "a.exr", "something older");
+    writeAll(folder / "a.exr", "something older");
     writeExr(folder / "a.exr", sampleFile());
     EXPECT_EQ(readExr(folder / "a.exr").layers.size(), 5u);
     EXPECT_EQ(folder.count(), 1u);
@@ -441,9 +427,9 @@ TEST(RequireWritable, saysWhyNot)
     refused("/proc/a.exr", "cannot be written", ExitCode::badInput);
     std::filesystem::create_directory(folder / "b.exr");
     refused(folder / "b.exr", "is a folder", ExitCode::badInput);
-    writeBytes(folder / "old.exr", "keep me");
+    writeAll(folder / "old.exr", "keep me");
     requireWritable(folder / "old.exr");
-    EXPECT_EQ(readBytes(folder / "old.exr"), "keep me");
+    EXPECT_EQ(readAll(folder / "old.exr"), "keep me");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ Bytes smallJpeg()
 // Of the frame's height in what progressiveJpeg makes: behind start, quantization and depth.
 constexpr size_t kSizeAt = 2 + 69 + 5;
 
-std::string problemOf(const Bytes& bytes, const core::ImageGuards& guards = {})
+std::string jpegProblem(const Bytes& bytes, const core::ImageGuards& guards = {})
 {
     const core::DecodedImage decoded = core::decodeJpeg(bytes, guards);
     EXPECT_NE(decoded.problem.empty(), decoded.image.pixels.empty());
@@ -50,9 +50,9 @@ TEST(JpegFile, SizesAreJudgedBeforeAnythingIsAllocated)
         }
         return jpeg;
     };
-    EXPECT_EQ(problemOf(ofSide(8)), "");
-    EXPECT_NE(problemOf(ofSide(65500)).find("allowed are 16384"), std::string::npos);
-    EXPECT_NE(problemOf(ofSide(16000)).find("too much for a file"), std::string::npos);
+    EXPECT_EQ(jpegProblem(ofSide(8)), "");
+    EXPECT_NE(jpegProblem(ofSide(65500)).find("allowed are 16384"), std::string::npos);
+    EXPECT_NE(jpegProblem(ofSide(16000)).find("too much for a file"), std::string::npos);
 }
 
 TEST(JpegFile, ProgressiveImagesCountTheirCoefficients)
@@ -60,16 +60,17 @@ TEST(JpegFile, ProgressiveImagesCountTheirCoefficients)
     uint64_t asked = 0;
     core::ImageGuards guards;
     guards.beforeAllocation = [&](uint64_t, uint64_t bytes) { asked = bytes; };
-    EXPECT_EQ(problemOf(progressiveJpeg(64, 64, 3), guards), "");
+    EXPECT_EQ(jpegProblem(progressiveJpeg(64, 64, 3), guards), "");
     EXPECT_GE(asked, 64u * 64 + 2 * 64 * 64);
-    EXPECT_EQ(problemOf(smallJpeg(), guards), "");
+    EXPECT_EQ(jpegProblem(smallJpeg(), guards), "");
     EXPECT_EQ(asked, 256u);
 }
 
 TEST(JpegFile, RunsOverTheImageAreCounted)
 {
-    EXPECT_EQ(problemOf(progressiveJpeg(64, 64, 90)), "");
-    EXPECT_NE(problemOf(progressiveJpeg(64, 64, 30000)).find("too many scans"), std::string::npos);
+    EXPECT_EQ(jpegProblem(progressiveJpeg(64, 64, 90)), "");
+    EXPECT_NE(jpegProblem(progressiveJpeg(64, 64, 30000)).find("too many scans"),
+              std::string::npos);
 }
 
 TEST(JpegFile, DamagedPixelsAreShownAsFarAsTheyGo)
@@ -93,10 +94,10 @@ TEST(JpegFile, EveryByteChangedEndsInAnImageOrAReason)
         for (const unsigned flip : {0x01u, 0x80u, 0xffu}) {
             Bytes changed = jpeg;
             changed[i] ^= static_cast<std::byte>(flip);
-            problemOf(changed, guards);
+            jpegProblem(changed, guards);
         }
     for (size_t size = 3; size < jpeg.size(); ++size)
-        problemOf({jpeg.begin(), jpeg.begin() + static_cast<ptrdiff_t>(size)}, guards);
+        jpegProblem({jpeg.begin(), jpeg.begin() + static_cast<ptrdiff_t>(size)}, guards);
 }
 
 TEST(JpegFile, StopsWhenAsked)

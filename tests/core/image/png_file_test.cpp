@@ -12,20 +12,20 @@ namespace {
 
 using namespace tests;
 
-const std::vector<uint8_t> kPixels{0, 10, 128, 255, 1, 2, 7, 8, 9, 200, 100, 50};
+const std::vector<uint8_t> kFourColours{0, 10, 128, 255, 1, 2, 7, 8, 9, 200, 100, 50};
 
 Bytes smallPng()
 {
-    return test::encodeImage("png", 2, 2, 3, kPixels);
+    return test::encodeImage("png", 2, 2, 3, kFourColours);
 }
 
 void expectPixels(const core::DecodedImage& decoded)
 {
     EXPECT_EQ(decoded.problem, "");
     EXPECT_EQ(decoded.damage, "");
-    ASSERT_EQ(decoded.image.pixels.size(), kPixels.size());
-    for (size_t i = 0; i < kPixels.size(); ++i)
-        EXPECT_EQ(static_cast<uint8_t>(decoded.image.pixels[i]), kPixels[i]);
+    ASSERT_EQ(decoded.image.pixels.size(), kFourColours.size());
+    for (size_t i = 0; i < kFourColours.size(); ++i)
+        EXPECT_EQ(static_cast<uint8_t>(decoded.image.pixels[i]), kFourColours[i]);
 }
 
 TEST(PngFile, ProfilesAndTextsAreNotRead)
@@ -98,7 +98,7 @@ TEST(PngFile, TextsAreFoundWithoutDecompressing)
 
 TEST(PngFile, WhatIsWrittenIsReadAgain)
 {
-    const std::string written = core::encodeGreyPng(4, kPixels);
+    const std::string written = core::encodeGreyPng(4, kFourColours);
     const core::DecodedImage decoded = core::decodePng(bytesOf(written), {});
     EXPECT_EQ(decoded.image.width, 4u);
     EXPECT_EQ(decoded.image.height, 3u);

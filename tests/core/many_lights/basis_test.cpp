@@ -8,10 +8,8 @@
 #include "core/many_lights/row_weights.h"
 #include "tests/support/visibility_matrices.h"
 
+namespace core::many_lights {
 namespace {
-
-using namespace core::many_lights;
-using core::Pcg32;
 
 Words randomRows(uint32_t rows, double p, Pcg32& random)
 {
@@ -164,3 +162,4 @@ TEST(Basis, UnknownRowsAreFilledOnce)
 }
 
 }  // namespace
+}  // namespace core::many_lights

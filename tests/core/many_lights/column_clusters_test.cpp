@@ -9,18 +9,16 @@
 
 #include "tests/support/stats.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
-
-constexpr uint32_t kRows = 21;
+constexpr uint32_t kReceivers = 21;
 
 ReducedMatrix filled(uint32_t columns, const std::function<float(uint32_t, uint32_t)>& entry)
 {
-    ReducedMatrix m(kRows, columns);
+    ReducedMatrix m(kReceivers, columns);
     for (uint32_t j = 0; j < columns; ++j) {
-        for (uint32_t i = 0; i < kRows; ++i) m.column(j)[i] = entry(i, j);
+        for (uint32_t i = 0; i < kReceivers; ++i) m.column(j)[i] = entry(i, j);
         m.updateNorm(j);
     }
     return m;
@@ -37,7 +35,7 @@ ReducedMatrix someColumns(uint32_t columns, uint32_t seed)
         place[j] = uniform(random);
     }
     return filled(columns, [&](uint32_t i, uint32_t j) {
-        const float x = float(i) / kRows - place[j];
+        const float x = float(i) / kReceivers - place[j];
         return j % 17 == 3 || std::sin(20 * x) > 0.8f ? 0.0f : strength[j] / (0.05f + x * x);
     });
 }
@@ -108,7 +106,7 @@ TEST(ColumnClusters, EndWithTheDirectionsThatThereAre)
 
 TEST(ColumnClusters, ThereAreNoneOfNothing)
 {
-    const ReducedMatrix dark(kRows, 10);
+    const ReducedMatrix dark(kReceivers, 10);
     Pcg32 random(1);
     ColumnClusters clusters = sampleClusters(dark, 5, random);
     EXPECT_TRUE(clusters.ranges.empty());
@@ -140,7 +138,7 @@ TEST(ColumnClusters, RepresentativesOfMultiplesAreExact)
     std::vector<LightCluster> drawn;
     drawRepresentatives(clusters, lengths, random, drawn);
     ASSERT_LE(drawn.size(), 14u);
-    for (uint32_t i = 0; i < kRows; ++i) {
+    for (uint32_t i = 0; i < kReceivers; ++i) {
         double sum = 0, exact = 0;
         for (const LightCluster& c : drawn)
             sum += double(c.scale) * double(matrix.column(c.light)[i]);
@@ -152,7 +150,7 @@ TEST(ColumnClusters, RepresentativesOfMultiplesAreExact)
 /// How far the mean over draws is from the sum over all lights of what each brings to some points,
 /// which have not been sampled, in standard errors. `wrong`: scaled by brightness over brightness,
 /// though drawn by length.
-double largestScore(bool wrong)
+double largestClusterScore(bool wrong)
 {
     const uint32_t lights = 400;
     const ReducedMatrix matrix = someColumns(lights, 2);
@@ -201,8 +199,8 @@ double largestScore(bool wrong)
 
 TEST(ColumnClusters, RepresentativesAreUnbiased)
 {
-    EXPECT_LT(largestScore(false), tests::kScore);
-    EXPECT_GT(largestScore(true), tests::kScore) << "a planted bias was not seen";
+    EXPECT_LT(largestClusterScore(false), tests::kScore);
+    EXPECT_GT(largestClusterScore(true), tests::kScore) << "a planted bias was not seen";
 }
 
 /// So many as asked for, each light of weight above a step at least once.
@@ -231,3 +229,4 @@ TEST(ColumnClusters, SystematicDrawsAreAsManyAsAskedFor)
 }
 
 }  // namespace
+}  // namespace core::many_lights

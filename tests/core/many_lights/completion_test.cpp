@@ -4,20 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "core/many_lights/completion.h"
+#include "tests/support/completion_runs.h"
 #include "tests/support/visibility_matrices.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
+using tests::fullSampling;
 using tests::MatrixOracle;
-
-CompletionParams fullSampling()
-{
-    CompletionParams params;
-    params.method = CompletionMethod::full;
-    return params;
-}
 
 TEST(BitMatrix, ColumnsAreWords)
 {
@@ -120,3 +114,4 @@ TEST(Completion, SlicesTracedInFullHaveNoRate)
 }
 
 }  // namespace
+}  // namespace core::many_lights

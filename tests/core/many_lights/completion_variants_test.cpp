@@ -9,10 +9,9 @@
 #include "core/many_lights/bits.h"
 #include "tests/support/completion_runs.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
 using tests::completed;
 using tests::matrices;
 using tests::MatrixOracle;
@@ -165,3 +164,4 @@ TEST(Completion, ABasisIsNeverLargerThanTheDistinctColumns)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -44,8 +44,8 @@ LightRecord lightAt(vec3 position, float radius)
 }
 
 /// The mean over seeds, of at least so many pairs of samples.
-double meanOf(const BsdfInputs& material, vec3 wo, const LightRecord& light,
-              const std::vector<glm::vec4>& details, uint shape, double samples)
+double meanOverSeeds(const BsdfInputs& material, vec3 wo, const LightRecord& light,
+                     const std::vector<glm::vec4>& details, uint shape, double samples)
 {
     const float distance = glm::length(light.position);
     const double each = std::max(
@@ -69,14 +69,14 @@ TEST(ExtendedLight, LambertianEndsFaceToFaceAreTheClosedForm)
         const double exact = 2 / (3 * kPi * kPi * r * r) * (1 - cosine * cosine * cosine);
         EXPECT_NEAR(exact, expected, 1e-4 * expected);
         const LightRecord light = lightAt(vec3(0, 0, d), float(r));
-        EXPECT_NEAR(meanOf(lambert(), vec3(0.3, 0, 1), light, {}, kLightShapeDisc, 1e6), exact,
+        EXPECT_NEAR(meanOverSeeds(matte(), vec3(0.3, 0, 1), light, {}, kLightShapeDisc, 1e6), exact,
                     1e-3 * exact)
             << "disc, distance " << d;
         // Of a sphere that the receiver is in, all directions above both horizons.
         const double sine = std::min(1.0, r / d), across = std::sqrt(1 - sine * sine);
         const double ofSphere = 2 / (3 * kPi * kPi * r * r) * (1 - across * across * across);
-        EXPECT_NEAR(meanOf(lambert(), vec3(0.3, 0, 1), light, {}, kLightShapeSphere, 1e6), ofSphere,
-                    1e-3 * ofSphere)
+        EXPECT_NEAR(meanOverSeeds(matte(), vec3(0.3, 0, 1), light, {}, kLightShapeSphere, 1e6),
+                    ofSphere, 1e-3 * ofSphere)
             << "sphere, distance " << d;
     }
 }
@@ -97,7 +97,7 @@ TEST(ExtendedLight, WithoutRadiusItIsThePointToTheBit)
 /// And it is the limit of small radii, for glossy surfaces, too.
 TEST(ExtendedLight, SmallRadiiComeNearThePoint)
 {
-    for (const BsdfInputs& material : {lambert(), plastic(0.5f)}) {
+    for (const BsdfInputs& material : {matte(), plastic(0.5f)}) {
         LightRecord light = lightAt(vec3(0.4f, 0.2f, 1), 0);
         const double point =
             double(shared::lightContribution(receiver(material, vec3(-0.4, 0, 1), 0), {nullptr},
@@ -105,11 +105,12 @@ TEST(ExtendedLight, SmallRadiiComeNearThePoint)
                        .x);
         for (const uint shape : {kLightShapeSphere, kLightShapeDisc}) {
             light.radius = 1e-3f;
-            EXPECT_NEAR(meanOf(material, vec3(-0.4, 0, 1), light, {}, shape, 2e3), point,
+            EXPECT_NEAR(meanOverSeeds(material, vec3(-0.4, 0, 1), light, {}, shape, 2e3), point,
                         1e-3 * point);
             light.radius = 0.5f;
-            EXPECT_GT(std::abs(meanOf(material, vec3(-0.4, 0, 1), light, {}, shape, 2e4) - point),
-                      0.02 * point);
+            EXPECT_GT(
+                std::abs(meanOverSeeds(material, vec3(-0.4, 0, 1), light, {}, shape, 2e4) - point),
+                0.02 * point);
         }
     }
 }
@@ -122,7 +123,7 @@ TEST(ExtendedLight, ReceiversInsideAreFinite)
     for (const float d : {1e-2f, 1e-4f, 1e-7f, 1e-8f, 0.0f})
         for (const uint shape : {kLightShapeSphere, kLightShapeDisc}) {
             const double found =
-                meanOf(lambert(), vec3(0, 0, 1), lightAt(vec3(0, 0, d), r), {}, shape, 2e4);
+                meanOverSeeds(matte(), vec3(0, 0, 1), lightAt(vec3(0, 0, d), r), {}, shape, 2e4);
             EXPECT_LT(found, 1.01 * bound) << d;
             if (d >= 1e-7f) {
                 EXPECT_GT(found, 0.97 * bound) << d;
@@ -162,7 +163,8 @@ TEST(ExtendedLight, GlossyEndsAreTheirQuadrature)
             }
             const double exact = sum / (double(kSide) * kSide) / double(shared::pdfCone(cone)) /
                                  (kPi * double(radius) * double(radius));
-            EXPECT_NEAR(meanOf(plastic(0.4f), wo, light, details, shape, 3e5), exact, 3e-3 * exact)
+            EXPECT_NEAR(meanOverSeeds(plastic(0.4f), wo, light, details, shape, 3e5), exact,
+                        3e-3 * exact)
                 << "shape " << shape << ", radius " << radius;
         }
 }

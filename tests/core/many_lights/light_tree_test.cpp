@@ -9,9 +9,9 @@
 
 #include "tests/support/stats.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
 using glm::vec3;
 
 struct Random {
@@ -218,7 +218,7 @@ TEST(LightCut, DoesNotDependOnRepresentatives)
 /// The clustered sum over 400 trees against the sum over all lights, at some receivers and in all
 /// channels, with things in between that know nothing of clusters. `wrong`: clusters count their
 /// lights instead of weighing them, which is biased.
-double largestScore(bool wrong)
+double largestTreeScore(bool wrong)
 {
     const std::vector<VirtualLight> lights = someLights(500, 7);
     const auto visible = [](const VirtualLight& l, const vec3& x) {
@@ -260,8 +260,9 @@ double largestScore(bool wrong)
 
 TEST(LightCut, ClustersAreUnbiasedOverTrees)
 {
-    EXPECT_LT(largestScore(false), tests::kScore);
-    EXPECT_GT(largestScore(true), tests::kScore) << "a planted bias was not seen";
+    EXPECT_LT(largestTreeScore(false), tests::kScore);
+    EXPECT_GT(largestTreeScore(true), tests::kScore) << "a planted bias was not seen";
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -11,14 +11,15 @@
 #include "core/many_lights/gauss_jordan.h"
 #include "tests/support/completion_runs.h"
 #include "tests/support/stats.h"
+#include "tests/support/visibility_matrices.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
 using tests::completed;
 using tests::Mean;
 using tests::meanOf;
+using tests::tenColumns;
 
 CompletionParams linear(CompletionMethod method, float rate, bool guard = false)
 {
@@ -28,33 +29,29 @@ CompletionParams linear(CompletionMethod method, float rate, bool guard = false)
     return params;
 }
 
-BitMatrix tenColumns(Pcg32& random)
-{
-    return tests::dictionaryMatrix(1000, 1000, 10, random);
-}
-BitMatrix hundredColumns(Pcg32& random)
+BitMatrix hundredColumnsThreeTimes(Pcg32& random)
 {
     return tests::dictionaryMatrix(1000, 300, 100, random);
 }
 
 // --- GF(2)
 
-using Column = std::vector<bool>;
+using BitColumn = std::vector<bool>;
 
-Column unpacked(std::span<const uint64_t> words, uint32_t rows)
+BitColumn unpacked(std::span<const uint64_t> words, uint32_t rows)
 {
-    Column column(rows);
+    BitColumn column(rows);
     for (uint32_t i = 0; i < rows; ++i) column[i] = getBit(words, i);
     return column;
 }
 
-void addTo(Column& to, const Column& column)
+void addTo(BitColumn& to, const BitColumn& column)
 {
     for (size_t i = 0; i < to.size(); ++i) to[i] = to[i] != column[i];
 }
 
 /// All columns at once, in reduced row-echelon form.
-std::vector<Column> eliminated(std::vector<Column> columns)
+std::vector<BitColumn> eliminated(std::vector<BitColumn> columns)
 {
     size_t done = 0;
     for (size_t row = 0; !columns.empty() && row < columns[0].size(); ++row) {
@@ -77,14 +74,14 @@ TEST(GaussJordan, GrowsToWhatEliminationOfAllColumnsGives)
         for (const uint32_t rank : {1u, 4u, 30u}) {
             const BitMatrix truth = tests::sumsMatrix(rows, 40, rank, random);
             EchelonBasis basis(rows);
-            std::vector<Column> columns;
+            std::vector<BitColumn> columns;
             for (uint32_t j = 0; j < 40; ++j) {
                 columns.push_back(unpacked(truth.column(j), rows));
                 const uint32_t before = basis.size();
                 const bool grew = basis.insert(truth.column(j));
                 EXPECT_EQ(basis.size(), before + (grew ? 1u : 0u));
-                const std::vector<Column> plain = eliminated(columns);
-                std::set<Column> expected(plain.begin(), plain.end()), found;
+                const std::vector<BitColumn> plain = eliminated(columns);
+                std::set<BitColumn> expected(plain.begin(), plain.end()), found;
                 for (uint32_t k = 0; k < basis.size(); ++k) {
                     found.insert(unpacked(basis.column(k), rows));
                     EXPECT_TRUE(getBit(basis.column(k), basis.pivot(k)));
@@ -102,7 +99,7 @@ TEST(GaussJordan, GrowsToWhatEliminationOfAllColumnsGives)
 
 /// The thesis's loop with elimination from scratch; draws as completion makes them.
 struct PlainElimination {
-    std::vector<Column> columns;
+    std::vector<BitColumn> columns;
     uint64_t rays = 0;
     size_t rank = 0;
 };
@@ -116,13 +113,13 @@ PlainElimination plainElimination(const BitMatrix& truth, const CompletionParams
     Words all(wordsFor(n));
     for (size_t w = 0; w < all.size(); ++w) all[w] = wordOfRows(n, w);
     PlainElimination result;
-    std::vector<Column> known;
+    std::vector<BitColumn> known;
     const auto m = static_cast<uint32_t>(std::lround(double(params.rowRate) * n));
     const auto v = static_cast<uint32_t>(std::lround(double(params.verificationRate) * n));
     double alpha = double(params.rowRate);
     for (uint32_t j = 0; j < truth.columns(); ++j) {
-        const Column column = unpacked(truth.column(j), n);
-        const std::vector<Column> basis = eliminated(known);
+        const BitColumn column = unpacked(truth.column(j), n);
+        const std::vector<BitColumn> basis = eliminated(known);
         const auto full = [&](uint32_t traced) {
             result.rays += n - traced;
             known.push_back(column);
@@ -136,7 +133,7 @@ PlainElimination plainElimination(const BitMatrix& truth, const CompletionParams
         const auto count = static_cast<uint32_t>(std::lround(alpha * n));
         std::vector<uint32_t> pivots;
         Words pivotRows(all.size()), others(all.size()), rows(all.size()), rest(all.size());
-        for (const Column& b : basis) {
+        for (const BitColumn& b : basis) {
             pivots.push_back(static_cast<uint32_t>(std::ranges::find(b, true) - b.begin()));
             setBit(pivotRows, pivots.back());
         }
@@ -148,7 +145,7 @@ PlainElimination plainElimination(const BitMatrix& truth, const CompletionParams
         for (size_t w = 0; w < all.size(); ++w) rows[w] |= rest[w];
         uint32_t traced = countBits(rows);
         result.rays += traced;
-        Column sum(n);
+        BitColumn sum(n);
         for (size_t k = 0; k < basis.size(); ++k)
             if (getBit(rows, pivots[k]) && sum[pivots[k]] != column[pivots[k]])
                 addTo(sum, basis[k]);
@@ -222,17 +219,19 @@ TEST(GaussJordan, RaysFollowFromTheRank)
 // Where not all pivots are sampled nearly every column fails; with the guard rows are added.
 TEST(GaussJordan, TheGuardSamplesEveryPivot)
 {
-    const Mean without = meanOf(linear(CompletionMethod::gaussJordan, 0.1f), hundredColumns);
+    const Mean without =
+        meanOf(linear(CompletionMethod::gaussJordan, 0.1f), hundredColumnsThreeTimes);
     EXPECT_GT(without.rays, 95);
     EXPECT_EQ(without.basis, 101);
-    const Mean with = meanOf(linear(CompletionMethod::gaussJordan, 0.1f, true), hundredColumns);
+    const Mean with =
+        meanOf(linear(CompletionMethod::gaussJordan, 0.1f, true), hundredColumnsThreeTimes);
     EXPECT_LT(with.rays, 55);
     EXPECT_EQ(with.error, 0);
 }
 
 // --- linear algebra
 
-Matrix randomMatrix(size_t rows, size_t columns, Pcg32& random)
+Matrix uniformMatrix(size_t rows, size_t columns, Pcg32& random)
 {
     Matrix a(rows, columns);
     for (double& x : a.values()) x = 2 * random() - 1;
@@ -261,7 +260,7 @@ TEST(Dense, SingularValuesAndVectorsMakeTheMatrix)
     Pcg32 random(3);
     for (const auto& [rows, columns] :
          {std::pair{1u, 1u}, {7u, 3u}, {3u, 7u}, {40u, 40u}, {90u, 20u}}) {
-        const Matrix a = randomMatrix(rows, columns, random);
+        const Matrix a = uniformMatrix(rows, columns, random);
         const Svd parts = svd(a);
         const size_t least = std::min(rows, columns);
         ASSERT_EQ(parts.s.size(), least);
@@ -287,7 +286,7 @@ TEST(Dense, PseudoInversesObeyPenrose)
 {
     Pcg32 random(4);
     for (const size_t rank : {2u, 12u}) {
-        const Matrix a = product(randomMatrix(30, rank, random), randomMatrix(rank, 12, random));
+        const Matrix a = product(uniformMatrix(30, rank, random), uniformMatrix(rank, 12, random));
         const Matrix inverse = pseudoInverse(a, 1e-9);
         const Matrix left = product(inverse, a), right = product(a, inverse);
         EXPECT_LT(distance(product(a, left), a), 1e-10);
@@ -414,3 +413,4 @@ TEST(LinearResidual, CorrectsTheMean)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -9,12 +9,10 @@
 #include "core/many_lights/matrix_separation.h"
 #include "tests/support/completion_runs.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
-
-Matrix randomMatrix(size_t rows, size_t columns, Pcg32& random)
+Matrix normalMatrix(size_t rows, size_t columns, Pcg32& random)
 {
     Matrix a(rows, columns);
     for (double& x : a.values())  // nearly normal: the sum of twelve uniform numbers
@@ -37,7 +35,7 @@ double relativeError(const Matrix& found, const Matrix& truth)
 TEST(LowRank, RandomizedSvdIsNearlyAsGoodAsTheBest)
 {
     Pcg32 random(1);
-    Matrix a = product(randomMatrix(150, 40, random), randomMatrix(40, 120, random));
+    Matrix a = product(normalMatrix(150, 40, random), normalMatrix(40, 120, random));
     for (size_t k = 0; k < 40; ++k)  // a tail that falls slowly
         for (double& x : a.column(k)) x += random();
     const Svd exact = svd(a), nearly = randomizedSvd(a, 20, random);
@@ -58,7 +56,7 @@ TEST(LowRank, RandomizedSvdIsNearlyAsGoodAsTheBest)
 TEST(LowRank, RankTenIsCompletedFromTwoFifthsOfTheEntries)
 {
     Pcg32 random(2);
-    const Matrix truth = product(randomMatrix(200, 10, random), randomMatrix(10, 200, random));
+    const Matrix truth = product(normalMatrix(200, 10, random), normalMatrix(10, 200, random));
     BitMatrix known(200, 200);
     Matrix values = truth;
     for (uint32_t j = 0; j < 200; ++j)
@@ -94,7 +92,7 @@ Matrix corruptedFrom(Matrix a, size_t& count, Pcg32& random)
 TEST(LowRank, SparseCorruptionIsSeparated)
 {
     Pcg32 random(3);
-    const Matrix truth = product(randomMatrix(200, 10, random), randomMatrix(10, 200, random));
+    const Matrix truth = product(normalMatrix(200, 10, random), normalMatrix(10, 200, random));
     size_t count = 0;
     const Matrix corrupted = corruptedFrom(truth, count, random);
     const Separation parts = separate(corrupted, {}, random);
@@ -111,7 +109,7 @@ TEST(LowRank, SparseCorruptionIsSeparated)
 TEST(LowRank, FactorsSeparateSparseCorruption)
 {
     Pcg32 random(5);
-    const Matrix truth = product(randomMatrix(200, 10, random), randomMatrix(10, 250, random));
+    const Matrix truth = product(normalMatrix(200, 10, random), normalMatrix(10, 250, random));
     size_t count = 0;
     const Matrix corrupted = corruptedFrom(truth, count, random);
     FactorSettings settings;
@@ -228,3 +226,4 @@ TEST(Svt, ColumnsThatAreTracedInFullCountAsSuch)
 }
 
 }  // namespace
+}  // namespace core::many_lights

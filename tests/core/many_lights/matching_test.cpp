@@ -9,16 +9,17 @@
 #include "core/many_lights/row_weights.h"
 #include "tests/support/completion_runs.h"
 #include "tests/support/stats.h"
+#include "tests/support/visibility_matrices.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
 using tests::completed;
 using tests::fixedRate;
 using tests::MatrixOracle;
 using tests::Mean;
 using tests::meanOf;
+using tests::tenColumns;
 
 // --- the paper's loop, plainly
 
@@ -153,10 +154,6 @@ TEST(Matching, IsThePapersLoopBitByBit)
 
 // --- known numbers: 1000 x 1000, mean of five
 
-BitMatrix tenColumns(Pcg32& random)
-{
-    return tests::dictionaryMatrix(1000, 1000, 10, random);
-}
 BitMatrix hundredColumns(Pcg32& random)
 {
     return tests::dictionaryMatrix(1000, 1000, 100, random);
@@ -457,3 +454,4 @@ TEST(Matching, RaysDecideBetweenSeveralMatches)
 }
 
 }  // namespace
+}  // namespace core::many_lights

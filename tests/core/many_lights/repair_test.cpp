@@ -9,10 +9,9 @@
 #include "tests/support/completion_runs.h"
 #include "tests/support/stats.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
 using tests::MatrixOracle;
 using tests::Mean;
 using tests::meanOf;
@@ -139,3 +138,4 @@ TEST(Residual, CorrectsTheMeanOfWhatIsPredicted)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -11,10 +11,8 @@
 #include "core/many_lights/row_weights.h"
 #include "tests/support/stats.h"
 
+namespace core::many_lights {
 namespace {
-
-using namespace core::many_lights;
-using core::Pcg32;
 
 Words allRows(uint32_t rows)
 {
@@ -213,3 +211,4 @@ TEST(RowWeights, UniformDrawsAreUniform)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -7,28 +7,23 @@
 #include <atomic>
 
 #include "core/base/check.h"
-#include "core/gltf/gltf.h"
 #include "core/many_lights/frame.h"
+#include "tests/support/asset.h"
 #include "tests/support/light_frames.h"
 #include "tests/support/slice_twin.h"
 #include "tests/support/test_scenes.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
 using glm::vec3;
+using tests::asset;
 
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
-
-constexpr uint32_t kSide = 32;
+constexpr uint32_t kFrameSide = 32;
 
 FrameSettings settingsFor(const core::World& world)
 {
-    FrameSettings s = tests::frameSettings(world, kSide);
+    FrameSettings s = tests::frameSettings(world, kFrameSide);
     s.path.seed = 3;
     s.path.maxDepth = 6;
     s.compensates = true;
@@ -44,7 +39,7 @@ std::vector<vec3> frameOf(const core::Accel& accel, const FrameSettings& s, Batc
                           double seconds = 1e9)
 {
     const LightPlan plan = planLights(accel, s);
-    std::vector<vec3> picture(kSide * kSide, vec3(-1));
+    std::vector<vec3> picture(kFrameSide * kFrameSide, vec3(-1));
     const auto done = [&](size_t pixel, const vec3& L) { picture[pixel] = L; };
     const auto frame = Frame::begin(accel, s, plan, makeFrameLights(accel, s, plan, 0, {}),
                                     makeFrameReceivers(accel, s, 0, {}), 0, {}, done);
@@ -245,3 +240,4 @@ TEST(SliceQueue, AFrameTellsOfItsDevicesFailure)
 }
 
 }  // namespace
+}  // namespace core::many_lights

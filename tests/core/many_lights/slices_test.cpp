@@ -6,12 +6,12 @@
 
 #include <gtest/gtest.h>
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
 using glm::vec3;
 
-std::vector<Receiver> onSphere(size_t count, uint32_t seed)
+std::vector<Receiver> receiversOnSphere(size_t count, uint32_t seed)
 {
     std::mt19937 random(seed);
     std::normal_distribution<float> normal;
@@ -46,7 +46,7 @@ void expectPartition(const Slices& slices, size_t count, const SliceSettings& se
 TEST(Slices, HoldEveryReceiverOnce)
 {
     for (const size_t count : {size_t(1), size_t(9), size_t(1000), size_t(30000)}) {
-        const std::vector<Receiver> receivers = onSphere(count, 1);
+        const std::vector<Receiver> receivers = receiversOnSphere(count, 1);
         for (const SliceSettings& settings :
              {SliceSettings{0.05f, 1000, 10}, SliceSettings{2.0f, 100, 10},
               SliceSettings{0.05f, 20, 10}, SliceSettings{0.05f, 1, 1}})
@@ -72,7 +72,7 @@ TEST(Slices, CoincidentReceiversAreHalved)
 /// One receiver far away from all others must not have a slice of its own, nor keep them together.
 TEST(Slices, OutliersDoNotMakeSlicesOfTheirOwn)
 {
-    std::vector<Receiver> receivers = onSphere(5000, 2);
+    std::vector<Receiver> receivers = receiversOnSphere(5000, 2);
     receivers[1234].position = vec3(1e6f, 0, 0);
     const SliceSettings settings{0.05f, 500, 10};
     expectPartition(makeSlices(receivers, settings), receivers.size(), settings);
@@ -95,3 +95,4 @@ TEST(Slices, OppositeNormalsAreParted)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -6,7 +6,6 @@
 
 #include <thread>
 
-#include "core/gltf/gltf.h"
 #include "core/many_lights/illumination_cut.h"
 #include "core/many_lights/lightcuts.h"
 #include "core/many_lights/mat_sep.h"
@@ -14,24 +13,19 @@
 #include "core/many_lights/sphere_bound.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
+#include "tests/support/asset.h"
 #include "tests/support/light_frames.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
 using namespace tests;
 using glm::vec3;
 
 constexpr std::array kAll{Technique::clusters,  Technique::lightslice,      Technique::rowColumn,
                           Technique::lightcuts, Technique::illuminationCut, Technique::matSep};
-
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
 
 /// The same lights and points for all techniques.
 struct Stage {
@@ -445,3 +439,4 @@ TEST(IlluminationCut, ASliceThatIsGivenUpLeavesNothingToTheNext)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -10,9 +10,9 @@
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
 using namespace tests;
 using glm::vec3;
 
@@ -237,3 +237,4 @@ TEST(VirtualLights, PunctualLightsAreExact)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -9,10 +9,9 @@
 
 #include "tests/support/visibility_matrices.h"
 
+namespace core::many_lights {
 namespace {
 
-using namespace core::many_lights;
-using core::Pcg32;
 using glm::vec3;
 using tests::bitError;
 using tests::MatrixOracle;
@@ -248,3 +247,4 @@ TEST(Prediction, ObeysStopsAndHasNoTroubleWithNothing)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -24,8 +24,8 @@ protected:
     }
 
     /// The open share that camera `camera` sees, over 16 x 16 pixels.
-    Estimate open(const std::shared_ptr<const core::World>& world, float distance, uint32_t spp,
-                  size_t camera = 0)
+    PictureMean open(const std::shared_ptr<const core::World>& world, float distance, uint32_t spp,
+                     size_t camera = 0)
     {
         core::AoParams params;
         params.distance = distance;
@@ -40,7 +40,7 @@ protected:
         return estimate(e);
     }
 
-    void expectShare(const Estimate& e, double exact)
+    void expectShare(const PictureMean& e, double exact)
     {
         // The footprint of the pixels is worth 2e-4.
         EXPECT_LT(std::abs(e.mean - exact), kScore * std::sqrt(e.varianceOfMean) + 2e-4)
@@ -66,9 +66,9 @@ TEST_P(Ao, AClosedBoxIsDarkAndAnOpenFloorIsNot)
     SceneBuilder box;
     box.box({-1, -1, -1}, {1, 1, 1}, box.material(lambert(glm::vec3(0.5f))), true);
     box.camera({0.1, 0.2, 0.3}, {1, 0.4, -0.5}, 1.2);
-    const Estimate dark = open(box.world(), 0, 16);
+    const PictureMean dark = open(box.world(), 0, 16);
     EXPECT_EQ(dark.mean, 0);
-    const Estimate bright = open(floorAt().world(), 0, 16);
+    const PictureMean bright = open(floorAt().world(), 0, 16);
     EXPECT_NEAR(bright.mean, 1, 1e-12);
 }
 

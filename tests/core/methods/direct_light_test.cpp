@@ -19,7 +19,7 @@ namespace {
 using namespace tests;
 
 using std::numbers::pi;
-constexpr float kAlbedo = 0.6f;
+constexpr float kStageAlbedo = 0.6f;
 
 /// Irradiance at p (normal n) from a polygon of radiance one wholly above the horizon: Lambert's
 /// formula.
@@ -56,7 +56,7 @@ struct Stage {
     Stage()
     {
         builder.quad({-8, 0, 8}, {16, 0, 0}, {0, 0, -16},
-                     builder.material(lambert(glm::vec3(kAlbedo))));
+                     builder.material(lambert(glm::vec3(kStageAlbedo))));
         for (int i = 0; i < 16; ++i) points.emplace_back(-1.5 + i % 4, 0.0, -1.2 + 0.9 * (i / 4));
         for (const glm::dvec3& p : points) builder.camera(p + glm::dvec3(0.3, 0.5, 0.4), p, 0.002);
     }
@@ -69,7 +69,7 @@ struct Stage {
         const auto world = builder.world();
         const auto renderer = core::makeRenderer("path");
         renderer->setWorld(world, {});
-        Estimate ratio;  // of measured to exact, mean over the points that are lit
+        PictureMean ratio;  // of measured to exact, mean over the points that are lit
         double lit = 0;
         for (size_t i = 0; i < points.size(); ++i) {
             core::PathParams params = independentParams(core::Strategy::mis, 1);
@@ -78,8 +78,8 @@ struct Stage {
             renderer->advance({.samples = spp}, {});
             const core::Estimate film = renderer->read(core::Reading::everything);
             EXPECT_TRUE(film.counters.clean());
-            const double exact = static_cast<double>(kAlbedo) / pi * irradiance(points[i]);
-            const Estimate e = estimate(film);
+            const double exact = static_cast<double>(kStageAlbedo) / pi * irradiance(points[i]);
+            const PictureMean e = estimate(film);
             if (exact == 0) {
                 EXPECT_EQ(e.mean, 0.0);
                 continue;
@@ -279,7 +279,7 @@ TEST(DirectLight, AbsorptionFollowsLength)
         b.camera({0, 0, 4 * scale}, {0, 0, 0}, 0.01);
         core::PathParams params = independentParams();
         params.rouletteDepth = 4096;  // no chance in it
-        const Estimate e = estimate(render(b.world(), 8, 8, 4, params));
+        const PictureMean e = estimate(render(b.world(), 8, 8, 4, params));
         EXPECT_NEAR(e.mean, 2 * std::exp(-0.7), 1e-4) << scale;
     }
 }
@@ -294,7 +294,7 @@ TEST(DirectLight, BlendedVeil)
     b.quad({-1, -1, 1}, {2, 0, 0}, {0, 2, 0}, b.material(veil));
     b.quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, b.material(emitter(glm::vec3(1))));
     b.camera({0, 0, 5}, {0, 0, 0}, 0.05);
-    const Estimate e = estimate(render(b.world(), 64, 64, 64, independentParams()));
+    const PictureMean e = estimate(render(b.world(), 64, 64, 64, independentParams()));
     EXPECT_LT(std::abs(score(e, 0.7)), kScore);
     EXPECT_LT(detectable(e, 0.7), 0.02);
 }
@@ -305,7 +305,7 @@ TEST(DirectLight, NormalMapsFromBehindAreReversed)
 {
     const auto seen = [](bool behind, float towards) {
         SceneBuilder b;
-        core::Material tilted = lambert(glm::vec3(kAlbedo));
+        core::Material tilted = lambert(glm::vec3(kStageAlbedo));
         tilted.data.flags |= shared::kMaterialDoubleSided;
         core::Texture map;
         map.width = map.height = 1;
@@ -335,8 +335,8 @@ TEST(DirectLight, NormalMapsFromBehindAreReversed)
         b.camera({0, 0, 3 * side}, {0, 0, 0}, 0.01);
         return estimate(render(b.world(), 4, 4, 4, independentParams(core::Strategy::mis, 1))).mean;
     };
-    const double facing = (0.6 + 0.8) / std::sqrt(2.0) * double(kAlbedo) / pi,
-                 averted = (0.8 - 0.6) / std::sqrt(2.0) * double(kAlbedo) / pi;
+    const double facing = (0.6 + 0.8) / std::sqrt(2.0) * double(kStageAlbedo) / pi,
+                 averted = (0.8 - 0.6) / std::sqrt(2.0) * double(kStageAlbedo) / pi;
     EXPECT_NEAR(seen(false, 1), facing, 2e-3);
     EXPECT_NEAR(seen(false, -1), averted, 2e-3);
     EXPECT_NEAR(seen(true, 1), averted, 2e-3);
@@ -347,7 +347,7 @@ TEST(DirectLight, NormalMapsFromBehindAreReversed)
 TEST(DirectLight, ACoverCloseToALampIsSeen)
 {
     SceneBuilder b;
-    b.quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, b.material(lambert(glm::vec3(kAlbedo))));
+    b.quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, b.material(lambert(glm::vec3(kStageAlbedo))));
     b.quad({-1, 20, -1}, {2, 0, 0}, {0, 0, 2}, b.material(emitter(glm::vec3(10))));
     b.quad({-1.1f, 19.997f, -1.1f}, {2.2f, 0, 0}, {0, 0, 2.2f}, b.material(lambert(glm::vec3(0))));
     b.camera({0.3, 0.5, 0.4}, {0, 0, 0}, 0.002);

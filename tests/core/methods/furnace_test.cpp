@@ -13,7 +13,7 @@ namespace {
 using namespace tests;
 using core::Strategy;
 
-void expectMean(const Estimate& e, double exact, double mdb)
+void expectMean(const PictureMean& e, double exact, double mdb)
 {
     EXPECT_LT(std::abs(score(e, exact)), kScore) << "mean " << e.mean << " instead of " << exact;
     EXPECT_LT(detectable(e, exact), mdb) << "underpowered";
@@ -43,7 +43,7 @@ TEST(Furnace, ClosedBox)
     for (const float a : {0.5f, 0.8f}) {
         for (const Strategy strategy : {Strategy::mis, Strategy::bsdf}) {
             const uint32_t spp = a < 0.6f ? 240 : 360;
-            const Estimate e =
+            const PictureMean e =
                 estimate(render(boxFurnace(a), 64, 64, spp, independentParams(strategy)));
             SCOPED_TRACE(testing::Message() << "albedo " << a << ", " << core::enumName(strategy));
             expectMean(e, 1 / (1 - static_cast<double>(a)), 0.005);
@@ -54,7 +54,7 @@ TEST(Furnace, ClosedBox)
 TEST(Furnace, ClosedSphere)
 {
     for (const Strategy strategy : {Strategy::mis, Strategy::bsdf, Strategy::light}) {
-        const Estimate e =
+        const PictureMean e =
             estimate(render(sphereFurnace(0.5f), 64, 64, 240, independentParams(strategy)));
         SCOPED_TRACE(core::enumName(strategy));
         expectMean(e, 2, 0.005);
@@ -70,7 +70,7 @@ TEST(Furnace, DepthLimitCutsTheSeries)
         core::PathParams params = independentParams(Strategy::mis, depth);
         params.rouletteDepth = 4096;
         SCOPED_TRACE(depth);
-        const Estimate e = estimate(render(sphereFurnace(0.8f), 32, 32, 32, params));
+        const PictureMean e = estimate(render(sphereFurnace(0.8f), 32, 32, 32, params));
         EXPECT_LT(std::abs(score(e, exact)), kScore) << e.mean << " instead of " << exact;
         EXPECT_LT(detectable(e, exact), 0.01) << "underpowered";
     }
@@ -147,7 +147,7 @@ TEST(Furnace, NoSurfaceCreatesEnergy)
         b.camera({0, 0, 6}, {0, 0, 0}, 0.25);
         SCOPED_TRACE(testing::Message() << "metallic " << c.metallic << " roughness " << c.roughness
                                         << " ior " << c.ior << " transmission " << c.transmission);
-        const Estimate e = estimate(render(b.world(), 24, 24, 64, independentParams()));
+        const PictureMean e = estimate(render(b.world(), 24, 24, 64, independentParams()));
         EXPECT_LT(e.mean, 1 + 1e-3 + kScore * std::sqrt(e.varianceOfMean));
         EXPECT_GT(e.mean, c.roughness > 0.9f ? 0.3 : 0.8);
         const float alpha = c.roughness * c.roughness;
@@ -162,7 +162,7 @@ TEST(Furnace, NoSurfaceCreatesEnergy)
 /// Estimators of the same image agree: over the whole image, and on tiles of 8 x 8 pixels.
 void expectAgreement(const core::Estimate& a, const core::Estimate& b, double mdb)
 {
-    const Estimate ea = estimate(a), eb = estimate(b);
+    const PictureMean ea = estimate(a), eb = estimate(b);
     EXPECT_LT(std::abs(score(ea, eb)), kScore) << ea.mean << " and " << eb.mean;
     EXPECT_LT(detectable(ea, eb), mdb) << "underpowered";
     const uint32_t tiles = a.mean.width / 8;

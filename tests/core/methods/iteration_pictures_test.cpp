@@ -12,20 +12,23 @@
 #include <gtest/gtest.h>
 
 #include "core/base/pcg32.h"
+#include "tests/support/image_mean.h"
 #include "tests/support/stats.h"
 
 namespace {
 
+using tests::meanOf;
+
 using core::Combine, core::CombineFrom, core::CombineOver, core::GuidedParams;
 
-constexpr uint32_t kWidth = 24, kHeight = 16;
+constexpr uint32_t kPictureWidth = 24, kPictureHeight = 16;
 
 /// A film that gets log-normal samples of mean one, as a guided renderer would fill it.
 class Renders {
 public:
     Renders(const GuidedParams& params, uint64_t seed) : random_(seed)
     {
-        film_.reset(kWidth, kHeight);
+        film_.reset(kPictureWidth, kPictureHeight);
         pictures_.begin(params);
     }
 
@@ -61,8 +64,8 @@ private:
     core::IterationPictures pictures_;
 };
 
-GuidedParams with(Combine by, CombineOver over = CombineOver::picture,
-                  CombineFrom from = CombineFrom::own, uint32_t last = 0)
+GuidedParams combinedBy(Combine by, CombineOver over = CombineOver::picture,
+                        CombineFrom from = CombineFrom::own, uint32_t last = 0)
 {
     GuidedParams params;
     params.combine = by;
@@ -72,15 +75,8 @@ GuidedParams with(Combine by, CombineOver over = CombineOver::picture,
     return params;
 }
 
-double meanOf(const core::Image& image)
-{
-    double sum = 0;
-    for (const float x : image.pixels) sum += double(x);
-    return sum / double(image.pixels.size());
-}
-
 /// Mean squared distance from the one that all samples have in the mean.
-double errorOf(const core::Image& image)
+double errorOfPicture(const core::Image& image)
 {
     double sum = 0;
     for (const float x : image.pixels) sum += (double(x) - 1) * (double(x) - 1);
@@ -97,7 +93,7 @@ TEST(IterationPictures, AreTheFilmUnlessTheyAreAskedFor)
     EXPECT_EQ(renders.picture().mean.pixels, renders.film().estimate(false).mean.pixels);
     EXPECT_EQ(renders.pictures().nextPart(3), std::numeric_limits<uint64_t>::max());
     // With equal noise all samples together are what weights by samples give.
-    Renders all(with(Combine::samples, CombineOver::picture, CombineFrom::own, 9), 1);
+    Renders all(combinedBy(Combine::samples, CombineOver::picture, CombineFrom::own, 9), 1);
     all.render(3, 1);
     all.endIteration();
     all.render(2, 1);
@@ -111,7 +107,7 @@ TEST(IterationPictures, AreTheFilmUnlessTheyAreAskedFor)
 /// The iteration that is to be replaced stays until the next one has as many samples.
 TEST(IterationPictures, ShowTheLastOnes)
 {
-    Renders renders(with(Combine::samples, CombineOver::picture, CombineFrom::own, 1), 2);
+    Renders renders(combinedBy(Combine::samples, CombineOver::picture, CombineFrom::own, 1), 2);
     Renders alone({}, 2);
     renders.render(4, 2);
     renders.endIteration();
@@ -123,9 +119,9 @@ TEST(IterationPictures, ShowTheLastOnes)
     const core::Estimate last = renders.picture();
     EXPECT_EQ(last.samples, 12u);
     EXPECT_NEAR(last.weight.pixels[0], 8, 1e-4);
-    EXPECT_NEAR(errorOf(last.mean), 0.01 / 8, 0.001);
+    EXPECT_NEAR(errorOfPicture(last.mean), 0.01 / 8, 0.001);
     EXPECT_NEAR(meanOf(last.variance), 0.01 / 8, 0.0003);
-    EXPECT_GT(errorOf(renders.film().mean()), 0.1);
+    EXPECT_GT(errorOfPicture(renders.film().mean()), 0.1);
 }
 
 /// Four noisy samples with the weight of one quiet one each, and of the best weight.
@@ -134,7 +130,7 @@ TEST(IterationPictures, CountWhatWasNoisierLess)
     constexpr double kNoisy = 1.2, kQuiet = 0.3;
     const double noisy = std::exp(kNoisy * kNoisy) - 1, quiet = std::exp(kQuiet * kQuiet) - 1;
     for (const double weight : {1.0, quiet / noisy}) {
-        Renders renders(with(Combine::trial), 4);
+        Renders renders(combinedBy(Combine::trial), 4);
         renders.render(4, kNoisy);
         EXPECT_FALSE(renders.pictures().isOn());
         const core::Image before = renders.film().mean();
@@ -149,7 +145,7 @@ TEST(IterationPictures, CountWhatWasNoisierLess)
         const double variance = (squares * noisy + 12 * quiet) / (weights * weights);
         EXPECT_EQ(picture.samples, 16u);
         EXPECT_NEAR(picture.weight.pixels[5], weights * weights / (squares + 12), 1e-3);
-        EXPECT_NEAR(errorOf(picture.mean), variance, 0.2 * variance) << weight;
+        EXPECT_NEAR(errorOfPicture(picture.mean), variance, 0.2 * variance) << weight;
         EXPECT_NEAR(meanOf(picture.variance), variance, 0.2 * variance) << weight;
     }
 }
@@ -175,19 +171,22 @@ TEST(IterationPictures, FavourTheQuietOnes)
     };
     double bySamples = 0;
     for (uint64_t seed = 1; seed <= 8; ++seed)
-        bySamples +=
-            errorOf(render(with(Combine::samples, CombineOver::picture, CombineFrom::own, 60), seed)
-                        .mean) /
-            8;
+        bySamples += errorOfPicture(render(combinedBy(Combine::samples, CombineOver::picture,
+                                                      CombineFrom::own, 60),
+                                           seed)
+                                        .mean) /
+                     8;
     for (const Way& way :
-         {Way{with(Combine::inverseVariance), 0.1, 0.7}, Way{with(Combine::ess), 0.1, 1},
-          Way{with(Combine::inverseVariance, CombineOver::pixel, CombineFrom::crossed), 0.1, 0.9},
-          Way{with(Combine::ess, CombineOver::tile), 0.1, 1}}) {
+         {Way{combinedBy(Combine::inverseVariance), 0.1, 0.7},
+          Way{combinedBy(Combine::ess), 0.1, 1},
+          Way{combinedBy(Combine::inverseVariance, CombineOver::pixel, CombineFrom::crossed), 0.1,
+              0.9},
+          Way{combinedBy(Combine::ess, CombineOver::tile), 0.1, 1}}) {
         tests::Moments means;
         double error = 0, told = 0;
         for (uint64_t seed = 1; seed <= 8; ++seed) {
             const core::Estimate e = render(way.params, seed);
-            error += errorOf(e.mean) / 8;
+            error += errorOfPicture(e.mean) / 8;
             told += meanOf(e.variance) / 8;
             means.add(meanOf(e.mean));
         }
@@ -206,7 +205,7 @@ TEST(IterationPictures, CrossedWeightsLeaveNoBias)
     for (const CombineFrom from : {CombineFrom::own, CombineFrom::crossed}) {
         tests::Moments means;
         for (uint64_t seed = 1; seed <= 60; ++seed) {
-            Renders renders(with(Combine::inverseVariance, CombineOver::pixel, from), seed);
+            Renders renders(combinedBy(Combine::inverseVariance, CombineOver::pixel, from), seed);
             renders.render(8, 1.2);
             renders.endIteration();
             renders.render(16, 1.2);
@@ -223,7 +222,7 @@ TEST(IterationPictures, CrossedWeightsLeaveNoBias)
 
 TEST(IterationPictures, HalvesAreEqual)
 {
-    const GuidedParams params = with(Combine::ess, CombineOver::pixel, CombineFrom::crossed);
+    const GuidedParams params = combinedBy(Combine::ess, CombineOver::pixel, CombineFrom::crossed);
     core::IterationPictures pictures;
     pictures.begin(params);
     std::vector<uint64_t> parts;
@@ -234,7 +233,7 @@ TEST(IterationPictures, HalvesAreEqual)
 /// Pixels that are ahead of others in a step that was cut short.
 TEST(IterationPictures, KnowHowFarEachPixelIs)
 {
-    Renders renders(with(Combine::inverseVariance), 3);
+    Renders renders(combinedBy(Combine::inverseVariance), 3);
     renders.render(4, 1);
     renders.endIteration();
     renders.render(4, 1);

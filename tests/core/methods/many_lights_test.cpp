@@ -2,27 +2,21 @@
 // against the path tracer; what its biased options cost; what a stop leaves.
 #include <gtest/gtest.h>
 
-#include "core/gltf/gltf.h"
 #include "core/many_lights/light_paths.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
 #include "shared/path.h"
+#include "tests/support/asset.h"
+#include "tests/support/completion_runs.h"
 #include "tests/support/light_frames.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
+namespace core::many_lights {
 namespace {
 
 using namespace tests;
-using namespace core::many_lights;
-using core::LostLight, core::ManyLightsParams;
 using glm::vec3;
-
-std::shared_ptr<const core::World> asset(const std::string& name)
-{
-    return core::makeWorld(
-        core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name + ".gltf"));
-}
 
 /// What receiver `r` gets from all lights, one ray each, by the surface model's own functions.
 vec3 plainSum(const core::Accel& accel, const LightSet& set, const Receiver& r, float clamp)
@@ -165,7 +159,7 @@ void expectAgree(const Quarters& a, const Quarters& b, double detects, const cha
     EXPECT_LT(best, detects) << name << " is underpowered";
 }
 
-ManyLightsParams few()
+ManyLightsParams fewClusters()
 {
     // Receivers anywhere from the first sample on, so that few samples suffice.
     return {.lights = 4000, .clusters = 100, .sliceSize = 200, .jitter = core::PixelJitter::always};
@@ -177,7 +171,7 @@ TEST(ManyLights, AgreesWithThePathTracer)
 {
     for (const char* name : {"cornell-diffuse", "cornell-rough", "textured-box"}) {
         const auto world = asset(name);
-        expectAgree(manyLights(world, few(), 16, 8), paths(name, 8), 0.08, name);
+        expectAgree(manyLights(world, fewClusters(), 16, 8), paths(name, 8), 0.08, name);
     }
 }
 
@@ -186,7 +180,7 @@ TEST(ManyLights, AgreesWithThePathTracerOnOtherLights)
 {
     for (const char* name : {"lights", "sky"}) {
         const auto world = asset(name);
-        expectAgree(manyLights(world, few(), 16, 8), paths(name, 8), 0.08, name);
+        expectAgree(manyLights(world, fewClusters(), 16, 8), paths(name, 8), 0.08, name);
     }
 }
 
@@ -195,7 +189,7 @@ TEST(ManyLights, AgreesWithThePathTracerOnGlass)
 {
     const auto world = asset("glass");
     const Quarters& expected = paths("glass", 8);
-    ManyLightsParams params = few();
+    ManyLightsParams params = fewClusters();
     expectAgree(manyLights(world, params, 16, 16), expected, 0.1, "glass", true);
     params.lost = LostLight::dropped;
     const Quarters dropped = manyLights(world, params, 16, 16);
@@ -206,7 +200,7 @@ TEST(ManyLights, AgreesWithThePathTracerOnGlass)
 TEST(ManyLights, AgreesWithThePathTracerWithoutAClamp)
 {
     const auto world = asset("cornell-diffuse");
-    ManyLightsParams params = few();
+    ManyLightsParams params = fewClusters();
     params.clamp = 0;
     expectAgree(manyLights(world, params, 16, 8), paths("cornell-diffuse", 8), 0.1,
                 "cornell-diffuse");
@@ -217,7 +211,7 @@ TEST(ManyLights, AgreesWithThePathTracerAtEveryDepth)
 {
     const auto world = asset("cornell-diffuse");
     for (const uint32_t depth : {1u, 2u, 3u}) {
-        ManyLightsParams params = few();
+        ManyLightsParams params = fewClusters();
         params.maxDepth = depth;
         expectAgree(manyLights(world, params, 16, 8), paths("cornell-diffuse", depth), 0.06,
                     "cornell-diffuse");
@@ -231,7 +225,7 @@ TEST(ManyLights, DroppedLightIsMissing)
     const auto renderer = core::makeRenderer("manylights");
     renderer->setWorld(world, {});
     const auto pictureOf = [&](LostLight lost) {
-        ManyLightsParams params = few();
+        ManyLightsParams params = fewClusters();
         params.clamp = 1;
         params.lost = lost;
         renderer->setView({world->cameras.at(0), {32, 32}, params}, core::Start::anew);
@@ -260,7 +254,7 @@ TEST(ManyLights, ErrorFallsWithTheRootOfTheSamples)
     renderer->setWorld(world, {});
     std::array<double, 2> errors{};
     for (uint32_t seed = 0; seed < 8; ++seed) {
-        ManyLightsParams params = few();
+        ManyLightsParams params = fewClusters();
         params.sampler = core::SamplerKind::independent;
         params.seed = 50 + seed;
         renderer->setView({world->cameras.at(0), {24, 24}, params}, core::Start::anew);
@@ -285,7 +279,7 @@ TEST(ManyLights, ErrorFallsWithTheRootOfTheSamples)
 core::Image frameOf(core::Renderer& renderer, const core::World& world, CompletionParams completion,
                     uint32_t seed, uint32_t clusters = 100)
 {
-    ManyLightsParams params = few();
+    ManyLightsParams params = fewClusters();
     params.lights = 1000;
     params.clusters = clusters;
     params.sliceSize = 400;
@@ -306,11 +300,6 @@ double squaredDifference(const core::Image& a, const core::Image& b)
         sum += d * d;
     }
     return sum;
-}
-
-CompletionParams fullSampling()
-{
-    return {.method = CompletionMethod::full};
 }
 
 TEST(ManyLights, CompletionOfAllRowsIsFullSamplingToTheBit)
@@ -393,7 +382,7 @@ TEST(ManyLights, AStopKeepsTheSlicesThatAreDone)
     const auto world = asset("cornell-diffuse");
     const auto renderer = core::makeRenderer("manylights");
     renderer->setWorld(world, {});
-    ManyLightsParams params = few();
+    ManyLightsParams params = fewClusters();
     params.receivers = 4;
     renderer->setView({world->cameras.at(0), {64, 64}, params}, core::Start::anew);
     renderer->advance({.samples = 1, .seconds = 0}, {});
@@ -420,3 +409,4 @@ TEST(ManyLights, AStopKeepsTheSlicesThatAreDone)
 }
 
 }  // namespace
+}  // namespace core::many_lights

@@ -18,7 +18,7 @@ using namespace tests;
 
 using core::Strategy;
 using std::numbers::pi;
-constexpr double kAlbedo = 0.6;
+constexpr double kFloorAlbedo = 0.6;
 
 /// What one wall of index 1.5 lets through at this cosine: 1 - F, exact for unpolarised light.
 double throughWall(double cosine)
@@ -46,7 +46,7 @@ struct House {
     explicit House(float size = 8)
     {
         builder.quad({-size, 0, size}, {2 * size, 0, 0}, {0, 0, -2 * size},
-                     builder.material(lambert(glm::vec3(static_cast<float>(kAlbedo)))));
+                     builder.material(lambert(glm::vec3(static_cast<float>(kFloorAlbedo)))));
         builder.camera({0.02, 0.05, 0.03}, {0, 0, 0}, 0.002);
     }
 
@@ -61,8 +61,8 @@ struct House {
     {
         core::PathParams params = independentParams(strategy, maxDepth);
         params.rouletteDepth = 4096;
-        const Estimate e = estimate(render(builder.world(), 16, 16, spp, params));
-        const double exact = kAlbedo / pi * irradiance;
+        const PictureMean e = estimate(render(builder.world(), 16, 16, spp, params));
+        const double exact = kFloorAlbedo / pi * irradiance;
         EXPECT_LT(std::abs(e.mean - exact), kScore * std::sqrt(e.varianceOfMean) + 1e-4 * exact)
             << e.mean << " instead of " << exact << ", strategy " << int(strategy);
         EXPECT_LT(detectable(e, exact), 0.02) << "underpowered, strategy " << int(strategy);

@@ -34,12 +34,12 @@ std::unique_ptr<core::Renderer> rendererFor(const std::shared_ptr<const core::Wo
     return renderer;
 }
 
-core::Estimate filmOf(core::Renderer& renderer)
+core::Estimate readFilm(core::Renderer& renderer)
 {
     return renderer.read(core::Reading::everything);
 }
 
-void expectSameBits(const core::Estimate& a, const core::Estimate& b)
+void expectSameMoments(const core::Estimate& a, const core::Estimate& b)
 {
     EXPECT_EQ(a.samples, b.samples);
     EXPECT_TRUE(a.mean.pixels == b.mean.pixels);
@@ -55,15 +55,15 @@ TEST(PathCpu, SameBitsForAnyStepsAndThreads)
         params.sampler = sampler;
         const auto whole = rendererFor(world, 53, 37, params);
         whole->advance({.samples = 12}, {});
-        const core::Estimate expected = filmOf(*whole);
+        const core::Estimate expected = readFilm(*whole);
 
         const auto again = rendererFor(world, 53, 37, params);
         again->advance({.samples = 12}, {});
-        expectSameBits(expected, filmOf(*again));
+        expectSameMoments(expected, readFilm(*again));
 
         const auto steps = rendererFor(world, 53, 37, params);
         for (const uint32_t count : {1u, 4u, 0u, 7u}) steps->advance({.samples = count}, {});
-        expectSameBits(expected, filmOf(*steps));
+        expectSameMoments(expected, readFilm(*steps));
 
         // Away to another size and back.
         steps->setView({world->cameras[0], {20, 10}, params}, core::Start::anew);
@@ -71,12 +71,12 @@ TEST(PathCpu, SameBitsForAnyStepsAndThreads)
         steps->setView({world->cameras[0], {53, 37}, params}, core::Start::anew);
         EXPECT_EQ(steps->progress().samples, 0u);
         steps->advance({.samples = 12}, {});
-        expectSameBits(expected, filmOf(*steps));
+        expectSameMoments(expected, readFilm(*steps));
 
         const core::ThreadLimit limit(1);
         const auto alone = rendererFor(world, 53, 37, params);
         alone->advance({.samples = 12}, {});
-        expectSameBits(expected, filmOf(*alone));
+        expectSameMoments(expected, readFilm(*alone));
     }
 }
 
@@ -86,11 +86,11 @@ TEST(PathCpu, SeedsAndParametersMatter)
     core::PathParams params;
     const auto renderer = rendererFor(world, 16, 16, params);
     renderer->advance({.samples = 2}, {});
-    const core::Estimate first = filmOf(*renderer);
+    const core::Estimate first = readFilm(*renderer);
     params.seed = 2;
     renderer->setView({world->cameras[0], {16, 16}, params}, core::Start::anew);
     renderer->advance({.samples = 2}, {});
-    EXPECT_FALSE(first.mean.pixels == filmOf(*renderer).mean.pixels);
+    EXPECT_FALSE(first.mean.pixels == readFilm(*renderer).mean.pixels);
 }
 
 /// A stop in the middle leaves whole tiles, and what follows goes on from there: no bit changes.
@@ -106,7 +106,7 @@ TEST(PathCpu, StopLeavesWholeTiles)
         source.request_stop();
     });
     renderer->advance({.samples = 1'000'000}, source.get_token());
-    const core::Estimate stopped = filmOf(*renderer);
+    const core::Estimate stopped = readFilm(*renderer);
     const core::RenderProgress where = renderer->progress();
     ASSERT_GE(stopped.samples, 1u);
     ASSERT_LT(stopped.samples, 1'000'000u);
@@ -124,10 +124,10 @@ TEST(PathCpu, StopLeavesWholeTiles)
     EXPECT_EQ(renderer->progress().fraction, 0);
     const auto other = rendererFor(world, 128, 128, params);
     other->advance({.samples = static_cast<uint32_t>(renderer->progress().samples)}, {});
-    expectSameBits(filmOf(*other), filmOf(*renderer));
+    expectSameMoments(readFilm(*other), readFilm(*renderer));
     renderer->advance({.samples = 1}, {});
     other->advance({.samples = 1}, {});
-    expectSameBits(filmOf(*other), filmOf(*renderer));
+    expectSameMoments(readFilm(*other), readFilm(*renderer));
 }
 
 /// Time that is over ends a step between two tiles, and one tile at least is done each time.
@@ -146,7 +146,7 @@ TEST(PathCpu, TimeThatIsOverLeavesWholeTiles)
     }
     EXPECT_TRUE(partial);
     renderer->advance({.samples = 0}, {});
-    expectSameBits(filmOf(*other), filmOf(*renderer));
+    expectSameMoments(readFilm(*other), readFilm(*renderer));
 }
 
 TEST(PathCpu, MethodsAreFoundByName)
@@ -183,7 +183,7 @@ std::vector<double> errorsByDoubling(core::SamplerKind sampler, int doublings, u
         renderer->setView({world->cameras[0], {size, size}, params}, core::Start::anew);
         for (int k = 0; k <= doublings; ++k) {
             renderer->advance({.samples = k == 0 ? 1u : 1u << (k - 1)}, {});
-            const core::Estimate film = filmOf(*renderer);
+            const core::Estimate film = readFilm(*renderer);
             for (size_t i = 0; i < film.mean.pixels.size(); i += 3) {
                 const double error = static_cast<double>(film.mean.pixels[i]) - 2.0;
                 errors[static_cast<size_t>(k)] += error * error / (size * size * replicates);
@@ -274,7 +274,7 @@ TEST(PathCpu, ScaleAndPlaceDoNotMatter)
         other.seed = 7;
         const core::Estimate there =
             render(moved(glm::scale(glm::dmat4(1), glm::dvec3(scale))), 32, 32, 384, other);
-        const Estimate a = estimate(here), b = estimate(there);
+        const PictureMean a = estimate(here), b = estimate(there);
         EXPECT_LT(std::abs(score(a, b)), kScore) << scale;
         EXPECT_LT(detectable(a, b), 0.03) << "underpowered";
     }
@@ -295,7 +295,7 @@ TEST(PathCpu, GrazingViewsAreClean)
         b.light(light, glm::inverse(glm::lookAt(towards, glm::dvec3(0), glm::dvec3(0, 0, 1))));
         b.camera({0, height, 5 * std::sin(angle)}, {0, 0, 0}, 1e-5);
         const double exact = 0.5 / std::numbers::pi * 1000 * std::cos(angle);
-        const Estimate e = estimate(render(b.world(), 8, 8, 16, independentParams()));
+        const PictureMean e = estimate(render(b.world(), 8, 8, 16, independentParams()));
         EXPECT_NEAR(e.mean / exact, 1.0, 2e-3) << degrees;
     }
 }

@@ -13,10 +13,8 @@
 #include "core/reuse/resample.h"
 #include "tests/support/stats.h"
 
+namespace core::reuse {
 namespace {
-
-using namespace core::reuse;
-using core::Pcg32;
 
 TEST(Ess, Identities)
 {
@@ -212,3 +210,4 @@ TEST(Pcg, IsUniformAndItsStreamsDiffer)
 }
 
 }  // namespace
+}  // namespace core::reuse

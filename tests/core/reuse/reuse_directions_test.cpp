@@ -9,10 +9,9 @@
 #include "shared/warp.h"
 #include "tests/support/stats.h"
 
+namespace core::reuse {
 namespace {
 
-using namespace core::reuse;
-using core::Pcg32;
 using glm::vec3;
 
 constexpr float kAlpha = 0.2f;
@@ -77,13 +76,13 @@ void expectSameMeans(const Colours& a, const Colours& b, double detectable)
     }
 }
 
-constexpr int kTrials = 100000;
+constexpr int kDirectionTrials = 100000;
 
 Colours freshOnly(const GlossyChange& change)
 {
     Colours found;
     Pcg32 random(1, 1);
-    for (int i = 0; i < 4 * kTrials; ++i) {
+    for (int i = 0; i < 4 * kDirectionTrials; ++i) {
         EstimateOf<GlossyChange> e;
         for (int j = 0; j < 4; ++j) trace(e, change, drawFresh(e, change, 4, random));
         found.add(e.value, e.weightSum);
@@ -101,7 +100,7 @@ TEST(ReuseDirections, MovedEyeSeesTheSameMeanWithLessVariance)
         const vec3 beta(static_cast<float>(truth.channel[0].mean()),
                         static_cast<float>(truth.channel[1].mean()),
                         static_cast<float>(truth.channel[2].mean()));
-        for (int i = 0; i < kTrials; ++i) {
+        for (int i = 0; i < kDirectionTrials; ++i) {
             std::array<vec3, 8> old;
             for (vec3& x : old) x = change.sampleFor(change.oldWo, random);
             const float c = solveCFromCandidates(change, 8.0f, 4, 8, batch);
@@ -136,7 +135,7 @@ TEST(ReuseDirections, HistoryFollowsTheEye)
         frames[static_cast<size_t>(t)] = {
             direction(30 + 5 * static_cast<float>(std::max(t - 1, 0))),
             direction(30 + 5 * static_cast<float>(t))};
-    for (int i = 0; i < kTrials; ++i) {
+    for (int i = 0; i < kDirectionTrials; ++i) {
         History<vec3, float> history({2, 4, 12, 12});
         for (size_t t = 0; t < kFrames; ++t) {
             const float c = solveCFromCandidates(frames[t], history.nominal(), 2, 8, batch);
@@ -182,7 +181,7 @@ TEST(ReuseDirections, AtRestVarianceIsThatOfAllSamplesKept)
     constexpr uint32_t n = 2, K = 14;
     Pcg32 candidates(6, 1), selection(6, 2), resampling(6, 3);
     Colours first, last;
-    for (int i = 0; i < kTrials; ++i) {
+    for (int i = 0; i < kDirectionTrials; ++i) {
         History<vec3, float> history({n, 1, K, K});
         for (int t = 0; t < 40; ++t) {
             const float N = history.nominal();
@@ -200,3 +199,4 @@ TEST(ReuseDirections, AtRestVarianceIsThatOfAllSamplesKept)
 }
 
 }  // namespace
+}  // namespace core::reuse

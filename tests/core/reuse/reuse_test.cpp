@@ -11,14 +11,13 @@
 #include "core/reuse/estimators.h"
 #include "core/reuse/history.h"
 
+namespace core::reuse {
 namespace {
 
 using app::lab::LabChange;
 using app::lab::LabPoint;
 using app::lab::Pair;
 using app::lab::pairs;
-using namespace core::reuse;
-using core::Pcg32;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -302,3 +301,4 @@ TEST(Reuse, NoisierOldSamplesCountForLess)
 }
 
 }  // namespace
+}  // namespace core::reuse

@@ -11,14 +11,14 @@
 namespace core {
 namespace {
 
-struct Ray {
+struct CameraRay {
     glm::vec3 origin, direction;
 };
 
-Ray rayThrough(const shared::CameraData& data, float x, float y, float width, float height,
-               glm::vec2 lens = glm::vec2(0.5f))
+CameraRay rayThrough(const shared::CameraData& data, float x, float y, float width, float height,
+                     glm::vec2 lens = glm::vec2(0.5f))
 {
-    Ray ray{};
+    CameraRay ray{};
     shared::cameraRay(data, {x, y}, {width, height}, lens, ray.origin, ray.direction);
     return ray;
 }
@@ -37,7 +37,7 @@ TEST(Camera, looksWhereItIsTold)
     const Camera camera = lookAt({1, 2, 3}, {4, -1, 0}, {0, 1, 0}, 0.8);
     const shared::CameraData data = cameraData(camera, 300, 200);
     expectOrthonormal(data);
-    const Ray middle = rayThrough(data, 150, 100, 300, 200);
+    const CameraRay middle = rayThrough(data, 150, 100, 300, 200);
     EXPECT_LT(glm::distance(glm::dvec3(middle.direction), glm::normalize(glm::dvec3(3, -3, -3))),
               1e-6);
     EXPECT_EQ(middle.origin, glm::vec3(1, 2, 3));
@@ -68,10 +68,10 @@ TEST(Camera, thinLensMeetsInThePlaneOfFocus)
     camera.apertureRadius = 0.2;
     camera.focusDistance = 3;
     const shared::CameraData data = cameraData(camera, 64, 48);
-    const Ray a = rayThrough(data, 10, 40, 64, 48, {0.1f, 0.9f});
-    const Ray b = rayThrough(data, 10, 40, 64, 48, {0.8f, 0.3f});
+    const CameraRay a = rayThrough(data, 10, 40, 64, 48, {0.1f, 0.9f});
+    const CameraRay b = rayThrough(data, 10, 40, 64, 48, {0.8f, 0.3f});
     ASSERT_GT(glm::distance(a.origin, b.origin), 0.05f);
-    const auto atFocus = [&](const Ray& ray) {
+    const auto atFocus = [&](const CameraRay& ray) {
         const float along = glm::dot(ray.origin - data.position, data.forward);
         return ray.origin + ray.direction * ((3 - along) / glm::dot(ray.direction, data.forward));
     };
@@ -85,7 +85,7 @@ TEST(Camera, orthographicRaysAreParallel)
     camera.orthographic = true;
     camera.ymag = 2.5;
     const shared::CameraData data = cameraData(camera, 20, 10);
-    const Ray top = rayThrough(data, 20, 0, 20, 10);
+    const CameraRay top = rayThrough(data, 20, 0, 20, 10);
     EXPECT_EQ(top.direction, glm::vec3(0, 0, -1));
     EXPECT_LT(glm::distance(top.origin, glm::vec3(5, 2.5f, 3)), 1e-6f);
 }

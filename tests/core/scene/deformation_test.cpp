@@ -17,7 +17,7 @@ using namespace tests;
 using Path = core::AnimationChannel::Path;
 
 constexpr Bends kWays[] = {{true, false}, {false, true}, {true, true}};
-constexpr double kTimes[] = {0, 0.25, 1, 1.4, 0.6, 1.9, 0.6};
+constexpr double kBendTimes[] = {0, 0.25, 1, 1.4, 0.6, 1.9, 0.6};
 
 /// A strip alone.
 SceneBuilder stripAlone(const Bends& bends)
@@ -47,7 +47,7 @@ TEST(Deformation, StripsFollowTheClosedForm)
         SCOPED_TRACE(testing::Message() << bends.skin << bends.targets);
         SceneBuilder b = stripAlone(bends);
         std::shared_ptr<const core::World> world = b.world(0);
-        for (const double time : kTimes) {
+        for (const double time : kBendTimes) {
             expectStrip(*b.world(time), bends, time);
             world = core::poseWorld(world, time);
             expectStrip(*world, bends, time);
@@ -62,7 +62,7 @@ TEST(Deformation, PosesEqualFreshWorlds)
     for (const SceneBuilder& b : builders) {
         const auto start = b.world(0.3);
         std::shared_ptr<const core::World> world = start;
-        for (const double time : kTimes) {
+        for (const double time : kBendTimes) {
             SCOPED_TRACE(time);
             world = core::poseWorld(world, time);
             EXPECT_TRUE(core::sameTopology(*world, *start));

@@ -14,6 +14,7 @@
 namespace {
 
 using namespace tests;
+using Path = core::AnimationChannel::Path;
 
 /// Lamps in a row over a street, each of which lights a small part of it.
 SceneBuilder street(int lamps)
@@ -167,7 +168,6 @@ TEST(EmitterChoice, StaysInAllPoses)
     light.intensity = 1;
     b.light(light, glm::dmat4(1));
     const auto moving = static_cast<int>(b.scene.nodes.size()) - 1;
-    using Path = core::AnimationChannel::Path;
     animate(b.scene, {channelOf(moving, Path::translation, {{0, 1, 0, 0}, {9, 1, 0, 0}})});
     const auto world = b.world();
     for (const auto& first : {world, core::chosenByPower(world)}) {
@@ -186,7 +186,6 @@ TEST(EmitterChoice, StaysWhereTrianglesComeAndGo)
     SceneBuilder b = street(60);
     b.quad({0, 1, 1}, {1, 0, 0}, {0, 0, -1}, b.material(lambert(glm::vec3(0.5f))));
     const auto stone = static_cast<int>(b.scene.nodes.size()) - 1;
-    using Path = core::AnimationChannel::Path;
     animate(b.scene, {channelOf(stone, Path::scale, {{1, 1, 1, 0}, glm::vec4(0), {1, 1, 1, 0}})});
     const auto world = b.world();
     ASSERT_EQ(world->treeEmitters, 120u);

@@ -11,6 +11,7 @@
 #include "core/scene/emitter_tree.h"
 #include "core/trace/scene_view.h"
 #include "shared/lights.h"
+#include "tests/support/random_values.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
@@ -109,11 +110,6 @@ Place somewhere(const core::World& world, std::mt19937& random)
     return p;
 }
 
-float unitOf(std::mt19937& random)
-{
-    return static_cast<float>(random() >> 8) * 0x1p-24f;
-}
-
 TEST(EmitterTree, EmittersAreChosenByTheirProbability)
 {
     const auto world = core::chosenByPlace(manyLamps().world());
@@ -128,7 +124,7 @@ TEST(EmitterTree, EmittersAreChosenByTheirProbability)
         for (int i = 0; i < draws; ++i) {
             float pmf = 0;
             const uint32_t chosen = shared::chooseEmitterFor(scene, settings, p.position,
-                                                             p.departure, unitOf(random), pmf);
+                                                             p.departure, uniform(random), pmf);
             if (!(pmf > 0)) {
                 observed.back() += 1;
                 continue;
@@ -165,7 +161,7 @@ TEST(EmitterTree, NothingThatShinesHereIsLeftOut)
         const float pmf = shared::pmfEmitterFor(scene, settings, emitter, p.position, p.departure);
         left += pmf == 0;
         shared::EmitterSample s;
-        const glm::vec2 u(unitOf(random), unitOf(random));
+        const glm::vec2 u(uniform(random), uniform(random));
         if (!shared::sampleEmitter(scene, settings, emitter, p.position, 0, u, s)) continue;
         if (p.departure != shared::kAllSides && glm::dot(s.wi, p.normal) <= 0) continue;
         ++shining;
@@ -195,10 +191,10 @@ TEST(EmitterTree, SameMeanLessNoise)
     Moments place, power;
     const uint32_t up = shared::packReceiver({0, 1, 0});
     for (int k = 0; k < 400'000; ++k) {
-        const glm::vec3 p(glm::mix(world->boundsLow.x, world->boundsHigh.x, unitOf(random)),
+        const glm::vec3 p(glm::mix(world->boundsLow.x, world->boundsHigh.x, uniform(random)),
                           high - 4 * scale, 0);
-        const float u = unitOf(random);
-        const glm::vec2 v(unitOf(random), unitOf(random));
+        const float u = uniform(random);
+        const glm::vec2 v(uniform(random), uniform(random));
         const auto sample = [&](const shared::PathSettings& settings) {
             float pmf = 0;
             const uint32_t chosen = shared::chooseEmitterFor(scene, settings, p, up, u, pmf);

@@ -18,14 +18,14 @@ using core::Instancing;
 using namespace tests;
 
 /// Middle and normal of a triangle, rounded so that one rounding does not tell two apart.
-using Place = std::array<long, 6>;
+using TrianglePlace = std::array<long, 6>;
 
-Place placeOf(const shared::Triangle& t)
+TrianglePlace placeOf(const shared::Triangle& t)
 {
     const glm::vec3 a = shared::xyz(t.v0), b = shared::xyz(t.v1), c = shared::xyz(t.v2);
     const glm::vec3 middle = (a + b + c) / 3.0f;
     const glm::vec3 n = glm::normalize(glm::cross(b - a, c - a));
-    Place place;
+    TrianglePlace place;
     for (int i = 0; i < 3; ++i) {
         place[static_cast<size_t>(i)] = std::lround(middle[i] * 1e4f);
         place[static_cast<size_t>(3 + i)] = std::lround(n[i] * 1e2f);
@@ -51,18 +51,18 @@ std::vector<uint32_t> shownSlots(const core::World& world)
 size_t missing(const core::World& a, const core::World& b)
 {
     const auto places = [](const core::World& world) {
-        std::multiset<Place> all;
+        std::multiset<TrianglePlace> all;
         const shared::SceneView view = core::sceneView(world);
         for (const uint32_t slot : shownSlots(world))
             all.insert(placeOf(shared::triangleInSlot(view, slot)));
         return all;
     };
-    const std::multiset<Place> inB = places(b);
+    const std::multiset<TrianglePlace> inB = places(b);
     size_t count = 0;
-    for (const Place& place : places(a)) {
+    for (const TrianglePlace& place : places(a)) {
         bool found = false;
         for (long shift = 0; shift < 729 && !found; ++shift) {  // a unit up or down in each
-            Place near = place;
+            TrianglePlace near = place;
             for (size_t i = 0, rest = static_cast<size_t>(shift); i < 6; ++i, rest /= 3)
                 near[i] += static_cast<long>((rest + 1) % 3) - 1;
             found = inB.count(near) > 0;

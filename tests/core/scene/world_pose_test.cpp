@@ -13,7 +13,7 @@ namespace {
 using namespace tests;
 using Path = core::AnimationChannel::Path;
 
-std::shared_ptr<const core::Scene> asset(const std::string& name)
+std::shared_ptr<const core::Scene> sceneOf(const std::string& name)
 {
     return core::loadGltf(REKINDLE_SOURCE_DIR "/assets/" + name + ".gltf");
 }
@@ -24,12 +24,12 @@ std::shared_ptr<const core::World> fresh(const core::World& like, double time)
 }
 
 /// Back and forth, beyond both ends, twice at one time.
-constexpr double kTimes[] = {0.4, 0.4, 1.7, 0, 2.5, 0.9, 100, -3, 1.1};
+constexpr double kPoseTimes[] = {0.4, 0.4, 1.7, 0, 2.5, 0.9, 100, -3, 1.1};
 
 void expectSequenceEqualsFreshWorlds(const std::shared_ptr<const core::World>& start)
 {
     std::shared_ptr<const core::World> world = start;
-    for (const double time : kTimes) {
+    for (const double time : kPoseTimes) {
         SCOPED_TRACE(time);
         world = core::poseWorld(world, time);
         expectSameWorld(*world, *fresh(*start, time));
@@ -38,7 +38,7 @@ void expectSequenceEqualsFreshWorlds(const std::shared_ptr<const core::World>& s
 
 TEST(WorldPose, SequencesEqualFreshWorlds)
 {
-    expectSequenceEqualsFreshWorlds(core::makeWorld(asset("animated")));
+    expectSequenceEqualsFreshWorlds(core::makeWorld(sceneOf("animated")));
     expectSequenceEqualsFreshWorlds(movingRoom().world());
     expectSequenceEqualsFreshWorlds(movingRoom().world(1.3));
 }
@@ -47,7 +47,7 @@ TEST(WorldPose, SequencesEqualFreshWorlds)
 TEST(WorldPose, SequencesEqualFreshWorldsUnderTextures)
 {
     for (const char* name : {"textured-box", "sky"}) {
-        auto scene = std::make_shared<core::Scene>(*asset(name));
+        auto scene = std::make_shared<core::Scene>(*sceneOf(name));
         for (size_t n = 0; n < scene->nodes.size(); ++n) {
             if (scene->nodes[n].meshes.empty()) continue;
             animate(*scene, {channelOf(static_cast<int>(n), Path::rotation,
@@ -63,7 +63,7 @@ TEST(WorldPose, SequencesEqualFreshWorldsUnderTextures)
 
 TEST(WorldPose, SharesWhatDoesNotChange)
 {
-    auto scene = std::make_shared<core::Scene>(*asset("textured-box"));
+    auto scene = std::make_shared<core::Scene>(*sceneOf("textured-box"));
     int moved = -1;
     for (size_t n = 0; n < scene->nodes.size() && moved < 0; ++n)
         moved = scene->nodes[n].meshes.empty() ? -1 : static_cast<int>(n);
@@ -102,7 +102,7 @@ TEST(WorldPose, ACameraThatMovesLeavesTheTrianglesAlone)
 
 TEST(WorldPose, WithoutAnAnimationThereIsOnePose)
 {
-    const auto world = core::makeWorld(asset("textured-box"));
+    const auto world = core::makeWorld(sceneOf("textured-box"));
     EXPECT_EQ(core::poseWorld(world, 3), world);
 }
 

@@ -17,6 +17,7 @@
 namespace {
 
 using namespace tests;
+using Path = core::AnimationChannel::Path;
 
 glm::vec3 faceNormal(const core::World& world, size_t triangle)
 {
@@ -264,7 +265,6 @@ core::AnimationChannel channel(core::AnimationChannel::Path path,
 
 TEST(Animation, InterpolatesAndHoldsItsEnds)
 {
-    using Path = core::AnimationChannel::Path;
     using Interpolation = core::AnimationChannel::Interpolation;
     const glm::vec4 a(1, 2, 3, 0), b(5, 6, 7, 0);
     const auto at = [](const core::AnimationChannel& c, double time) {
@@ -295,7 +295,6 @@ TEST(Animation, InterpolatesAndHoldsItsEnds)
 
 TEST(Animation, RotationsGoTheShortWay)
 {
-    using Path = core::AnimationChannel::Path;
     const float h = std::sqrt(0.5f);
     // 0 and 90 degrees about Y; the second key is the negative quaternion, which is the same
     // rotation.

@@ -7,19 +7,14 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "core/gltf/gltf.h"
 #include "core/methods/method.h"
 #include "core/trace/accel.h"
+#include "tests/support/asset.h"
 #include "tests/support/deforming_scenes.h"
 
 namespace {
 
 using namespace tests;
-
-std::shared_ptr<const core::World> animated()
-{
-    return core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/animated.gltf"));
-}
 
 std::vector<core::Ray> raysThrough(const core::World& world, size_t count)
 {
@@ -70,7 +65,7 @@ void expectSameHits(const core::Accel& a, const core::Accel& b)
 
 TEST(AccelPose, SequencesFindTheHitsOfFreshOnes)
 {
-    for (const auto& start : {animated(), movingRoom().world(), deformingRoom().world()}) {
+    for (const auto& start : {asset("animated"), movingRoom().world(), deformingRoom().world()}) {
         ASSERT_FALSE(start->movingTriangles.empty());
         core::Accel accel(start);
         std::shared_ptr<const core::World> world = start;
@@ -141,8 +136,8 @@ TEST(AccelPose, OutlivesTheWorldsItHasLeft)
 /// To the bit, also across a pose with other triangles.
 TEST(PathPose, PicturesAfterPosesAreThoseOfFreshWorlds)
 {
-    for (const auto& start :
-         {animated(), movingRoom().world(), deformingRoom().world(), vanishingRoom().world()}) {
+    for (const auto& start : {asset("animated"), movingRoom().world(), deformingRoom().world(),
+                              vanishingRoom().world()}) {
         const auto renderer = core::makeRenderer("path");
         const auto fresh = core::makeRenderer("path");
         std::shared_ptr<const core::World> world = start;

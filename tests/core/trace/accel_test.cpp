@@ -12,16 +12,12 @@
 #include "core/trace/accel.h"
 #include "core/trace/scene_view.h"
 #include "shared/path.h"
+#include "tests/support/random_values.h"
 #include "tests/support/test_scenes.h"
 
 namespace {
 
 using namespace tests;
-
-float uniform(std::mt19937& random)
-{
-    return static_cast<float>(random() >> 8) * 0x1p-24f;
-}
 
 glm::vec3 randomDirection(std::mt19937& random)
 {

@@ -9,12 +9,14 @@
 #include "tests/support/animated_scenes.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using core::Bvh;
 using core::BvhCache;
+using tests::readAll;
 using tests::TemporaryFolder;
 using Bytes = std::vector<std::byte>;
 
@@ -25,12 +27,6 @@ Bytes made(const fs::path& folder, bool& found, uint32_t seed = 1)
     const auto bvh = core::bvhOf(*tests::worldOf(tests::soupMesh(400, 0.2f, seed)), {}, {}, &cache);
     found = cache.found();
     return core::bvhBytes(*bvh);
-}
-
-std::string slurp(const fs::path& file)
-{
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TEST(BvhCache, ASecondRunReadsWhatTheFirstOneBuilt)
@@ -55,7 +51,7 @@ TEST(BvhCache, WhateverTheFileHoldsTheHierarchyIsSound)
     bool found = false;
     const Bytes built = made(folder.path(), found);
     const fs::path file = fs::directory_iterator(folder.path())->path();
-    const std::string whole = slurp(file);
+    const std::string whole = readAll(file);
     for (size_t i = 0; i <= whole.size(); i += 199) {
         for (const bool cut : {false, true}) {
             std::string damaged = cut ? whole.substr(0, i) : whole;
@@ -63,7 +59,7 @@ TEST(BvhCache, WhateverTheFileHoldsTheHierarchyIsSound)
             std::ofstream(file, std::ios::binary) << damaged << (i == 0 && cut ? "nothing" : "");
             EXPECT_EQ(made(folder.path(), found), built);
             EXPECT_EQ(found, cut && i == whole.size()) << i;
-            EXPECT_EQ(slurp(file), whole) << "it is kept anew";
+            EXPECT_EQ(readAll(file), whole) << "it is kept anew";
         }
     }
 }

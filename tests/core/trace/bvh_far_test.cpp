@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
 
 #include "core/trace/bvh.h"
 #include "core/trace/bvh_traverse.h"
 #include "core/trace/embree_rays.h"
 #include "tests/support/bvh_walk.h"
 #include "tests/support/meshes.h"
+#include "tests/support/random_values.h"
 
 namespace {
 
@@ -21,29 +21,13 @@ using core::Bvh;
 using core::BvhHit;
 using core::RaySegment;
 using glm::vec3;
+using tests::bvhOf;
 using tests::FarScene;
 using tests::Mesh;
-
-class Random {
-public:
-    explicit Random(uint32_t seed) : engine_(seed) {}
-    float operator()() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
-    vec3 around(float radius)
-    {
-        return 2.0f * radius * (vec3((*this)(), (*this)(), (*this)()) - 0.5f);
-    }
-
-private:
-    std::mt19937 engine_;
-};
-
-Bvh build(const Mesh& mesh, const core::BvhOptions& options = {})
-{
-    return core::buildBvh(mesh.positions, mesh.triangles, options);
-}
+using tests::Random;
 
 /// From and to places of both scales; some parallel to an axis, some from far outside.
-std::vector<RaySegment> raysAmong(const FarScene& scene, int count, uint32_t seed)
+std::vector<RaySegment> segmentsAmong(const FarScene& scene, int count, uint32_t seed)
 {
     Random random(seed);
     std::vector<RaySegment> rays(static_cast<size_t>(count));
@@ -72,7 +56,7 @@ TEST(BvhFar, IsSoundOnSeveralGrids)
 {
     for (const FarScene& scene : tests::farScenes()) {
         SCOPED_TRACE(scene.name);
-        const Bvh bvh = build(scene.mesh);
+        const Bvh bvh = bvhOf(scene.mesh);
         EXPECT_GE(bvh.gridChanges(), scene.nearRadius < 1 ? 2u : 1u);
         tests::expectSound(scene.mesh, bvh, {});
     }
@@ -84,7 +68,7 @@ TEST(BvhFar, ScalesWithinScales)
     Mesh mesh = tests::sphereMesh(12, 1e-6f, 0.1f, vec3(0));
     for (const float radius : {1e-3f, 1.0f, 1e3f, 1e6f})
         mesh = tests::underDome(std::move(mesh), radius, 12);
-    const Bvh bvh = build(mesh);
+    const Bvh bvh = bvhOf(mesh);
     EXPECT_GE(bvh.gridChanges(), 2u);
     tests::expectSound(mesh, bvh, {});
     int escaped = 0;
@@ -130,10 +114,10 @@ TEST(BvhFar, LosesNoHit)
     for (const FarScene& scene : tests::farScenes()) {
         SCOPED_TRACE(scene.name);
         const Mesh& mesh = scene.mesh;
-        const Bvh bvh = build(mesh);
+        const Bvh bvh = bvhOf(mesh);
         int right = 0, hits = 0;
         const int count = 1000;
-        for (const RaySegment& ray : raysAmong(scene, count, 21)) {
+        for (const RaySegment& ray : segmentsAmong(scene, count, 21)) {
             const shared::ShearRay shear = shared::makeShearRay(ray.origin, ray.direction);
             float nearest = shared::kInfinity;
             uint32_t triangle = shared::kNone;
@@ -169,9 +153,9 @@ TEST(BvhFar, EqualsEmbree)
     const int count = 50000;
     for (const FarScene& scene : tests::farScenes()) {
         SCOPED_TRACE(scene.name);
-        const Bvh bvh = build(scene.mesh);
+        const Bvh bvh = bvhOf(scene.mesh);
         const core::EmbreeRays embree(tests::worldOf(scene.mesh));
-        std::vector<RaySegment> rays = raysAmong(scene, count, 31);
+        std::vector<RaySegment> rays = segmentsAmong(scene, count, 31);
         std::vector<core::SegmentHit> others(rays.size());
         embree.closest1(rays, others);
         int differ = 0, oursWrong = 0, theirsWrong = 0, hits = 0;
@@ -234,17 +218,17 @@ TEST(BvhFar, CostsAFewTests)
         ray.origin = vec3(0, 1.5f, 0) + random.around(1) * vec3(3.9f, 1.4f, 2.9f);
         ray.direction = glm::normalize(random.around(1));
     }
-    const double alone = testsOf(build(room), room, rays);
+    const double alone = testsOf(bvhOf(room), room, rays);
     for (const float scale : {100.0f, 1000.0f, 5000.0f, 1e6f}) {
         SCOPED_TRACE(scale);
         const Mesh ground = tests::onGround(room, scale, 1);
         const Mesh squares = tests::onGround(room, scale, 40);
         const Mesh dome = tests::underDome(room, scale, 20);
-        EXPECT_LE(testsOf(build(ground), ground, rays), alone + 4);
-        EXPECT_LE(testsOf(build(squares), squares, rays), alone + 4);
+        EXPECT_LE(testsOf(bvhOf(ground), ground, rays), alone + 4);
+        EXPECT_LE(testsOf(bvhOf(squares), squares, rays), alone + 4);
         // At the largest scale a cell of the dome's grid is larger than the room: near the centre
         // all eight octants of the dome are met.
-        EXPECT_LE(testsOf(build(dome), dome, rays), (scale < 1e5f ? 1.5 : 2.2) * alone);
+        EXPECT_LE(testsOf(bvhOf(dome), dome, rays), (scale < 1e5f ? 1.5 : 2.2) * alone);
     }
 }
 
@@ -253,7 +237,7 @@ TEST(BvhFar, OneGridWhereThereIsOneScale)
     for (const Mesh& mesh :
          {tests::roomMesh(95), tests::soupMesh(20000, 0.2f, 96), tests::hairMesh(1500, 97),
           tests::sphereMesh(60, 2, 0.1f, vec3(0)), tests::identicalMesh(5000)})
-        EXPECT_EQ(build(mesh).gridChanges(), 0u);
+        EXPECT_EQ(bvhOf(mesh).gridChanges(), 0u);
 }
 
 /// A ball of 20 cm on a ground of 10 km, with a mast: its finer grid is within the tree that moves.
@@ -267,7 +251,7 @@ TEST(BvhFar, RefitsMoveFinerGrids)
     options.reachHigh = vec3(3000, 3000, 3000);
     mesh = tests::onGround(std::move(mesh), 5000, 1);
     mesh.add({4000, 0, 4000}, {4001, 0, 4000}, {4000, 3000, 4000});
-    const Bvh first = build(mesh, options);
+    const Bvh first = bvhOf(mesh, options);
     ASSERT_GT(first.moving.gridChanges, 0u);
     tests::expectSound(mesh, first, options);
     const auto same = core::refitBvh(first, mesh.positions, mesh.triangles);
@@ -277,7 +261,7 @@ TEST(BvhFar, RefitsMoveFinerGrids)
 
     const auto expectRight = [&](const Bvh& bvh, vec3 centre, float radius) {
         tests::expectSound(mesh, bvh, options);
-        const Bvh fresh = build(mesh);
+        const Bvh fresh = bvhOf(mesh);
         Random random(51);
         int found = 0;
         for (int i = 0; i < 5000; ++i) {

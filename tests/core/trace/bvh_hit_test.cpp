@@ -5,11 +5,11 @@
 
 #include <cmath>
 #include <limits>
-#include <random>
 
 #include "core/trace/bvh.h"
 #include "core/trace/embree.h"
 #include "tests/support/meshes.h"
+#include "tests/support/random_values.h"
 
 namespace {
 
@@ -17,26 +17,10 @@ using core::Bvh;
 using core::BvhHit;
 using glm::vec3;
 using tests::Mesh;
+using tests::Random;
 
 struct TestRay {
     vec3 origin, direction;
-};
-
-class Random {
-public:
-    explicit Random(uint32_t seed) : engine_(seed) {}
-    float operator()() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
-    vec3 cube() { return {(*this)(), (*this)(), (*this)()}; }
-    vec3 direction()
-    {
-        const float z = 1 - 2 * (*this)(), phi = 6.2831853f * (*this)();
-        const float r = std::sqrt(std::max(0.0f, 1 - z * z));
-        return {r * std::cos(phi), r * std::sin(phi), z};
-    }
-    uint32_t below(size_t n) { return static_cast<uint32_t>(engine_() % n); }
-
-private:
-    std::mt19937 engine_;
 };
 
 struct Bounds {

@@ -21,6 +21,7 @@ namespace {
 using core::Bvh;
 using core::BvhOptions;
 using glm::vec3;
+using tests::bvhOf;
 using tests::expectSound;
 using tests::Mesh;
 
@@ -66,11 +67,6 @@ private:
         }
     }
 };
-
-Bvh build(const Mesh& mesh, const BvhOptions& options)
-{
-    return core::buildBvh(mesh.positions, mesh.triangles, options);
-}
 
 vec3 turned(vec3 p)
 {
@@ -119,7 +115,7 @@ TEST(BvhRefit, IsSoundAndFindsWhatANewOneFinds)
     for (const bool alone : {false, true}) {
         SCOPED_TRACE(alone);
         const Moving scene(alone);
-        const Bvh first = build(scene.mesh, scene.options);
+        const Bvh first = bvhOf(scene.mesh, scene.options);
         expectSound(scene.mesh, first, scene.options);
         for (vec3 (*map)(vec3) : {turned, scattered}) {
             const Mesh moved = scene.posed(map);
@@ -130,7 +126,7 @@ TEST(BvhRefit, IsSoundAndFindsWhatANewOneFinds)
             EXPECT_TRUE(refitted->still.slots.sharesWith(first.still.slots));
             EXPECT_TRUE(refitted->moving.slots.sharesWith(first.moving.slots));
             EXPECT_EQ(refitted->nodeCount(), first.nodeCount());
-            const Bvh fresh = build(moved, {});
+            const Bvh fresh = bvhOf(moved, {});
             EXPECT_GT(expectSameHits(moved, *refitted, fresh, 4000), 1000);
             const auto rebuilt =
                 core::rebuildMoving(first, moved.positions, moved.triangles, scene.options);
@@ -147,7 +143,7 @@ TEST(BvhRefit, ChangesNothingWhereNothingMoved)
 {
     for (const bool alone : {false, true}) {
         const Moving scene(alone);
-        const Bvh built = build(scene.mesh, scene.options);
+        const Bvh built = bvhOf(scene.mesh, scene.options);
         const auto refitted = core::refitBvh(built, scene.mesh.positions, scene.mesh.triangles);
         ASSERT_TRUE(refitted.has_value());
         EXPECT_EQ(refitted->moving.nodes, built.moving.nodes);
@@ -165,7 +161,7 @@ TEST(BvhRefit, FewMovingTriangles)
             Mesh mesh = tests::soupMesh(count + others, 0.5f, 3);
             BvhOptions options;
             options.moving = {0, count};
-            const Bvh built = build(mesh, options);
+            const Bvh built = bvhOf(mesh, options);
             expectSound(mesh, built, options);
             const vec3 fixed = mesh.positions[0];  // towards it, so that all stays on the grid
             for (uint32_t v = 0; v < 3 * count; ++v)
@@ -173,7 +169,7 @@ TEST(BvhRefit, FewMovingTriangles)
             const auto refitted = core::refitBvh(built, mesh.positions, mesh.triangles);
             ASSERT_TRUE(refitted.has_value());
             expectSound(mesh, *refitted, options);
-            expectSameHits(mesh, *refitted, build(mesh, {}), 300);
+            expectSameHits(mesh, *refitted, bvhOf(mesh, {}), 300);
         }
     }
 }
@@ -181,7 +177,7 @@ TEST(BvhRefit, FewMovingTriangles)
 TEST(BvhRefit, RefusesWhatLeavesTheGrid)
 {
     const Moving scene;
-    const Bvh built = build(scene.mesh, scene.options);
+    const Bvh built = bvhOf(scene.mesh, scene.options);
     const Mesh moved = scene.posed([](vec3 p) { return p + vec3(1000, 0, 0); });
     EXPECT_FALSE(core::refitBvh(built, moved.positions, moved.triangles).has_value());
     EXPECT_FALSE(
@@ -192,7 +188,7 @@ TEST(BvhRefit, RefusesWhatLeavesTheGrid)
 TEST(BvhRefit, LoosenessSeesWhatATreeLoses)
 {
     const Moving scene(true);
-    const Bvh built = build(scene.mesh, scene.options);
+    const Bvh built = bvhOf(scene.mesh, scene.options);
     const auto looseAfter = [&](const auto& map) {
         const Mesh moved = scene.posed(map);
         return core::looseness(*core::refitBvh(built, moved.positions, moved.triangles));
@@ -208,7 +204,7 @@ TEST(BvhRefit, LoosenessSeesWhatATreeLoses)
     options.moving = {0, 3000};
     options.reachLow = vec3(-1);
     options.reachHigh = vec3(2);
-    const Bvh packed = build(soup, options);
+    const Bvh packed = bvhOf(soup, options);
     for (size_t v = 0; v < soup.positions.size(); ++v) {
         const float triangle = static_cast<float>(v / 3);
         soup.positions[v] +=
@@ -223,14 +219,14 @@ TEST(BvhRefit, LoosenessSeesWhatATreeLoses)
     EXPECT_LT(rebuilt->cost, 0.8f * refitted->cost);
 }
 
-std::shared_ptr<const core::World> animated(double time = 0)
+std::shared_ptr<const core::World> animatedAt(double time = 0)
 {
     return core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/animated.gltf"), time);
 }
 
 TEST(WorldBvh, IsMadeOncePerPoseAndRefitted)
 {
-    const auto world = animated();
+    const auto world = animatedAt();
     EXPECT_EQ(core::bvhIfMade(*world), nullptr);
     const auto bvh = core::bvhOf(*world);
     EXPECT_EQ(core::bvhOf(*world), bvh);

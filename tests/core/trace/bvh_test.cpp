@@ -18,13 +18,9 @@ namespace {
 
 using core::Bvh;
 using core::BvhOptions;
+using tests::bvhOf;
 using tests::expectSound;
 using tests::Mesh;
-
-Bvh build(const Mesh& mesh, const BvhOptions& options = {})
-{
-    return core::buildBvh(mesh.positions, mesh.triangles, options);
-}
 
 void expectSoundAllWays(const Mesh& mesh)
 {
@@ -32,7 +28,7 @@ void expectSoundAllWays(const Mesh& mesh)
         for (const uint32_t leafSize : {1u, 4u, 8u, 14u}) {
             const BvhOptions options{.leafSize = leafSize, .duplicateBudget = budget};
             SCOPED_TRACE(testing::Message() << "budget " << budget << ", leaf size " << leafSize);
-            expectSound(mesh, build(mesh, options), options);
+            expectSound(mesh, bvhOf(mesh, options), options);
         }
     }
 }
@@ -83,14 +79,14 @@ TEST(Bvh, FlatMesh)
 TEST(Bvh, IdenticalTriangles)
 {
     const Mesh mesh = tests::identicalMesh(100000);
-    const Bvh bvh = build(mesh);
+    const Bvh bvh = bvhOf(mesh);
     expectSound(mesh, bvh, {});
     EXPECT_LE(bvh.depth, 20u) << "nothing but halving is of use here";
 }
 
 TEST(Bvh, NestedTriangles)
 {
-    expectSound(tests::nestedMesh(50000), build(tests::nestedMesh(50000)), {});
+    expectSound(tests::nestedMesh(50000), bvhOf(tests::nestedMesh(50000)), {});
 }
 
 TEST(Bvh, GeometricLine)
@@ -99,7 +95,7 @@ TEST(Bvh, GeometricLine)
     for (const float ratio : {1.0f, 1.01f, 1.5f, 3.0f}) {
         const Mesh mesh = tests::lineMesh(50000, ratio);
         SCOPED_TRACE(ratio);
-        expectSound(mesh, build(mesh), {});
+        expectSound(mesh, bvhOf(mesh), {});
     }
 }
 
@@ -107,7 +103,7 @@ TEST(SlowBvh, MillionIdenticalNestedAndInALine)
 {
     for (const Mesh& mesh : {tests::identicalMesh(1000000), tests::nestedMesh(1000000),
                              tests::lineMesh(1000000, 1.0f), tests::lineMesh(1000000, 1.5f)}) {
-        expectSound(mesh, build(mesh), {});
+        expectSound(mesh, bvhOf(mesh), {});
     }
 }
 
@@ -119,7 +115,7 @@ TEST(Bvh, SameBytesOnAnyNumberOfThreads)
         for (const int threads : {1, 2, 5}) {
             const tbb::global_control control(tbb::global_control::max_allowed_parallelism, 5);
             tbb::task_arena arena(threads);
-            arena.execute([&] { built.push_back(build(mesh)); });
+            arena.execute([&] { built.push_back(bvhOf(mesh)); });
         }
         EXPECT_TRUE(sameBytes(built[0], built[1]));
         EXPECT_TRUE(sameBytes(built[0], built[2]));
@@ -130,8 +126,8 @@ TEST(Bvh, SpatialSplitsLowerTheCost)
 {
     // Walls of two triangles next to fine geometry are what spatial splits are for.
     const Mesh mesh = tests::roomMesh(8);
-    const Bvh without = build(mesh, {.duplicateBudget = 0});
-    const Bvh with = build(mesh, {.duplicateBudget = 0.3f});
+    const Bvh without = bvhOf(mesh, {.duplicateBudget = 0});
+    const Bvh with = bvhOf(mesh, {.duplicateBudget = 0.3f});
     EXPECT_EQ(without.slotCount(), mesh.triangles.size());
     EXPECT_GT(with.slotCount(), mesh.triangles.size());
     EXPECT_LT(with.cost, without.cost);

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -19,6 +18,7 @@
 #include "shared/surface.h"
 #include "tests/support/animated_scenes.h"
 #include "tests/support/instanced_scenes.h"
+#include "tests/support/random_values.h"
 
 namespace {
 
@@ -26,21 +26,9 @@ using core::Instancing;
 using namespace tests;
 using WorldPointer = std::shared_ptr<const core::World>;
 
-class Random {
-public:
-    float operator()() { return static_cast<float>(engine_() >> 8) * 0x1p-24f; }
-    glm::vec3 inBox(glm::vec3 low, glm::vec3 high)
-    {
-        return glm::mix(low, high, glm::vec3((*this)(), (*this)(), (*this)()));
-    }
-
-private:
-    std::mt19937 engine_{11};
-};
-
 std::vector<core::Ray> raysAmong(const core::World& world, size_t count)
 {
-    Random random;
+    Random random(11);
     std::vector<core::Ray> rays(count);
     for (core::Ray& ray : rays) {
         const glm::vec3 margin(0.2f * world.radius);
@@ -193,7 +181,7 @@ TEST(InstancedRays, OnFinerGrids)
     EXPECT_GE(own.bvh().gridChanges(), 1u);
     const core::Accel accel(kept);
     const auto scale = static_cast<float>(kept->placement.scale);
-    Random random;
+    Random random(11);
     size_t others = 0;
     for (int i = 0; i < 10000; ++i) {
         core::Ray ray;
@@ -246,7 +234,7 @@ TEST(InstancedRays, EachInstanceDecidesAboutItsAlpha)
         const core::Accel accel(world);
         constexpr int kRays = 40000;
         int passed = 0;
-        Random random;
+        Random random(11);
         for (int i = 0; i < kRays; ++i) {
             core::Ray ray;
             ray.origin = glm::vec3(0.5f * random(), 0.5f * random() - 0.25f, 10);

@@ -18,6 +18,7 @@
 #include "core/trace/sky_regions.h"
 #include "shared/lights.h"
 #include "tests/support/instanced_scenes.h"
+#include "tests/support/random_values.h"
 #include "tests/support/sky_rooms.h"
 #include "tests/support/stats.h"
 
@@ -25,11 +26,6 @@ namespace {
 
 using namespace tests;
 using core::SkyNeed;
-
-float unitOf(std::mt19937& random)
-{
-    return static_cast<float>(random() >> 8) * 0x1p-24f;
-}
 
 /// A world, its hierarchy and its regions, as the shared text reads them.
 struct Learnt {
@@ -61,9 +57,9 @@ struct Learnt {
         std::set<uint32_t> found;
         for (int i = 0; i < 200 && found.size() < count; ++i) {
             // In braces: compilers agree on their order, but not on that of arguments.
-            const glm::vec3 p{2 * unitOf(random) - 1, 2 * unitOf(random) - 1,
-                              2 * unitOf(random) - 1};
-            found.insert(regionAt(p, shared::sampleSphere({unitOf(random), unitOf(random)})));
+            const glm::vec3 p{2 * uniform(random) - 1, 2 * uniform(random) - 1,
+                              2 * uniform(random) - 1};
+            found.insert(regionAt(p, shared::sampleSphere({uniform(random), uniform(random)})));
         }
         return {found.begin(), found.end()};
     }
@@ -95,7 +91,7 @@ TEST(SkyRegions, DirectionsAreDrawnByTheirDensity)
             int moved = 0;  // over the border of a cell by rounding
             for (int i = 0; i < draws; ++i) {
                 shared::EmitterSample s;
-                const glm::vec2 u(unitOf(random), unitOf(random));
+                const glm::vec2 u(uniform(random), uniform(random));
                 if (!shared::sampleEnvironment(room.scene, room.settings, region, u, s)) continue;
                 const float pdf = shared::pdfEnvironment(room.scene, room.settings, region, s.wi);
                 moved += std::abs(pdf / s.pdf - 1) > 1e-3f;
@@ -107,9 +103,9 @@ TEST(SkyRegions, DirectionsAreDrawnByTheirDensity)
             double total = 0;
             for (uint32_t y = 0; y < down * fine; ++y) {
                 for (uint32_t x = 0; x < across * fine; ++x) {
-                    const double cosine = 1 - 2 * (y + double(unitOf(random))) / (down * fine);
+                    const double cosine = 1 - 2 * (y + double(uniform(random))) / (down * fine);
                     const glm::vec3 d = shared::environmentDirection(
-                        {(static_cast<float>(x) + unitOf(random)) / float(across * fine),
+                        {(static_cast<float>(x) + uniform(random)) / float(across * fine),
                          static_cast<float>(std::acos(cosine) / std::numbers::pi)});
                     const double mass =
                         static_cast<double>(
@@ -134,7 +130,7 @@ TEST(SkyRegions, WhateverShinesKeepsADensity)
     std::mt19937 random(13);
     for (const uint32_t region : room.someRegions(20)) {
         for (int i = 0; i < 20'000; ++i) {
-            const glm::vec3 d = shared::sampleSphere({unitOf(random), unitOf(random)});
+            const glm::vec3 d = shared::sampleSphere({uniform(random), uniform(random)});
             const float whole = shared::pdfEnvironment(room.scene, room.settings, 0, d);
             if (!(whole > 0)) continue;
             const float here = shared::pdfEnvironment(room.scene, room.settings, region, d);
@@ -184,7 +180,7 @@ TEST(SkyRegions, EmittersAreChosenByTheirProbability)
         for (int i = 0; i < draws; ++i) {
             float pmf = 0;
             const uint32_t chosen = shared::chooseEmitterIn(room.scene, room.settings, region, p,
-                                                            departure, unitOf(random), pmf);
+                                                            departure, uniform(random), pmf);
             if (!(pmf > 0)) {
                 observed.back() += 1;
                 continue;
@@ -232,7 +228,7 @@ double bringsOf(const Learnt& room, std::span<const core::Place> places, uint32_
     std::vector<float> brings(places.size() * kEach);
     for (size_t i = 0; i < brings.size(); ++i) {
         const core::Place& p = places[i / kEach];
-        const glm::vec2 u{unitOf(random), unitOf(random)};
+        const glm::vec2 u{uniform(random), uniform(random)};
         shared::EmitterSample s;
         if (shared::sampleEmitter(room.scene, room.settings, emitter, p.position, region, u, s))
             bringing.add(p, s, 1 / (s.pdf > 0 ? s.pdf : 1), brings[i]);
@@ -285,10 +281,10 @@ TEST(SkyRegions, OpeningsAreFound)
     std::mt19937 random(11);
     int whole = 0, here = 0;
     for (int i = 0; i < 20'000; ++i) {
-        const glm::vec3 floor(1.8f * unitOf(random) - 0.9f, -1.0f, 1.8f * unitOf(random) - 0.9f);
+        const glm::vec3 floor(1.8f * uniform(random) - 0.9f, -1.0f, 1.8f * uniform(random) - 0.9f);
         const glm::vec3 p(room.world->placement.toWorld(glm::dvec3(floor)));
         const glm::vec3 up(0, 1, 0);
-        const glm::vec2 u(unitOf(random), unitOf(random));
+        const glm::vec2 u(uniform(random), uniform(random));
         for (const uint32_t region : {0u, shared::findSkyRegion(room.scene, p, up)}) {
             shared::EmitterSample s;
             if (!shared::sampleEnvironment(room.scene, room.settings, region, u, s)) continue;
@@ -353,7 +349,7 @@ TEST(SkyRegions, ClosedRoomsDrawTheWholeSky)
     std::mt19937 random(19);
     for (const uint32_t region : closed.someRegions(10)) {
         for (int i = 0; i < 1000; ++i) {
-            const glm::vec3 d = shared::sampleSphere({unitOf(random), unitOf(random)});
+            const glm::vec3 d = shared::sampleSphere({uniform(random), uniform(random)});
             const float whole = shared::pdfEnvironment(closed.scene, closed.settings, 0, d);
             const float here = shared::pdfEnvironment(closed.scene, closed.settings, region, d);
             ASSERT_NEAR(here, whole, 1e-4f * whole);
