@@ -63,7 +63,8 @@ TEST_F(View, TheTourDoesEverythingWithoutAMessage)
 
 TEST_F(View, FailuresOfAScriptAreItsExitCode)
 {
-    const Json report = runSteps({{{"wait", "samples"}, {"value", 1e9}, {"timeout", 0.5}},
+    const Json report = runSteps({{{"wait", "loaded"}},
+                                  {{"wait", "samples"}, {"value", 1e9}, {"timeout", 0.5}},
                                   {{"expect", "document"}, {"name", "other.gltf"}},
                                   {{"do", "set"}, {"name", "max-dept"}, {"value", 1}}},
                                  {}, 1);
