@@ -35,6 +35,7 @@ reuse-count-for-nominal@core/reuse/reweighting_augmentation.h@fraction.alphaOver
 reuse-after-trace-unpaid@core/reuse/reweighting_augmentation.h@draw.u * share / draw.omega@draw.u * share@Lab.Traps*
 reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@static_cast<Real>(weightSum - 1)@Lab.Every*
 reuse-bent-twice@shaders/shared/reuse_path.h@if (place.bends && !keepsDirections(settings)) alpha@if (place.bends) alpha@*ReuseMirrors*cpu*
+reuse-lamp-twice@shaders/shared/reuse_path.h@packRgbe(max(L - place.emitted, vec3(0.0f)),@packRgbe(L,@*ReuseMirrors*cpu*
 reuse-residual-alone@shaders/shared/reuse_path.h@: reconnection(way, place.normal, position, v.positionBefore);@: 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-slide-unpaid@shaders/shared/reuse_shift.h@    r.u *= lengths * lengths;@    if (false) @ReuseShift*
 reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@return vec2(0.5f);@ReuseShift*

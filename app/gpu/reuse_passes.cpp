@@ -41,8 +41,8 @@ WordsKept wordsKept(const shared::ReuseSettings& settings)
 {
     const bool samples = shared::keepsSamples(settings.strategy);
     const uint64_t records = samples ? recordsOf(settings) : 0;
-    return {records, records, samples ? lightsOf(settings) : 0u,
-            shared::carriesRemainder(settings) ? 1u : 0u};
+    return {records, shared::keepsArriving(settings) ? records : 0,
+            samples ? lightsOf(settings) : 0u, shared::carriesRemainder(settings) ? 1u : 0u};
 }
 
 std::array<DescriptorSet, 2> twoSets(Device& device, const KernelBase& kernel)

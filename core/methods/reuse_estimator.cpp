@@ -323,11 +323,11 @@ void ReuseEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& sampl
         const bool hidden =
             shared::oldSampleHides(scene_, settings_, p.v, view, p.stream, i, p.tally);
         vec3 L = shared::unpackRgbe(r.radiance);
-        if (r.radiance == shared::kReuseEvaluated) {
+        if (shared::isEvaluated(settings_, r)) {
             const vec3 place = p.v.vertex.surface.position + view.distance * view.direction;
             if (!shared::arrivingIsOld(scene_, settings_, place, r)) continue;
             if (shared::showsElse(r, view)) continue;
-            L = shared::evaluateArriving(scene_, p.path, p.v, r, view);
+            L = shared::evaluateArriving(scene_, p.path, settings_, p.v, r, view);
         }
         if (hidden) {
             shared::dropOldSample(sums, view, L);

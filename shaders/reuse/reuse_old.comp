@@ -139,7 +139,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         places[i] = view.u * view.perPlace;
         responses[i] = view.response;
         if (oldSampleHides(scene, push.settings, v, view, stream, i, tally)) hidden |= 1u << i;
-        if (r.radiance == kReuseEvaluated) {
+        if (isEvaluated(push.settings, r)) {
             evaluated |= 1u << i;
             if (view.turned) turned |= 1u << i;
         } else {
@@ -150,7 +150,9 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         const uint i = uint(findLSB(evaluated));
         evaluated &= evaluated - 1u;
         const int at = int(recordIndex(sizeBefore(), source, i));
-        ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), texelFetch(arrivingBefore, at));
+        uvec4 arriving = uvec4(0u);
+        if (keepsArriving(push.settings)) arriving = texelFetch(arrivingBefore, at);
+        ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), arriving);
         r.slot = slotNow(r.slot);
         r.place = placed[i];
         ReuseView view;
@@ -175,7 +177,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         view.response = responses[i];
         view.u = places[i] / view.perPlace;
         view.p = weights[i] / view.u;
-        addOrDrop(view, evaluateArriving(scene, path, v, r, view), (hidden & (1u << i)) != 0u, weights[i],
+        addOrDrop(view, evaluateArriving(scene, path, push.settings, v, r, view), (hidden & (1u << i)) != 0u, weights[i],
                   brings[i], sums);
     }
     vec3 mean = sums.around;
@@ -206,7 +208,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         sums.remainder -= scale * brings[i];
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
-        if (place.w != kReuseEvaluated) continue;
+        if (place.w != kReuseEvaluated || !keepsArriving(push.settings)) continue;
         arrivingNow[to] = i < most ? texelFetch(arrivingBefore, at) : newWord(which, 1u);
     }
     for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);

@@ -130,7 +130,8 @@ struct ReusePlace {
     vec3 position;
     vec3 normal;
     uint triangle;
-    vec3 leaving;      // radiance towards the first hit by emission and connection
+    vec3 emitted;      // radiance towards the first hit by emission
+    vec3 leaving;      // and by connection, too
     vec3 throughput;   // of the place, for what arrives from further on
     float grey;        // of the path after it; 0: the path has ended
     float perArrival;  // what is stored of radiance that arrives
@@ -151,6 +152,7 @@ SHARED_FN ReusePlace noReusePlace()
     place.position = vec3(0.0f);
     place.normal = vec3(0.0f);
     place.triangle = kNone;
+    place.emitted = vec3(0.0f);
     place.leaving = vec3(0.0f);
     place.throughput = vec3(0.0f);
     place.grey = 0.0f;
@@ -175,13 +177,14 @@ SHARED_FN void leavePlace(float importance, float entering, BsdfSample next, vec
 
 /// Makes a sample one of its direction `wi` (world) and what comes from there, without a place, as
 /// where nothing is met. Not where it shines: what counts of that depends on the density of the
-/// direction.
+/// direction, and is evaluated beside what is reflected there.
 SHARED_FN void keepDirection(ReuseSettings settings, vec3 wi, INOUT(ReusePlace) place,
                              INOUT(ReuseSample) record)
 {
     if (!keepsDirections(settings) || record.slot == kNone) return;
     if (place.emits) {
-        if (place.bends) record.nextDirection = kReuseBent;
+        record.radiance = 0u;
+        record.nextDirection = place.bends ? kReuseBent : 0u;
         return;
     }
     record = noReuseSample();
@@ -204,7 +207,7 @@ SHARED_FN vec3 endNewPath(SampleStream stream, vec3 gathered, ReusePlace place,
                      roundingNumbers(stream, 1u));
     }
     if (record.radiance != kReuseEvaluated)
-        record.radiance = packRgbe(L, roundingNumbers(stream, 2u));
+        record.radiance = packRgbe(max(L - place.emitted, vec3(0.0f)), roundingNumbers(stream, 2u));
     return L;
 }
 
@@ -362,6 +365,7 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings se
     place.position = vertex.surface.position;
     place.normal = vertex.surface.normal;
     place.triangle = vertex.surface.triangle;
+    place.emitted = gathered;
     place.emits = vertex.surface.emitter != kNone || maxComponent(gathered) > 0.0f;
     const bool exact = isUnbiased(settings) || keepsArrivals(settings) || !isRough(vertex.bsdf);
     if (place.emits || (scatters && exact)) record.radiance = kReuseEvaluated;

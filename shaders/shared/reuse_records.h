@@ -234,6 +234,8 @@ SHARED_FN uint takeRays(ReuseSettings settings, float due, INOUT(ReuseHistory) h
 /// direction it is found anew (kReuseEvaluated) from emission, which is looked up, and from two
 /// pieces of light that arrive at the place: from an emitter and from the path's continuation, each
 /// as a direction (packOct) and radiance (packRgbe) over its density, MIS weights as they were.
+/// Where samples keep their direction, those with a place shine: `radiance` is what the place
+/// reflects, and emission comes to that.
 struct ReuseSample {
     uint slot;
     uint place;
@@ -249,9 +251,10 @@ SHARED_CONST uint kReuseSampleWords = 2u;
 // packRgbe makes it of nothing below 1e38.
 SHARED_CONST uint kReuseEvaluated = 0xffffffffu;
 
-// In the place of a direction (packOct makes no such word): the radiance beside it leaves the place
-// as it is, by a mirror or through glass.
+// In the place of a direction (packOct makes no such word): what the place reflects, it mirrors or
+// lets through, and shows something else from elsewhere. Packed as a bit of the slot.
 SHARED_CONST uint kReuseBent = 0x80008000u;
+SHARED_CONST uint kReuseBentSlot = 0x80000000u;
 
 /// A connection of a first hit to an emitter that was found open: the random numbers by which its
 /// point is drawn again. `v` is its weight in the space of these numbers.
@@ -298,10 +301,24 @@ SHARED_FN ReusePixel unpackReusePixel(uvec4 w)
     return p;
 }
 
-/// The words of a sample: the first is enough where radiance is not evaluated.
+/// Whether light that comes from the place of a sample is to be evaluated.
+SHARED_FN bool isEvaluated(ReuseSettings settings, ReuseSample r)
+{
+    return r.radiance == kReuseEvaluated || (keepsDirections(settings) && r.slot != kNone);
+}
+
+/// Whether samples have a second word (packReuseArriving).
+SHARED_FN bool keepsArriving(ReuseSettings settings)
+{
+    return keepsSamples(settings.strategy) && !keepsDirections(settings);
+}
+
+/// The words of a sample: the first is enough where radiance is not evaluated, and where samples
+/// keep their direction.
 SHARED_FN uvec4 packReusePlace(ReuseSample r)
 {
-    return uvec4(r.slot, r.place, floatAsUint(r.u), r.radiance);
+    const uint bent = r.nextDirection == kReuseBent ? kReuseBentSlot : 0u;
+    return uvec4(r.slot | bent, r.place, floatAsUint(r.u), r.radiance);
 }
 
 SHARED_FN uvec4 packReuseArriving(ReuseSample r)
@@ -311,14 +328,15 @@ SHARED_FN uvec4 packReuseArriving(ReuseSample r)
 
 SHARED_FN ReuseSample unpackReuseSample(uvec4 place, uvec4 arriving)
 {
+    const bool bent = place.x != kNone && (place.x & kReuseBentSlot) != 0u;
     ReuseSample r;
-    r.slot = place.x;
+    r.slot = bent ? place.x & ~kReuseBentSlot : place.x;
     r.place = place.y;
     r.u = uintAsFloat(place.z);
     r.radiance = place.w;
     r.lightDirection = arriving.x;
     r.lightRadiance = arriving.y;
-    r.nextDirection = arriving.z;
+    r.nextDirection = bent ? kReuseBent : arriving.z;
     r.nextRadiance = arriving.w;
     return r;
 }

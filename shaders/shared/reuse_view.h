@@ -302,8 +302,8 @@ SHARED_FN bool showsElse(ReuseSample r, IN(ReuseView) view)
 
 /// Radiance that comes from the place of a sample whose radiance is evaluated, along
 /// `view.direction`, whose density is `view.p`.
-SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
-                                ReuseSample r, IN(ReuseView) view)
+SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                                IN(ReuseVertex) v, ReuseSample r, IN(ReuseView) view)
 {
     PathState ray = pathFromHere(v);
     ray.direction = view.direction;
@@ -321,12 +321,11 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, IN(Reuse
     hit.t = view.distance;
     vec3 L = vec3(0.0f);
     Vertex far;
-    if (prepareVertex(scene, path, hit, ray, far, L)) {
-        const vec3 next = r.nextDirection == kReuseBent
-                              ? unpackRgbe(r.nextRadiance)
-                              : reflectStored(far, r.nextDirection, r.nextRadiance);
-        L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) + next);
-    }
+    const bool scatters = prepareVertex(scene, path, hit, ray, far, L);
+    if (keepsDirections(settings)) return L + unpackRgbe(r.radiance);
+    if (scatters)
+        L += ray.beta * (reflectStored(far, r.lightDirection, r.lightRadiance) +
+                         reflectStored(far, r.nextDirection, r.nextRadiance));
     return L;
 }
 

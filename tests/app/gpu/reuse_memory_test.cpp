@@ -8,8 +8,8 @@ namespace {
 using namespace tests;
 
 constexpr glm::uvec2 kSize{256, 192};
-constexpr uint64_t kWord =
-    16;  // bytes; a store's places, arriving light and connections are made of such
+// Bytes. A store's places, arriving light and connections are made of such words.
+constexpr uint64_t kWord = 16;
 
 /// The most memory that the device has held after one picture by each strategy, in turn.
 uint64_t peakBytes(std::initializer_list<ReuseParams> strategies)
@@ -35,8 +35,13 @@ TEST(ReuseMemory, StoresHoldOnlyWhatTheStrategyReads)
     const uint64_t whole = peakBytes({all});
     // Device memory is handed out in pieces: a word per pixel may cost a little more than itself.
     EXPECT_NEAR(double(whole - samples), double(stores), .1 * double(stores));
-    const double words = 2.0 * all.records + all.lights;
+    const double words = all.records + all.lights;
     EXPECT_NEAR(double(samples - discard), words * double(stores), .05 * words * double(stores));
+    // Samples that are evaluated anew hold what arrives at their places, too.
+    ReuseParams bounded = all;
+    bounded.bias = core::ReuseBias::bounded;
+    const double arriving = double(all.records) * double(stores);
+    EXPECT_NEAR(double(peakBytes({bounded}) - whole), arriving, .05 * arriving);
     EXPECT_EQ(peakBytes({all, with(ReuseStrategy::naive, 1), all}), whole)
         << "something is kept twice";
 }

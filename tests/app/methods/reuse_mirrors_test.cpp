@@ -1,4 +1,4 @@
-// Light that comes to a first hit by a mirror, through glass, or from a lamp with a smooth finish:
+// Light that comes to a first hit by a mirror, through glass, or from a lamp that also reflects:
 // flights keep it as they keep what a wall reflects, on every device, and the mean stays.
 #include "tests/support/reuse_flights.h"
 #include "tests/support/stats.h"
@@ -22,11 +22,21 @@ std::shared_ptr<const core::World> mirrorRoom()
     return b.world();
 }
 
+/// A room of which one wall shines, and reflects more than the others.
+std::shared_ptr<const core::World> shiningWall()
+{
+    SceneBuilder b = room(lambert(glm::vec3(0.5f)), lambert(glm::vec3(0.5f)));
+    core::Material lamp = lambert(glm::vec3(0.8f));
+    lamp.data.emissive = glm::vec3(1);
+    b.quad({-0.97f, -1, -1}, {0, 2, 0}, {0, 0, 2}, b.material(lamp));
+    return b.world();
+}
+
 class ReuseMirrors : public ReuseFlights {
 protected:
-    void beginRoom(glm::uvec2 size)
+    void beginRoom(std::shared_ptr<const core::World> world, glm::uvec2 size)
     {
-        world_ = mirrorRoom();
+        world_ = std::move(world);
         renderer_->setWorld(world_, {});
         size_ = size;
     }
@@ -37,6 +47,8 @@ protected:
         params.bias = core::ReuseBias::unbiased;
         return params;
     }
+
+    void expectTheMeanStays(uint32_t flights);
 
     /// The mean of a map of the last view over pixels that have a history.
     double meanOfMap(size_t map) const
@@ -58,18 +70,17 @@ protected:
 TEST_P(ReuseMirrors, AnswerForAsMuchAsWallsDo)
 {
     constexpr size_t kAlpha = 1, kC = 2;
-    beginRoom({32, 32});
+    beginRoom(mirrorRoom(), {32, 32});
     fly(with(ReuseStrategy::ra, 5), 12, 0.5);
     EXPECT_GT(meanOfMap(kAlpha), 0.97 * meanOfMap(kC));
     fly(asking(5), 12, 0.5);
     EXPECT_LT(meanOfMap(kAlpha), 0.9 * meanOfMap(kC));
 }
 
-TEST_P(ReuseMirrors, AMoveLeavesTheMeanAsItIs)
+/// The mean after a flight is that of the scene, and the error a fifth of that of new paths.
+void ReuseMirrors::expectTheMeanStays(uint32_t flights)
 {
-    constexpr uint32_t kFlights = 64;
     constexpr double kBound = 0.005;
-    beginRoom({24, 24});
     const core::Image truth = reference(4096).mean;
     const double expected = meanOf(truth);
     Moments means;
@@ -80,7 +91,7 @@ TEST_P(ReuseMirrors, AMoveLeavesTheMeanAsItIs)
             sum += std::pow(double(image.pixels[i]) - double(truth.pixels[i]), 2);
         return sum;
     };
-    for (uint32_t flight = 0; flight < kFlights; ++flight) {
+    for (uint32_t flight = 0; flight < flights; ++flight) {
         const core::Image image = fly(with(ReuseStrategy::ra, 100 + flight), 12, 0.5).mean;
         means.add(meanOf(image));
         kept += squares(image);
@@ -91,6 +102,18 @@ TEST_P(ReuseMirrors, AMoveLeavesTheMeanAsItIs)
         << means.mean() << " of " << expected << " +- " << error;
     EXPECT_LT(error, 0.01 * expected) << "underpowered";
     EXPECT_LT(kept, 0.2 * fresh);
+}
+
+TEST_P(ReuseMirrors, AMoveLeavesTheMeanAsItIs)
+{
+    beginRoom(mirrorRoom(), {24, 24});
+    expectTheMeanStays(64);
+}
+
+TEST_P(ReuseMirrors, LampsShineOnceAndReflect)
+{
+    beginRoom(shiningWall(), {24, 24});
+    expectTheMeanStays(16);
 }
 
 INSTANTIATE_TEST_SUITE_P(Devices, ReuseMirrors,
