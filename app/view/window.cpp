@@ -44,22 +44,26 @@ bool startGlfw()
     return glfwInit() == GLFW_TRUE;
 }
 
-template <class F> F symbol(const char* name)
+template <class F> F symbol(void* library, const char* name)
 {
-    return reinterpret_cast<F>(dlsym(RTLD_DEFAULT, name));
+    return reinterpret_cast<F>(dlsym(library, name));
 }
 
 /// Xlib ends the process when its connection breaks, unless it is given something else to do. GLFW
-/// for Wayland has no X11 in it, so the functions are looked up.
+/// for Wayland has no X11 in it, so the functions are looked up, in Xlib itself: since 3.4 GLFW
+/// loads it for its own use alone.
 void surviveLostConnection()
 {
     connectionLost = false;
     using ErrorHandler = int (*)(void* display);
     using ExitHandler = void (*)(void* display, void* data);
-    const auto display = symbol<void* (*)()>("glfwGetX11Display");
-    const auto setError = symbol<ErrorHandler (*)(ErrorHandler)>("XSetIOErrorHandler");
+    void* const xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);
+    if (xlib == nullptr) return;
+    const auto display = symbol<void* (*)()>(RTLD_DEFAULT, "glfwGetX11Display");
+    const auto setError = symbol<ErrorHandler (*)(ErrorHandler)>(xlib, "XSetIOErrorHandler");
     // LibX11 1.7
-    const auto setExit = symbol<void (*)(void*, ExitHandler, void*)>("XSetIOErrorExitHandler");
+    const auto setExit =
+        symbol<void (*)(void*, ExitHandler, void*)>(xlib, "XSetIOErrorExitHandler");
     if (display == nullptr || setError == nullptr || setExit == nullptr || display() == nullptr)
         return;
     setError([](void*) {  // the default prints and exits
