@@ -14,6 +14,7 @@
 
 #include "tests/support/pattern.h"
 #include "tests/support/source_folder.h"
+#include "tests/support/whole_files.h"
 
 namespace {
 
@@ -388,6 +389,15 @@ TEST(Docs, NamedTestsExist)
               Strings{});
     EXPECT_EQ(
         testFaults({{"docs/x.md", {"`nowhere_test`, `no_*_test`, `Docs.NoSuchTest`"}}}).size(), 3u);
+}
+
+/// What the program writes beside the pixels would tell where the picture was made.
+TEST(Docs, PicturesDoNotTellWhereTheyWereMade)
+{
+    const Strings pictures = filesBelow({"assets/pictures"});
+    EXPECT_GE(pictures.size(), 6u);
+    for (const std::string& file : pictures)
+        EXPECT_EQ(tests::readAll(kSource / file).find("rekindle:scene"), std::string::npos) << file;
 }
 
 TEST(Docs, ArchitectureNamesEveryRoom)

@@ -41,7 +41,7 @@ WordsKept wordsKept(const shared::ReuseSettings& settings)
 {
     const bool samples = shared::keepsSamples(settings.strategy);
     const uint64_t records = samples ? recordsOf(settings) : 0;
-    return {records, shared::keepsArriving(settings) ? records : 0,
+    return {records, shared::hasArrivingWords(settings) ? records : 0,
             samples ? lightsOf(settings) : 0u, shared::carriesRemainder(settings) ? 1u : 0u};
 }
 

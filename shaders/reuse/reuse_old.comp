@@ -151,7 +151,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         evaluated &= evaluated - 1u;
         const int at = int(recordIndex(sizeBefore(), source, i));
         uvec4 arriving = uvec4(0u);
-        if (keepsArriving(push.settings)) arriving = texelFetch(arrivingBefore, at);
+        if (hasArrivingWords(push.settings)) arriving = texelFetch(arrivingBefore, at);
         ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), arriving);
         r.slot = slotNow(r.slot);
         r.place = placed[i];
@@ -208,7 +208,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         sums.remainder -= scale * brings[i];
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
-        if (place.w != kReuseEvaluated || !keepsArriving(push.settings)) continue;
+        if (place.w != kReuseEvaluated || !hasArrivingWords(push.settings)) continue;
         arrivingNow[to] = i < most ? texelFetch(arrivingBefore, at) : newWord(which, 1u);
     }
     for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);

@@ -308,7 +308,7 @@ SHARED_FN bool isEvaluated(ReuseSettings settings, ReuseSample r)
 }
 
 /// Whether samples have a second word (packReuseArriving).
-SHARED_FN bool keepsArriving(ReuseSettings settings)
+SHARED_FN bool hasArrivingWords(ReuseSettings settings)
 {
     return keepsSamples(settings.strategy) && !keepsDirections(settings);
 }
