@@ -57,7 +57,7 @@ done
 status=0 passed=0 failed=0 skipped=0
 shards=$(nproc)
 for ((i = 0; i < shards; i++)); do
-    GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$i "${fixed[@]}" timeout 3000 "$build/tests" --gtest_color=no \
+    GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$i "${fixed[@]}" timeout 7200 "$build/tests" --gtest_color=no \
         "--gtest_filter=-$(filters "$here/$mode.skip")" "$@" >"$folder/shard-$i" 2>&1 &
 done
 for ((i = 0; i < shards; i++)); do
