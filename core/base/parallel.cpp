@@ -10,13 +10,12 @@
 
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
 #include "core/base/handoff.h"
 
 namespace core {
-
-namespace {}  // namespace
 
 bool parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body,
                  std::stop_token stop)
@@ -60,6 +59,19 @@ bool parallelTiles(uint32_t width, uint32_t height, uint32_t side,
         body(tile);
     };
     return parallelFor(columns * rows, 1, runTile, std::move(stop));
+}
+
+void parallelInvoke(const std::function<void()>& a, const std::function<void()>& b)
+{
+    Handoff begun, ended;
+    const auto handed = [&](const std::function<void()>& body) {
+        begun.happensAfter();
+        body();
+        ended.happensBefore();
+    };
+    begun.happensBefore();
+    tbb::parallel_invoke([&] { handed(a); }, [&] { handed(b); });
+    ended.happensAfter();
 }
 
 double parallelSum(size_t count, const std::function<double(size_t)>& term)

@@ -27,6 +27,10 @@ bool parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
 bool parallelTiles(uint32_t width, uint32_t height, uint32_t side,
                    const std::function<void(const Tile&)>& body, std::stop_token stop = {});
 
+/// Both bodies, at the same time where a thread is free. Returns when both have ended; an exception
+/// of either is thrown here.
+void parallelInvoke(const std::function<void()>& a, const std::function<void()>& b);
+
 /// Sum of term(i) over i < count, in double: blocks of fixed size are summed in parallel and added
 /// in order, so the result does not depend on the number of threads.
 double parallelSum(size_t count, const std::function<double(size_t)>& term);

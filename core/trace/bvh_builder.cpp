@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
-
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 
 namespace core::bvh {
 namespace {
@@ -77,13 +74,12 @@ RangeBounds Builder::makeReferences()
     // Not value-initialised: the room for duplicates should cost memory only once it is used.
     references_.reset(static_cast<Reference*>(::operator new (
         std::max<size_t>(capacity_, 1) * sizeof(Reference), std::align_val_t{alignof(Reference)})));
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 1u << 14),
-                      [&](const tbb::blocked_range<size_t>& part) {
-                          for (size_t i = part.begin(); i < part.end(); ++i) {
-                              const uint32_t triangle = subset_.at(i);
-                              references_[i] = Reference::make(boundsOf(mesh_, triangle), triangle);
-                          }
-                      });
+    parallelFor(n, 1u << 14, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            const uint32_t triangle = subset_.at(i);
+            references_[i] = Reference::make(boundsOf(mesh_, triangle), triangle);
+        }
+    });
     return boundsOf(all().first(n));
 }
 
@@ -275,9 +271,8 @@ std::unique_ptr<Builder::Task> Builder::buildTask(const Range& range, const Rang
     task->box[0] = d.leftBounds.box;
     task->box[1] = d.rightBounds.box;
     const Region leftRegion = regionOf(d, region);
-    tbb::parallel_invoke(
-        [&] { task->child[0] = buildTask(d.left, d.leftBounds, depth + 1, leftRegion); },
-        [&] { task->child[1] = buildTask(d.right, d.rightBounds, depth + 1, region); });
+    parallelInvoke([&] { task->child[0] = buildTask(d.left, d.leftBounds, depth + 1, leftRegion); },
+                   [&] { task->child[1] = buildTask(d.right, d.rightBounds, depth + 1, region); });
     return task;
 }
 

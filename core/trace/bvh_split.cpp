@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
+#include "core/base/parallel.h"
 
 namespace core::bvh {
 namespace {
 
 constexpr size_t kParallelBinning = 1u << 15;
-constexpr size_t kGrain = 1u << 13;
+constexpr size_t kGrain = 1u << 13, kMostParts = 64;
 
 struct Bin {
     Box box;
@@ -127,16 +127,13 @@ T reduceOver(std::span<const Reference> references, const Body& body, const Merg
         body(total, references);
         return total;
     }
-    return tbb::parallel_reduce(
-        tbb::blocked_range<size_t>(0, references.size(), kGrain), T{},
-        [&](const tbb::blocked_range<size_t>& part, T value) {
-            body(value, references.subspan(part.begin(), part.size()));
-            return value;
-        },
-        [&](T a, const T& b) {
-            mergeInto(a, b);
-            return a;
-        });
+    const size_t grain = std::max(kGrain, references.size() / kMostParts + 1);
+    std::vector<T> parts((references.size() + grain - 1) / grain);
+    parallelFor(references.size(), grain, [&](size_t begin, size_t end) {
+        body(parts[begin / grain], references.subspan(begin, end - begin));
+    });
+    for (const T& part : parts) mergeInto(total, part);
+    return total;
 }
 
 /// The spatial bins' geometry on one axis.
