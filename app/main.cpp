@@ -6,11 +6,11 @@
 #include <new>
 
 #include "app/args/args.h"
-#include "app/bench/bench_flythrough.h"
-#include "app/bench/bench_guiding.h"
-#include "app/bench/bench_light.h"
-#include "app/bench/bench_many_lights.h"
-#include "app/bench/bench_throughput.h"
+#include "app/bench/flythrough/bench_flythrough.h"
+#include "app/bench/guiding/bench_guiding.h"
+#include "app/bench/light/bench_light.h"
+#include "app/bench/many_lights/bench_many_lights.h"
+#include "app/bench/throughput/bench_throughput.h"
 #include "app/commands/compare.h"
 #include "app/commands/devices_command.h"
 #include "app/commands/info_command.h"

@@ -1,5 +1,5 @@
 // Speeds that are measured in turns: what counts, and how often.
-#include "app/bench/bench_figures.h"
+#include "app/bench/throughput/bench_figures.h"
 
 #include <gtest/gtest.h>
 

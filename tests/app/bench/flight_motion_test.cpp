@@ -2,7 +2,7 @@
 // with the history of what it was before.
 #include <cmath>
 
-#include "app/bench/flight_pilot.h"
+#include "app/bench/flythrough/flight_pilot.h"
 #include "core/scene/world.h"
 #include "tests/support/program.h"
 #include "tests/support/reuse_flights.h"

@@ -1,6 +1,6 @@
 // The page on flights, and its numbers: well-formed whatever was measured, and what it says of
 // errors and of paths is what they were.
-#include "app/bench/flight_page.h"
+#include "app/bench/flythrough/flight_page.h"
 
 #include <cmath>
 
@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/bench/flight_files.h"
+#include "app/bench/flythrough/flight_files.h"
 #include "tests/support/markup.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_search.h"

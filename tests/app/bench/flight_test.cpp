@@ -1,6 +1,6 @@
 // Flights, errors against a noisy reference, equal time, swept values, what is measured: what
 // `rekindle bench flythrough` is made of, on values that are known.
-#include "app/bench/flight.h"
+#include "app/bench/flythrough/flight.h"
 
 #include <cmath>
 #include <random>
@@ -10,7 +10,7 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "app/bench/flight_measure.h"
+#include "app/bench/flythrough/flight_measure.h"
 #include "app/bench/picture_error.h"
 #include "app/report/text.h"
 #include "core/gltf/load.h"

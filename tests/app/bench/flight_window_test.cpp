@@ -1,5 +1,5 @@
 // Flights in the window's own loop: where they land, how fast they go.
-#include "app/bench/flight_window.h"
+#include "app/bench/flythrough/flight_window.h"
 
 #include <atomic>
 #include <cmath>

@@ -8,12 +8,12 @@
 #include <set>
 
 #include "app/bench/bench_scenes.h"
-#include "app/bench/guiding_cases.h"
-#include "app/bench/guiding_claims.h"
-#include "app/bench/guiding_files.h"
-#include "app/bench/guiding_goals.h"
-#include "app/bench/guiding_measure.h"
-#include "app/bench/guiding_page.h"
+#include "app/bench/guiding/guiding_cases.h"
+#include "app/bench/guiding/guiding_claims.h"
+#include "app/bench/guiding/guiding_files.h"
+#include "app/bench/guiding/guiding_goals.h"
+#include "app/bench/guiding/guiding_measure.h"
+#include "app/bench/guiding/guiding_page.h"
 #include "core/base/check.h"
 #include "tests/support/markup.h"
 #include "tests/support/program.h"

@@ -7,9 +7,9 @@
 #include <random>
 #include <set>
 
-#include "app/bench/light_cases.h"
-#include "app/bench/light_files.h"
-#include "app/bench/light_page.h"
+#include "app/bench/light/light_cases.h"
+#include "app/bench/light/light_files.h"
+#include "app/bench/light/light_page.h"
 #include "app/bench/pair_error.h"
 #include "core/base/check.h"
 #include "tests/support/markup.h"

@@ -5,12 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include "app/bench/many_lights_cases.h"
-#include "app/bench/many_lights_claims.h"
-#include "app/bench/many_lights_error.h"
-#include "app/bench/many_lights_scene.h"
-#include "app/bench/many_lights_subset.h"
-#include "app/bench/many_lights_thesis.h"
+#include "app/bench/many_lights/many_lights_cases.h"
+#include "app/bench/many_lights/many_lights_claims.h"
+#include "app/bench/many_lights/many_lights_error.h"
+#include "app/bench/many_lights/many_lights_scene.h"
+#include "app/bench/many_lights/many_lights_subset.h"
+#include "app/bench/many_lights/many_lights_thesis.h"
 #include "core/base/check.h"
 #include "core/gltf/load.h"
 

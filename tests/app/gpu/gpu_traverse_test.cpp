@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "app/bench/bench_rays.h"
+#include "app/bench/throughput/bench_rays.h"
 #include "app/gpu/rays.h"
 #include "core/trace/bvh.h"
 #include "core/trace/world_bvh.h"

@@ -1,0 +1,62 @@
+// Flights in the window's own loop: the real session and its render thread, a camera that moves by
+// the clock, pictures as small as the wanted rate demands. Only the drawing is left out. Where
+// other work takes its share of the machine, the clock goes slower, and pictures may take longer.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "app/bench/flythrough/flight.h"
+#include "app/bench/slowed_clock.h"
+#include "app/session/session.h"
+
+namespace app::flight {
+
+/// What a flight has left on show, and what was seen on the way.
+struct WindowLanding {
+    core::Image picture;    // of the flight's last view, stretched over the window
+    double scale = 1;       // of a picture's sides to the window's, mean of the flight
+    uint32_t pictures = 0;  // that were shown on the way
+    double seconds = 0;     // of the slowed clock, from the first key to the last
+    double share = 1;       // seconds of that clock in a second
+
+    /// From picture to picture, mean of the flight; its length where none was shown on the way.
+    double pictureSeconds() const { return seconds / std::max(pictures, 1u); }
+};
+
+class WindowPilot {
+public:
+    /// Loads the scene, for pictures of `size`. Throws core::Error.
+    WindowPilot(const SceneOptions& scene, const Target& target, glm::uvec2 size,
+                std::stop_token stop);
+
+    /// Plays `track` once, from the first key to the last, while `frameSeconds` are wanted from
+    /// picture to picture. Lands with the first picture of the last key's camera, which is that of
+    /// a camera that still moves. Nothing when a stop came first. Throws core::Error.
+    std::optional<WindowLanding> fly(const CameraTrack& track, const core::ReuseParams& params,
+                                     double frameSeconds);
+
+private:
+    /// Lets the session go on as a window does until `done`; false when a stop came first.
+    bool wait(const std::function<bool()>& done);
+    bool begin(const CameraTrack& track, const core::ReuseParams& params);
+    bool land(WindowLanding& landing);
+
+    glm::uvec2 size_;
+    std::stop_token stop_;
+    Session session_;
+    SlowedClock clock_;
+    double now_ = 0;           // of that clock
+    double frameSeconds_ = 1;  // wanted
+};
+
+/// The last `seconds` of a flight, at `speed` (steps of the flight per second).
+CameraTrack lastSeconds(const Flight& flight, double speed, double seconds);
+
+/// The greatest speed up to `wished` at which a flight has room for so many seconds; 0: none.
+double speedThatFits(const Flight& flight, double wished, double seconds);
+
+}  // namespace app::flight

@@ -1,0 +1,77 @@
+// See guiding_goals.h.
+#include "app/bench/guiding/guiding_goals.h"
+
+#include <cmath>
+
+#include "app/report/text.h"
+
+namespace app::guiding {
+
+namespace {
+
+/// What one scene is to gain, or all of them where it has no name; on each device where that has
+/// none.
+struct Demand {
+    const char *scene, *device;
+    uint32_t spp;
+    double least;
+};
+
+constexpr Demand kDemands[] = {
+    {"cbox-up", "cpu", 64, 2.6},
+    {"cbox-up", "vulkan", 64, 3.2},
+    {"door-ajar", "cpu", 64, 4},
+    {"door-ajar", "vulkan", 64, 4},
+    {"cornell-glossy", "", 64, 2},
+    {"kitchen", "", 64, 1.2},
+    {"", "", 64, 0.97},
+    {"", "", 16, 0.95},
+};
+
+std::string textOf(const Demand& d)
+{
+    const std::string scene = *d.scene == 0 ? "every scene" : d.scene;
+    const std::string device = *d.device == 0 ? "every device" : d.device;
+    return scene + " on " + device + ", " + std::to_string(d.spp) + " spp";
+}
+
+/// The least number that falls under the demand.
+Goal goalOf(const Results& r, const Demand& demand)
+{
+    Goal goal;
+    goal.text = textOf(demand);
+    goal.least = demand.least;
+    for (const SceneResult& scene : r.scenes) {
+        if (*demand.scene != 0 && scene.name != demand.scene) continue;
+        for (const BenchDevice& device : r.devices) {
+            if (*demand.device != 0 && device.name != demand.device) continue;
+            const Row *plain = findRow(scene, "path", device.name, demand.spp),
+                      *guided = findRow(scene, "guided", device.name, demand.spp);
+            if (plain == nullptr || guided == nullptr) continue;
+            const Ratio gain = efficiency(device, *plain, *guided);
+            if (std::isnan(gain.value) || gain.value >= goal.measured.value) continue;
+            goal.measured = gain;
+            goal.where = scene.name + ", " + device.name;
+        }
+    }
+    if (!std::isnan(goal.measured.value))
+        goal.verdict = goal.measured.value >= goal.least ? Verdict::met : Verdict::missed;
+    return goal;
+}
+
+}  // namespace
+
+const char* verdictName(Verdict verdict)
+{
+    constexpr const char* kNames[] = {"met", "missed", "not measured"};
+    return kNames[static_cast<size_t>(verdict)];
+}
+
+std::vector<Goal> goalsOf(const Results& results)
+{
+    std::vector<Goal> goals;
+    for (const Demand& demand : kDemands) goals.push_back(goalOf(results, demand));
+    return goals;
+}
+
+}  // namespace app::guiding

@@ -1,0 +1,35 @@
+// See guiding_results.h.
+#include "app/bench/guiding/guiding_results.h"
+
+namespace app::guiding {
+
+const Row* findRow(const SceneResult& scene, const std::string& variant, const std::string& device,
+                   uint32_t spp)
+{
+    for (const Row& row : scene.rows)
+        if (row.variant == variant && row.device == device && row.spp == spp) return &row;
+    return nullptr;
+}
+
+const Row* plainOf(const SceneResult& scene, const Row& row)
+{
+    return findRow(scene, "path", row.device, row.spp);
+}
+
+static double errorOf(const Sample& s)
+{
+    return s.relMse;
+}
+
+Ratio varianceRatio(const Row& plain, const Row& row)
+{
+    return ratioOf(plain.samples, row.samples, errorOf, [](const Sample&) { return 1.0; });
+}
+
+Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row)
+{
+    return ratioOf(plain.samples, row.samples, errorOf,
+                   [&](const Sample& s) { return secondsOf(device, s); });
+}
+
+}  // namespace app::guiding
