@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
-#include "core/many_lights/basis.h"
-#include "core/many_lights/completion.h"
-#include "core/many_lights/row_weights.h"
+#include "core/completion/basis.h"
+#include "core/completion/completion.h"
+#include "core/completion/row_weights.h"
 
 namespace {
 

@@ -20,13 +20,14 @@ room(core/gltf SEES ${base} core/image core/scene FOREIGN draco/ meshoptimizer.h
 room(core/trace SEES ${base} core/scene FOREIGN embree3/ embree4/)
 room(core/reuse SEES ${base})
 room(core/guiding SEES ${base} core/reuse)
-room(core/many_lights SEES ${base} core/scene core/trace FOREIGN immintrin.h)
-room(core/methods SEES ${base} core/image core/scene core/trace core/guiding core/many_lights)
+room(core/completion SEES ${base} FOREIGN immintrin.h)
+room(core/many_lights SEES ${base} core/scene core/trace core/completion)
+room(core/methods SEES ${base} core/image core/scene core/trace core/guiding core/completion core/many_lights)
 
 set(gpu_base ${base} core/image core/scene app/gpu/base)
 room(app/gpu/base SEES ${base} FOREIGN vulkan/)
 room(app/gpu/window SEES ${gpu_base} FOREIGN spirv/)
-room(app/gpu SEES ${gpu_base} core/trace core/guiding core/many_lights core/methods FOREIGN spirv/)
+room(app/gpu SEES ${gpu_base} core/trace core/guiding core/completion core/many_lights core/methods FOREIGN spirv/)
 room(app/gpu/methods SEES ${gpu_base} core/guiding core/methods app/gpu FOREIGN spirv/)
 
 set(core ${base} core/image core/scene core/gltf core/methods)
@@ -47,7 +48,7 @@ room(app/bench/throughput SEES ${bench} core/trace app/methods app/gpu FOREIGN n
 room(app/bench/flythrough SEES ${bench} core/trace app/methods app/session FOREIGN nlohmann/)
 room(app/bench/guiding SEES ${bench} FOREIGN nlohmann/)
 room(app/bench/light SEES ${bench} FOREIGN nlohmann/)
-room(app/bench/many_lights SEES ${bench} core/many_lights app/version FOREIGN nlohmann/)
+room(app/bench/many_lights SEES ${bench} core/completion core/many_lights app/version FOREIGN nlohmann/)
 room(app/view/imgui SEES core/base app/gpu/base FOREIGN GLFW/ imgui backends/)
 room(app/view/ui SEES ${core} app/base app/report app/methods app/files app/session app/gpu/base app/view/imgui FOREIGN imgui nlohmann/)
 room(app/view SEES ${core} app/base app/args app/files app/commands app/session app/view/imgui app/view/ui app/gpu/base
@@ -57,4 +58,4 @@ room(app SEES core/base app/args app/bench/throughput app/bench/flythrough app/b
 
 room(assets/generator SEES ${base} core/image FOREIGN nlohmann/)
 room(assets SEES core/base assets/generator)
-room(bench SEES ${base} core/reuse core/many_lights FOREIGN benchmark/)
+room(bench SEES ${base} core/reuse core/completion core/many_lights FOREIGN benchmark/)

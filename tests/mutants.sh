@@ -49,13 +49,13 @@ motion-camera-rests@shaders/shared/motion.h@    camera.position = m.now + m.turn
 reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - share) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseBias.Asking*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*:*ReuseBias*cpu*
-completion-run-mass@core/many_lights/row_weights.cpp@const double each = share / (end - begin);@const double each = share;@RowWeights*
-completion-no-complement@core/many_lights/basis.cpp@if (s == 0) found.push_back({k, true});@@Basis*:Matching*
-completion-key-spill@core/many_lights/basis.cpp@filling = end > 64 ? bits >> (64 - part.shift) : 0;@filling = 0;@Basis*
-completion-residual-unpaid@core/many_lights/matching.cpp@static_cast<float>(1 / apartProbability_)@1.0f@Residual*
-completion-rate-stays@core/many_lights/matching.cpp@basis_.matchesSamples(key_)) raiseRate();@basis_.matchesSamples(key_)) {}@Matching*
-completion-unknown-untraced@core/many_lights/matching.cpp@rest_[w] = matters[w] & ~known[w];@rest_[w] = 0;@Matching*
-completion-pivot-lost@core/many_lights/gauss_jordan.cpp@if (getBit(this->column(k), pivot))@if (false)@GaussJordan*
+completion-run-mass@core/completion/row_weights.cpp@const double each = share / (end - begin);@const double each = share;@RowWeights*
+completion-no-complement@core/completion/basis.cpp@if (s == 0) found.push_back({k, true});@@Basis*:Matching*
+completion-key-spill@core/completion/basis.cpp@filling = end > 64 ? bits >> (64 - part.shift) : 0;@filling = 0;@Basis*
+completion-residual-unpaid@core/completion/matching.cpp@static_cast<float>(1 / apartProbability_)@1.0f@Residual*
+completion-rate-stays@core/completion/matching.cpp@basis_.matchesSamples(key_)) raiseRate();@basis_.matchesSamples(key_)) {}@Matching*
+completion-unknown-untraced@core/completion/matching.cpp@rest_[w] = matters[w] & ~known[w];@rest_[w] = 0;@Matching*
+completion-pivot-lost@core/completion/gauss_jordan.cpp@if (getBit(this->column(k), pivot))@if (false)@GaussJordan*
 bvh-no-way-back@core/trace/bvh_traverse.h@stack[++top] = back;@@BvhFar*
 bvh-device-no-way-back@shaders/traverse.glsl@enters ? (popped != kBvhDone ? 1 : 0) : -1;@enters ? 0 : -1;@GpuTraverse.Far*
 instance-alpha-alike@shaders/shared/surface.h@triangle + instance * 0x9e3779b1u@triangle@InstancedRays.EachInst*

@@ -5,11 +5,11 @@
 #include <array>
 
 #include "core/base/time.h"
+#include "core/completion/row_weights.h"
+#include "core/completion/visibility_sampling.h"
 #include "core/many_lights/pixel_tree.h"
-#include "core/many_lights/row_weights.h"
 #include "core/many_lights/shadow_packets.h"
 #include "core/many_lights/sphere_bound.h"
-#include "core/many_lights/visibility_sampling.h"
 #include "core/trace/scene_view.h"
 
 namespace core::many_lights {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "core/many_lights/row_weights.h"
+#include "core/completion/row_weights.h"
 
 namespace core::many_lights {
 

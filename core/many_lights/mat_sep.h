@@ -11,10 +11,10 @@
 
 #include <memory>
 
+#include "core/completion/matrix_separation.h"
+#include "core/completion/visibility_prediction.h"
 #include "core/many_lights/column_source.h"
-#include "core/many_lights/matrix_separation.h"
 #include "core/many_lights/slice_lighter.h"
-#include "core/many_lights/visibility_prediction.h"
 
 namespace core::many_lights {
 

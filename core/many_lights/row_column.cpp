@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "core/completion/row_weights.h"
 #include "core/many_lights/column_clusters.h"
-#include "core/many_lights/row_weights.h"
 
 namespace core::many_lights {
 

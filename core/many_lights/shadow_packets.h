@@ -5,7 +5,7 @@
 #include <bit>
 #include <utility>
 
-#include "core/many_lights/bits.h"
+#include "core/completion/bits.h"
 #include "core/many_lights/slice_rows.h"
 #include "core/trace/accel.h"
 #include "shared/emitter.h"

@@ -1,7 +1,7 @@
 // What all slices of a frame have in common, and what lighting them took.
 #pragma once
 
-#include "core/many_lights/completion.h"
+#include "core/completion/completion.h"
 #include "core/many_lights/light_tree.h"
 #include "core/many_lights/receivers.h"
 #include "core/many_lights/slice_rows.h"

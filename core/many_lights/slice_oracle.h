@@ -4,7 +4,7 @@
 
 #include <stop_token>
 
-#include "core/many_lights/completion.h"
+#include "core/completion/completion.h"
 #include "core/many_lights/slice_rows.h"
 
 namespace core::many_lights {

@@ -1,7 +1,7 @@
 // Parameters of rendering with many lights, the same on every device.
 #pragma once
 
-#include "core/many_lights/completion_params.h"
+#include "core/completion/completion_params.h"
 #include "core/many_lights/light_shape.h"
 #include "core/many_lights/technique_params.h"
 #include "core/methods/path_params.h"

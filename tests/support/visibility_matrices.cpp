@@ -11,7 +11,7 @@
 
 #include <glm/glm.hpp>
 
-#include "core/many_lights/bits.h"
+#include "core/completion/bits.h"
 
 namespace tests {
 

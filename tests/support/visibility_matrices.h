@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
-#include "core/many_lights/completion.h"
+#include "core/completion/completion.h"
 
 namespace tests {
 

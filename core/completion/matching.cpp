@@ -1,0 +1,334 @@
+// Completion by matching: the loop over blocks of columns, and what becomes of one column.
+#include "core/completion/matching.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/completion/repair.h"
+
+namespace core::many_lights {
+
+namespace {
+
+constexpr uint64_t kWindow = 32;  // columns after which bailing out is considered
+constexpr size_t kMostCandidates = 255;
+constexpr double kNear =
+    0.2;  // share of sampled rows in which a column may differ from the nearest
+
+size_t blockSize(const CompletionParams& params, size_t columns)
+{
+    return params.twoPhase ? columns : std::min<size_t>(std::max(params.block, 1u), columns);
+}
+
+}  // namespace
+
+MatchingOctant::MatchingOctant(Tracer& tracer, std::span<const uint32_t> columns,
+                               const CompletionParams& params, uint64_t seed, CompletedSlice& out)
+    : Octant(tracer, columns, params, seed, blockSize(params, columns.size()), out),
+      blockSize_(blockSize(params, columns.size())), basis_(rows_), samples_(tracer.all().size()),
+      checks_(samples_.size()), apart_(samples_.size()), scratch_(samples_.size()),
+      rest_(samples_.size())
+{
+    if (params.seedConstant) basis_.push(tracer.all(), tracer.all());
+}
+
+void MatchingOctant::run()
+{
+    for (size_t at = 0; at < columns_.size();) {
+        // Where nothing is known a column has nothing to be compared with.
+        const size_t most = basis_.size() == 0 && !params_.twoPhase ? 1 : blockSize_;
+        const size_t count = std::min(most, columns_.size() - at);
+        runBlock(columns_.subspan(at, count));
+        at += count;
+        if (!bailsOut()) continue;
+        for (; at < columns_.size(); ++at) {
+            block_.begin(columns_.subspan(at, 1));
+            block_.fetch(0, tracer_.all());
+            noteFull(0);
+            ++stats_.bailedOut;
+        }
+    }
+    finish(basis_.size());
+}
+
+void MatchingOctant::runBlock(std::span<const uint32_t> columns)
+{
+    block_.begin(columns);
+    if (basis_.size() == 0 && !params_.twoPhase) {
+        traceFully(0);
+        windowTraced_ = 0;  // with nothing to match, that tells nothing of the columns to come
+        return;
+    }
+    drawRows();
+    if (params_.joint)
+        for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = samples_[w] | checks_[w];
+    else
+        rest_ = samples_;
+    block_.fetchAll(rest_, apart_);
+    basis_.select(samples_, params_.joint ? checks_ : Words(samples_.size()));
+    if (params_.twoPhase) traceRepresentatives();
+    for (size_t c = 0; c < block_.size(); ++c) completeColumn(c);
+}
+
+void MatchingOctant::drawRows()
+{
+    Words eligible(samples_.size());
+    block_.unionOfMatters(eligible);
+    std::ranges::fill(samples_, 0);
+    std::ranges::fill(checks_, 0);
+    std::ranges::fill(apart_, 0);
+    drawn_ = sampleCount();
+    drawSamples(drawn_, eligible, samples_);
+    for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~samples_[w];
+    if (params_.joint && checkCount() > 0) {
+        drawUniform(checkCount(), eligible, random_, checks_);
+        for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~checks_[w];
+    }
+    if (params_.residualRate > 0) {
+        const auto count = static_cast<uint32_t>(std::ceil(double(params_.residualRate) * rows_));
+        apartProbability_ = drawUniform(count, eligible, random_, apart_);
+    }
+}
+
+/// Of the columns that agree on the sampled rows, the first is traced in full, all of them at once.
+void MatchingOctant::traceRepresentatives()
+{
+    std::vector<size_t> which;
+    const uint32_t before = basis_.size();
+    for (size_t c = 0; c < block_.size(); ++c) {
+        if (isTraced(c)) continue;
+        basis_.makeKey(block_.visible(c), block_.traced(c), key_);
+        basis_.match(key_, fewestRows(), candidates_);
+        if (!candidates_.empty()) continue;
+        which.push_back(c);
+        basis_.push(block_.visible(c), block_.traced(c));
+    }
+    block_.fetchRest(which);
+    for (uint32_t k = 0; k < which.size(); ++k)
+        basis_.fill({before + k, false}, block_.visible(which[k]), block_.traced(which[k]));
+}
+
+void MatchingOctant::completeColumn(size_t c)
+{
+    windowActive_ += countBits(block_.matters(c));
+    ++windowColumns_;
+    if (isTraced(c)) {  // nothing is left to predict; such a column costs no comparison later
+        noteFull(c);
+        return;
+    }
+    if (countBits(block_.traced(c)) < fewestRows()) return traceFully(c);
+    basis_.makeKey(block_.visible(c), block_.traced(c), key_);
+    basis_.match(key_, fewestRows(), candidates_);
+    if (candidates_.empty()) {
+        if (params_.joint && checkCount() > 0 && basis_.matchesSamples(key_)) raiseRate();
+        return unmatched(c);
+    }
+    const Candidate candidate = choose(c);
+    if (!verify(c, candidate)) {
+        raiseRate();
+        return traceFully(c);
+    }
+    take(c, candidate);
+}
+
+/// Rows that are still to verify a match. Matched jointly, rows of verification have been traced
+/// with the others; but a block draws for all of its columns, and one that shares few rows with the
+/// candidate has compared few, which may prove too little.
+uint32_t MatchingOctant::checksLeft(size_t c, Candidate candidate) const
+{
+    if (!params_.joint || checkCount() == 0) return checkCount();
+    const auto traced = block_.traced(c), known = basis_.known(candidate.index);
+    uint32_t compared = 0;
+    for (size_t w = 0; w < known.size(); ++w)
+        compared += static_cast<uint32_t>(std::popcount(traced[w] & known[w]));
+    const uint32_t wanted = drawn_ + checkCount();
+    return wanted > compared ? wanted - compared : 0;
+}
+
+/// Compares a match with further rows after it has been chosen, as the paper does.
+bool MatchingOctant::verify(size_t c, Candidate candidate)
+{
+    const uint32_t count = checksLeft(c, candidate);
+    if (count == 0) return true;
+    const auto bits = basis_.bits(candidate.index), known = basis_.known(candidate.index);
+    fetchChecks(c, count, known, checks_);
+    const auto visible = block_.visible(c);
+    uint64_t wrong = 0;
+    for (size_t w = 0; w < checks_.size(); ++w) {
+        const uint64_t predicted = candidate.complement ? ~bits[w] : bits[w];
+        wrong |= (predicted ^ visible[w]) & known[w] & checks_[w];
+    }
+    return wrong == 0;
+}
+
+Candidate MatchingOctant::choose(size_t c)
+{
+    if (candidates_.size() == 1) return candidates_[0];
+    ++stats_.ambiguous;
+    if (params_.disambiguate) return ask(c);
+    return candidates_[drawBelow(static_cast<uint32_t>(candidates_.size()), random_)];
+}
+
+/// Traces rows on which candidates disagree until one is left, or those left agree wherever all
+/// are known: then the one that is known in the most rows.
+Candidate MatchingOctant::ask(size_t c)
+{
+    if (candidates_.size() > kMostCandidates) candidates_.resize(kMostCandidates);
+    while (candidates_.size() > 1) {
+        const std::optional<uint32_t> row = dividingRow(c);
+        if (!row) break;
+        std::ranges::fill(scratch_, 0);
+        setBit(scratch_, *row);
+        block_.fetch(c, scratch_);
+        const bool lit = getBit(block_.visible(c), *row);
+        std::erase_if(candidates_, [&](const Candidate& candidate) {
+            return (getBit(basis_.bits(candidate.index), *row) != candidate.complement) != lit;
+        });
+    }
+    const auto unknown = [&](const Candidate& candidate) {
+        const auto known = basis_.known(candidate.index), matters = block_.matters(c);
+        uint32_t count = 0;
+        for (size_t w = 0; w < known.size(); ++w)
+            count += static_cast<uint32_t>(std::popcount(matters[w] & ~known[w]));
+        return count;
+    };
+    return *std::ranges::min_element(candidates_, {}, unknown);
+}
+
+/// The row, not yet traced, that divides the candidates most evenly; one of several at random.
+/// Counts, for all rows at once, the candidates that predict light, in binary digits of which each
+/// is a word of rows.
+std::optional<uint32_t> MatchingOctant::dividingRow(size_t c)
+{
+    const auto matters = block_.matters(c), traced = block_.traced(c);
+    const auto count = static_cast<uint32_t>(candidates_.size());
+    const auto digits = static_cast<size_t>(std::bit_width(count));
+    counters_.resize(std::max(counters_.size(), digits));
+    for (size_t d = 0; d < digits; ++d) counters_[d].assign(rest_.size(), 0);
+    for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~traced[w];
+    for (const Candidate& candidate : candidates_) {
+        const auto bits = basis_.bits(candidate.index), known = basis_.known(candidate.index);
+        for (size_t w = 0; w < rest_.size(); ++w) {
+            rest_[w] &= known[w];
+            uint64_t carry = candidate.complement ? ~bits[w] : bits[w];
+            for (size_t d = 0; d < digits && carry != 0; ++d) {
+                const uint64_t sum = counters_[d][w] ^ carry;
+                carry &= counters_[d][w];
+                counters_[d][w] = sum;
+            }
+        }
+    }
+    const auto rowsWith = [&](uint32_t lit, size_t w) {
+        uint64_t rows = rest_[w];
+        for (size_t d = 0; d < digits; ++d)
+            rows &= ((lit >> d) & 1) != 0 ? counters_[d][w] : ~counters_[d][w];
+        return rows;
+    };
+    for (uint32_t few = count / 2; few > 0; --few) {
+        for (size_t w = 0; w < scratch_.size(); ++w)
+            scratch_[w] = rowsWith(few, w) | rowsWith(count - few, w);
+        const uint32_t found = countBits(scratch_);
+        if (found == 0) continue;
+        uint32_t skip = drawBelow(found, random_);
+        std::optional<uint32_t> row;
+        forEachBit(scratch_, [&](uint32_t i) {
+            if (skip-- == 0) row = i;
+        });
+        return row;
+    }
+    return std::nullopt;
+}
+
+/// Completes a column by a candidate that agrees with it. Rows that the candidate does not know
+/// are traced, and both know them from then on.
+void MatchingOctant::take(size_t c, Candidate candidate)
+{
+    const auto known = basis_.known(candidate.index), matters = block_.matters(c);
+    uint64_t unknown = 0;
+    for (size_t w = 0; w < rest_.size(); ++w) {
+        rest_[w] = matters[w] & ~known[w];
+        unknown |= rest_[w];
+    }
+    if (unknown != 0) {
+        block_.fetch(c, rest_);
+        basis_.fill(candidate, block_.visible(c), rest_);
+    }
+    if (params_.onMismatch == OnMismatch::repair) {
+        const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate);
+        if (outcome == RepairOutcome::hopeless) return traceFully(c);
+        if (outcome == RepairOutcome::differs) return completeRepaired(c);
+    } else {
+        predict(block_, c, basis_, candidate);
+    }
+    noteMatched(c, drawn_);
+    noteResidual(c);
+}
+
+/// What was set aside for the residual and predicted wrongly.
+void MatchingOctant::noteResidual(size_t c)
+{
+    if (params_.residualRate <= 0) return;
+    const auto rows = block_.residual(c), truth = block_.residualBits(c);
+    const auto visible = block_.visible(c);
+    for (size_t w = 0; w < rows.size(); ++w) scratch_[w] = (truth[w] ^ visible[w]) & rows[w];
+    const auto weight = static_cast<float>(1 / apartProbability_);
+    forEachBit(scratch_, [&](uint32_t i) {
+        out_.residual.push_back({i, block_.column(c), getBit(truth, i) ? weight : -weight});
+    });
+}
+
+/// A column that agrees with none.
+void MatchingOctant::unmatched(size_t c)
+{
+    if (params_.onMismatch == OnMismatch::full) return traceFully(c);
+    const auto nearest = basis_.nearest(key_, fewestRows());
+    if (!nearest || nearest->differ > kNear * nearest->common) return traceFully(c);
+    if (params_.onMismatch == OnMismatch::recursion)
+        recurseColumn(block_, c, basis_, nearest->candidate);
+    else if (repairColumn(block_, c, basis_, nearest->candidate) == RepairOutcome::hopeless)
+        return traceFully(c);
+    completeRepaired(c);
+}
+
+/// Counts and learns a column that was predicted by one that it is not.
+void MatchingOctant::completeRepaired(size_t c)
+{
+    noteRepaired(c);
+    noteResidual(c);
+    learn(c);
+}
+
+void MatchingOctant::traceFully(size_t c)
+{
+    fetchAll(c);
+    append(c);
+}
+
+/// Makes a completed column part of the basis, unless an equal one is or it is too small.
+void MatchingOctant::append(size_t c)
+{
+    const std::span<const uint64_t> bits = block_.visible(c), known = block_.matters(c);
+    if (countBits(known) <= params_.smallSlice) return;
+    if (const auto equal = basis_.findEqual(bits, known))
+        basis_.fill(*equal, bits, known);
+    else
+        basis_.push(bits, known);
+}
+
+/// Makes a column that was traced in part a known one.
+void MatchingOctant::learn(size_t c)
+{
+    if (params_.adaptiveRows) weights_.addRuns(block_.visible(c), block_.matters(c));
+    append(c);
+}
+
+bool MatchingOctant::bailsOut()
+{
+    if (params_.bailOut >= 1 || windowColumns_ < kWindow) return false;
+    const bool hopeless = double(windowTraced_) > double(params_.bailOut) * double(windowActive_);
+    windowColumns_ = windowTraced_ = windowActive_ = 0;
+    return hopeless;
+}
+
+}  // namespace core::many_lights

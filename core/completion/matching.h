@@ -1,0 +1,54 @@
+// Completion by matching: a column that agrees with a known one, or with its complement, on a few
+// rows is taken to be that column (S. Wang, N. Holzschuch, "Adaptive Matrix Completion for Fast
+// Visibility Computations with Many Lights Rendering", 2020). What differs from the paper:
+// - a block of columns shares its sampled rows, whose rays make full packets, and the rows that
+//   verify a match are traced with them and take part in the match (`joint`);
+// - rows are drawn without replacement; rows where visibility makes no difference take no part;
+// - of several matches, rays on rows where they disagree leave one (`disambiguate`).
+#pragma once
+
+#include "core/completion/basis.h"
+#include "core/completion/octant.h"
+
+namespace core::many_lights {
+
+/// Completes the columns of one octant. `columns` have a row that matters each.
+class MatchingOctant : Octant {
+public:
+    MatchingOctant(Tracer& tracer, std::span<const uint32_t> columns,
+                   const CompletionParams& params, uint64_t seed, CompletedSlice& out);
+
+    void run();
+
+private:
+    void runBlock(std::span<const uint32_t> columns);
+    void drawRows();
+    void traceRepresentatives();
+    void completeColumn(size_t c);
+    uint32_t checksLeft(size_t c, Candidate candidate) const;
+    bool verify(size_t c, Candidate candidate);
+    Candidate choose(size_t c);
+    Candidate ask(size_t c);
+    std::optional<uint32_t> dividingRow(size_t c);
+    void take(size_t c, Candidate candidate);
+    void noteResidual(size_t c);
+    void unmatched(size_t c);
+    void completeRepaired(size_t c);
+    void traceFully(size_t c);
+    void append(size_t c);
+    void learn(size_t c);
+    bool bailsOut();
+
+    size_t blockSize_;
+    Basis basis_;
+    Words samples_, checks_, apart_;  // rows: matched, verified, kept for the residual
+    double apartProbability_ = 0;     // of a row to be among the last
+    uint32_t drawn_ = 0;              // how many rows were drawn as samples
+    ColumnKey key_;
+    std::vector<Candidate> candidates_;
+    Words scratch_, rest_;
+    std::vector<Words> counters_;
+    uint64_t windowColumns_ = 0, windowActive_ = 0;  // since bailing out was considered last
+};
+
+}  // namespace core::many_lights

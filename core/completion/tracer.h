@@ -1,0 +1,54 @@
+// The oracle as the ways of completion see it: rows that matter, rays counted, time measured.
+#pragma once
+
+#include "core/base/time.h"
+#include "core/completion/bits.h"
+#include "core/completion/completion.h"
+
+namespace core::many_lights {
+
+class Tracer {
+public:
+    /// Everything is kept by reference. `dontCare` false: all rows matter, whatever the oracle
+    /// says.
+    Tracer(VisibilityOracle& oracle, uint32_t rows, bool dontCare, CompletionStats& stats)
+        : oracle_(oracle), dontCare_(dontCare), stats_(stats), all_(wordsFor(rows))
+    {
+        for (size_t w = 0; w < all_.size(); ++w) all_[w] = wordOfRows(rows, w);
+    }
+
+    /// The mask of the rows of a column that matter.
+    std::span<const uint64_t> matters(uint32_t column) const
+    {
+        const uint64_t* mask = dontCare_ ? oracle_.matters(column) : nullptr;
+        return {mask != nullptr ? mask : all_.data(), all_.size()};
+    }
+    std::span<const uint64_t> all() const { return all_; }
+
+    /// Traces requests, which ask for each row once. Returns the rays.
+    uint32_t trace(std::span<const TraceRequest> requests)
+    {
+        const Clock::time_point start = Clock::now();
+        oracle_.trace(requests);
+        stats_.traceSeconds += secondsSince(start);
+        uint32_t rays = 0;
+        for (const TraceRequest& request : requests) rays += countBits({request.rows, all_.size()});
+        stats_.rays += rays;
+        return rays;
+    }
+    uint32_t trace(uint32_t column, std::span<const uint64_t> rows, std::span<uint64_t> visible)
+    {
+        const TraceRequest request{column, rows.data(), visible.data()};
+        return trace({&request, 1});
+    }
+
+    CompletionStats& stats() { return stats_; }
+
+private:
+    VisibilityOracle& oracle_;
+    bool dontCare_;
+    CompletionStats& stats_;
+    Words all_;
+};
+
+}  // namespace core::many_lights

@@ -1,0 +1,141 @@
+// M6. What mends predictions: patches at the borders of shadows, and the residual, which corrects
+// their mean.
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/completion/bits.h"
+#include "tests/support/completion_runs.h"
+#include "tests/support/stats.h"
+
+namespace core::many_lights {
+namespace {
+
+using tests::MatrixOracle;
+using tests::Mean;
+using tests::meanOf;
+
+// --- repair
+
+TEST(Repair, MendsTheBordersOfShadows)
+{
+    const auto edges = [](Pcg32& random) { return tests::edgesMatrix(1000, 1000, random); };
+    const auto room = [](Pcg32& random) {
+        return tests::spheresMatrix(32, 1000, 2, 0.05, 0.03, random);
+    };
+    CompletionParams params, repair, recursion;
+    params.bailOut = repair.bailOut = recursion.bailOut = 1;
+    repair.onMismatch = OnMismatch::repair;
+    recursion.onMismatch = OnMismatch::recursion;
+    const Mean plain = meanOf(params, edges), mended = meanOf(repair, edges);
+    EXPECT_LT(mended.error, 0.05 * plain.error);
+    EXPECT_LT(mended.rays, 0.8 * plain.rays);
+    const Mean plainRoom = meanOf(params, room), mendedRoom = meanOf(repair, room);
+    EXPECT_LT(mendedRoom.error, plainRoom.error);
+    EXPECT_LT(mendedRoom.rays, plainRoom.rays);
+    // Recursion saves rays and multiplies the error.
+    const Mean recursed = meanOf(recursion, room);
+    EXPECT_LT(recursed.rays, plainRoom.rays);
+    EXPECT_GT(recursed.error, 5 * plainRoom.error);
+}
+
+/// Column 0 knows nothing of the last rows, in which the others are lit.
+TEST(Repair, RowsTheCandidateDoesNotKnowAreTraced)
+{
+    constexpr uint32_t kRows = 1000, kColumns = 20;
+    BitMatrix truth(kRows, kColumns), matters(kRows, kColumns);
+    for (uint32_t j = 0; j < kColumns; ++j)
+        for (uint32_t i = 0; i < kRows; ++i) {
+            matters.set(i, j, j == 0 ? i < 700 : i >= 300);
+            truth.set(i, j, matters.get(i, j) && (i < 350 + 8 * j || i >= 700));
+        }
+    CompletionParams params;
+    params.onMismatch = OnMismatch::repair;
+    params.bailOut = 1;
+    uint32_t repaired = 0;
+    for (uint64_t seed = 0; seed < 50; ++seed) {
+        MatrixOracle oracle(truth, matters);
+        CompletedSlice slice;
+        complete(oracle, kRows, std::vector<ColumnRange>{{0, kColumns}}, params, seed, slice);
+        repaired += slice.stats.repaired;
+        for (uint32_t j = 1; j < kColumns; ++j)
+            for (uint32_t i = 700; i < kRows; ++i)
+                ASSERT_TRUE(slice.visible.get(i, j)) << "seed " << seed << ", column " << j;
+    }
+    EXPECT_GT(repaired, 0u);
+}
+
+/// A match that repair finds to differ is a column of its own.
+TEST(Repair, ColumnsThatAgreeWithNoneAreNotMatched)
+{
+    Pcg32 random(9);
+    const BitMatrix truth = tests::edgesMatrix(1000, 300, random);
+    CompletionParams params;
+    params.onMismatch = OnMismatch::repair;
+    params.bailOut = 1;
+    const CompletedSlice slice = tests::completed(truth, params);
+    EXPECT_GT(slice.stats.repaired, 0u);
+    EXPECT_LE(tests::distinctColumns(slice.visible), slice.stats.full + slice.stats.repaired);
+}
+
+// --- the residual
+
+/// Sum over rows and columns of weight x bit, predicted and corrected.
+struct Weighing {
+    std::vector<float> weights;
+    double exact = 0;
+};
+
+TEST(Residual, CorrectsTheMeanOfWhatIsPredicted)
+{
+    Pcg32 random(21);
+    constexpr uint32_t kRows = 300, kColumns = 60, kWeighings = 6;
+    const BitMatrix truth = tests::edgesMatrix(kRows, kColumns, random);
+    std::vector<Weighing> weighings(kWeighings);
+    for (uint32_t k = 0; k < kWeighings; ++k)  // of the whole, and of a few rows
+        for (uint32_t j = 0; j < kColumns; ++j)
+            for (uint32_t i = 0; i < kRows; ++i) {
+                const bool inside = k < 3 || i % kWeighings == k;
+                const auto weight = inside ? static_cast<float>(random()) : 0.0f;
+                weighings[k].weights.push_back(weight);
+                if (truth.get(i, j)) weighings[k].exact += double(weight);
+            }
+    for (const OnMismatch onMismatch : {OnMismatch::full, OnMismatch::repair}) {
+        CompletionParams params;
+        params.residualRate = 0.05f;
+        params.rowMinimum = 8;
+        params.bailOut = 1;
+        params.onMismatch = onMismatch;
+        std::vector<tests::Moments> predicted(kWeighings), corrected(kWeighings);
+        for (uint64_t seed = 0; seed < 6000; ++seed) {
+            MatrixOracle oracle(truth);
+            CompletedSlice slice;
+            complete(oracle, kRows, std::vector<ColumnRange>{{0, 60}}, params, seed, slice);
+            for (uint32_t k = 0; k < kWeighings; ++k) {
+                const auto& weights = weighings[k].weights;
+                double sum = 0;
+                for (uint32_t j = 0; j < kColumns; ++j)
+                    forEachBit(slice.visible.column(j),
+                               [&](uint32_t i) { sum += double(weights[j * kRows + i]); });
+                predicted[k].add(sum - weighings[k].exact);
+                for (const ResidualEntry& entry : slice.residual)
+                    sum += double(entry.weight) * double(weights[entry.column * kRows + entry.row]);
+                corrected[k].add(sum - weighings[k].exact);
+            }
+        }
+        uint32_t biased = 0;
+        for (uint32_t k = 0; k < kWeighings; ++k) {
+            const double error = std::sqrt(corrected[k].varianceOfMean());
+            EXPECT_NEAR(corrected[k].mean(), 0, tests::kScore * error) << k;
+            const double plain = std::sqrt(predicted[k].varianceOfMean());
+            biased += std::abs(predicted[k].mean()) > tests::kScore * plain;
+        }
+        if (onMismatch == OnMismatch::full) {
+            EXPECT_GE(biased, 1u) << "no bias to be corrected";
+        }
+    }
+}
+
+}  // namespace
+}  // namespace core::many_lights
