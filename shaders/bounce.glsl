@@ -55,7 +55,7 @@ void main()
             alive = insideImage(pixel);
             stream = laneStream(push.batch, lane, pixel);
             path = beginPath(frame.camera, frame.settings, pixel, stream);
-            extra = beginExtra();
+            extra = beginExtra(stream.pixel);
         } else {
             const uvec4 a = texelFetch(stateWords, int(stateSize() * index));
             const uvec4 b = texelFetch(stateWords, int(stateSize() * index + 1u));

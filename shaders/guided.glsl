@@ -37,16 +37,11 @@ vec4 fetchGuideDirections(GuideView view, uint i)
 
 #define PathExtra GuidedState
 
-PathExtra beginExtra()
+PathExtra beginExtra(uint packedPixel)
 {
-    return beginGuided();
-}
-
-/// Luminance that the pixel of a stream is thought to have.
-float pixelEstimate(uint packedPixel)
-{
+    if (kGuided == 0u) return beginGuided(0.0);
     const uint index = pixelIndex(uvec2(packedPixel & 0xffffu, packedPixel >> 16u));
-    return texelFetch(pixelEstimates, int(index >> 2u))[index & 3u];
+    return beginGuided(texelFetch(pixelEstimates, int(index >> 2u))[index & 3u]);
 }
 
 /// As extendPath, with the guide.
@@ -67,7 +62,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
         uint recorded = records && depth < kGuideVertices ? 1u : 0u;
         const VertexNumbers numbers = drawVertexNumbers(stream, depth);
         goesOn = shadeGuided(scene, guide, frame.settings, followsGuide(frame.settings, records),
-                             pixelEstimate(stream.pixel), numbers, hit, path, extra, shadow, record, recorded, L);
+                             numbers, hit, path, extra, shadow, record, recorded, L);
         addConnection(shadow, alphaSeed(stream, depth, 1u), L, shadowRays);
         if (recorded != 0u) {
             record.after = luminance(L);
@@ -78,7 +73,7 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
         L += shadeMiss(scene, frame.settings, path);
     }
     if (records && !goesOn) {
-        pathEnds[recordedSlot(lane, stride)] = GuidePathEnd(min(count, kGuideVertices), luminance(L), pixelEstimate(stream.pixel));
+        pathEnds[recordedSlot(lane, stride)] = GuidePathEnd(min(count, kGuideVertices), luminance(L), extra.image);
     }
     return goesOn;
 }

@@ -16,7 +16,7 @@ void main()
     if (lane < laneCount(batch) && insideImage(pixel)) {
         const SampleStream stream = laneStream(batch, lane, pixel);
         PathState path = beginPath(frame.camera, frame.settings, pixel, stream);
-        PathExtra extra = beginExtra();
+        PathExtra extra = beginExtra(stream.pixel);
         vec3 L = vec3(0.0);
         do {
             ++closestRays;

@@ -5,7 +5,7 @@ struct PathExtra {
     uint unused;  // a structure without members is not allowed
 };
 
-PathExtra beginExtra()
+PathExtra beginExtra(uint packedPixel)
 {
     return PathExtra(0u);
 }

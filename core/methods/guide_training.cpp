@@ -24,8 +24,9 @@ constexpr uint64_t kTriedPaths = 1u << 11;
 // Lessons after which directions are known and tested, and the guide can be tried.
 constexpr uint32_t kLessonsBeforeTrial = 2;
 // In a view that begins where the guide did not pay before, it is tried again after so many
-// samples, or half way through a shorter training.
-constexpr uint64_t kTriedAgain = 8;
+// samples, or half way through a shorter training. Views may be shorter than that while the camera
+// moves: the next one begins with a trial after so many samples in all, then twice as many.
+constexpr uint64_t kTriedAgain = 8, kMostPatience = 512;
 // How many times less error^2 times cost the paths must promise for the guide to pay. A guide that
 // is not there yet gets better with every lesson: it is followed at once where it promises much,
 // given up soon where it makes matters worse, and at last where it does not promise enough. After
@@ -91,6 +92,8 @@ void GuideTraining::makeGuide()
     convergence_ = {};
     state_ = params_.use == GuideUse::always ? State::pays : State::looksOn;
     lessons_ = 0;
+    rested_ = 0;
+    patience_ = kTriedAgain;
     estimates_.clear();
     allSamples_ = 0;
     viewSamples_ = 0;
@@ -102,6 +105,7 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     const bool same = params_ == params;
     params_ = params;
     if (start == Start::anew || !same) makeGuide();
+    if (state_ == State::doesNotPay && rested_ >= patience_) tryAgain();
     pixels_ = uint64_t(size.x) * size.y;
     firstStride_ = firstStride(params_, pixels_);
     viewSamples_ = 0;
@@ -194,6 +198,7 @@ void GuideTraining::advance(const Budget& budget, const std::stop_token& stop,
         const auto most = static_cast<uint32_t>(std::min(pause, std::max(end, had)) - had);
         render({most, std::max(budget.seconds - secondsSince(start), 0.0)});
         const uint64_t has = samples();
+        if (state_ == State::doesNotPay) rested_ += has - had;
         if (has == pause && pictures_.isOn()) pictures_.note(film(), has == lesson);
         if (has == lesson) learn(has);
         if (discount_ > 0) pictures_.discount(film(), std::exchange(discount_, 0));
@@ -212,8 +217,7 @@ void GuideTraining::learn(std::span<guiding::PathRecords> parts, uint64_t sample
     if (state_ == (samples <= 2 ? State::looksOn : State::tries))
         convergence_.note(samples, mean.pixels, mean.width, estimates_, strideAfter(viewSamples_));
     if (state_ == State::doesNotPay) {
-        state_ = State::tries;  // from the next sample on; nothing has been recorded
-        trial_ = {};
+        tryAgain();  // from the next sample on; nothing has been recorded
         viewSamples_ = samples;
     } else {
         const std::vector<guiding::Lesson> lessons = guide_.lessonsOf(parts);
@@ -243,6 +247,15 @@ void GuideTraining::beginToPay()
     state_ = State::pays;
     const double noise = trial_.guided().variance / trial_.plain().variance;
     discount_ = std::clamp(noise, kLeastWeight, 1.0);
+}
+
+/// Recorded paths follow the guide again, which was given up.
+void GuideTraining::tryAgain()
+{
+    state_ = State::tries;
+    trial_ = {};
+    rested_ = 0;
+    patience_ = std::min(2 * patience_, kMostPatience);
 }
 
 /// Who follows the guide from the next sample on.

@@ -13,7 +13,6 @@ namespace {
 /// Records of the paths of one wave, while they are made.
 struct WaveRecords {
     std::array<shared::GuidedState, kWave> states;
-    std::array<float, kWave> images;
     std::array<uint8_t, kWave> isRecorded, count;
     std::array<std::array<shared::GuideRecord, shared::kGuideVertices>, kWave> records;
     std::array<uint32_t, kWave> made;  // the paths that have a new record at this depth
@@ -35,11 +34,10 @@ public:
 
     void begin(glm::uvec2 pixel, uint32_t sample, size_t i)
     {
-        wave_.states[i] = shared::beginGuided();
-        wave_.images[i] =
+        wave_.states[i] = shared::beginGuided(
             job_.image.empty()
                 ? 0.0f
-                : job_.image[size_t(pixel.y) * job_.path.settings.imageWidth + pixel.x];
+                : job_.image[size_t(pixel.y) * job_.path.settings.imageWidth + pixel.x]);
         wave_.isRecorded[i] =
             shared::isRecorded(laneOf(pixel), sample, shared::recordStride(job_.path.settings));
         wave_.count[i] = 0;
@@ -55,8 +53,8 @@ public:
         uint32_t recorded = wave_.isRecorded[i] != 0 && wave_.count[i] < shared::kGuideVertices;
         const bool goes = shared::shadeGuided(
             job.scene, job_.guide, job.settings,
-            shared::followsGuide(job.settings, wave_.isRecorded[i] != 0), wave_.images[i], numbers,
-            hit, path, wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
+            shared::followsGuide(job.settings, wave_.isRecorded[i] != 0), numbers, hit, path,
+            wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
         if (recorded != 0) {
             ++wave_.count[i];
             wave_.made[wave_.madeCount++] = static_cast<uint32_t>(i);
@@ -77,7 +75,8 @@ public:
     {
         for (size_t i = 0; i < wave_.pathCount; ++i) {
             if (wave_.count[i] == 0) continue;
-            out_.ends.push_back({wave_.count[i], shared::luminance(radiance[i]), wave_.images[i]});
+            out_.ends.push_back(
+                {wave_.count[i], shared::luminance(radiance[i]), wave_.states[i].image});
             const auto first = wave_.records[i].begin();
             out_.records.insert(out_.records.end(), first, first + wave_.count[i]);
         }

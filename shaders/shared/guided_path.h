@@ -79,13 +79,16 @@ SHARED_FN float survivalOfPlace(uint place)
 struct GuidedState {
     float albedo;    // product over vertices, divided by survival
     float survival;  // probability with which roulette let the path come to its next vertex
+    float image;     // luminance that its pixel is thought to have, 0 while that is not known
 };
 
-SHARED_FN GuidedState beginGuided()
+/// Before the first vertex.
+SHARED_FN GuidedState beginGuided(float image)
 {
     GuidedState state;
     state.albedo = 1.0f;
     state.survival = 1.0f;
+    state.image = image;
     return state;
 }
 
@@ -226,13 +229,13 @@ SHARED_FN float guidedSurvival(uint kind, float albedo, float expected, float im
 }
 
 /// Russian roulette where a path arrives; false when it ends here.
-SHARED_FN bool survives(PathSettings settings, GuideLeaf leaf, float image, float number,
-                        INOUT(PathState) path, INOUT(GuidedState) state)
+SHARED_FN bool survives(PathSettings settings, GuideLeaf leaf, float number, INOUT(PathState) path,
+                        INOUT(GuidedState) state)
 {
     state.survival = 1.0f;
     if (path.depth < settings.rouletteDepth) return true;
     state.survival = guidedSurvival(rouletteKind(settings), state.albedo,
-                                    luminance(path.beta) * leaf.reflected, image);
+                                    luminance(path.beta) * leaf.reflected, state.image);
     if (!(number < state.survival)) return false;
     path.beta *= 1.0f / state.survival;
     state.albedo *= 1.0f / state.survival;
@@ -270,8 +273,8 @@ SHARED_FN float mixtureWeight(IN(GuideView) guide, GuideLeaf leaf, float share, 
 /// for a record (1) or not, and says whether there is one; it is complete but for `after`, which is
 /// known once the shadow ray has been traced.
 SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSettings settings,
-                           bool follows, float image, VertexNumbers numbers, Hit hit,
-                           INOUT(PathState) path, INOUT(GuidedState) state, OUT(ShadowRay) shadow,
+                           bool follows, VertexNumbers numbers, Hit hit, INOUT(PathState) path,
+                           INOUT(GuidedState) state, OUT(ShadowRay) shadow,
                            INOUT(GuideRecord) record, INOUT(uint) recorded, INOUT(vec3) L)
 {
     const bool wanted = recorded != 0u;
@@ -284,7 +287,10 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     GuideLeaf leaf = noGuideLeaf();
     if (follows) {
         leaf = guideAt(guide, vertex.surface.position, normal);
-        if (!survives(settings, leaf, image, numbers.lobe.y, path, state)) return false;
+        // In the first sample of a view nothing is known of its pixels but what the guide knows.
+        if (!(state.image > 0.0f))
+            state.image = luminance(L) + luminance(path.beta) * leaf.reflected;
+        if (!survives(settings, leaf, numbers.lobe.y, path, state)) return false;
     }
     float albedo = 1.0f;
     if (follows || wanted) albedo = maxComponent(albedoBsdf(vertex.bsdf, vertex.wo));
