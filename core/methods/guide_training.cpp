@@ -21,6 +21,11 @@ namespace {
 constexpr uint64_t kFewPaths = 1u << 14, kMostPaths = 1u << 17;
 // Recorded paths of a pass while nobody else follows the guide: enough to tell whether it pays.
 constexpr uint64_t kTriedPaths = 1u << 11;
+// Recorded paths of the first sample of a view where the guide has learnt from so many samples of
+// others: while the camera moves all samples are the first of their views, and learning from all
+// paths of each takes longer than they do.
+constexpr uint64_t kMovingPaths = 1u << 12;
+constexpr double kSamplesOfOthers = 16;
 // Lessons after which directions are known and tested, and the guide can be tried.
 constexpr uint32_t kLessonsBeforeTrial = 2;
 // In a view that begins where the guide did not pay before, it is tried again after so many
@@ -33,7 +38,7 @@ constexpr uint64_t kTriedAgain = 8, kMostPatience = 512;
 // eight lessons rooms promise 1 and keep 1.1 to 1.5 at 64 samples, a box of diffuse walls promises
 // .75 and would keep .7.
 constexpr double kMuchGain = 1.6, kLeastGain = 0.95, kLittleGain = 0.8;
-constexpr uint32_t kLessonsOfTrial = 8;
+constexpr uint32_t kLessonsOfTrial = 6;
 constexpr double kLeastWeight = 0.02;  // of the samples before
 constexpr uint32_t kMostStride = 64;   // a tile of the device has as many paths
 
@@ -175,7 +180,9 @@ uint32_t GuideTraining::strideAfter(uint64_t samples) const
     const auto thin = [&](uint64_t least) {
         if (pixels_ / stride >= 2 * least) stride *= 2;
     };
-    if (state_ == State::pays) {
+    if (state_ == State::pays && samples == 0 && allSamples_ >= kSamplesOfOthers) {
+        while (pixels_ / stride >= 2 * kMovingPaths && stride < kMostStride) stride *= 2;
+    } else if (state_ == State::pays) {
         for (const uint64_t from : {4u, 8u})
             if (samples >= from) thin(kFewPaths);
     } else {
@@ -249,11 +256,17 @@ void GuideTraining::beginToPay()
     discount_ = std::clamp(noise, kLeastWeight, 1.0);
 }
 
-/// Recorded paths follow the guide again, which was given up.
-void GuideTraining::tryAgain()
+/// Recorded paths follow the guide from now on.
+void GuideTraining::beginTrial()
 {
     state_ = State::tries;
     trial_ = {};
+    lessonsOfTrial_ = 0;
+}
+
+void GuideTraining::tryAgain()
+{
+    beginTrial();
     rested_ = 0;
     patience_ = std::min(2 * patience_, kMostPatience);
 }
@@ -266,11 +279,10 @@ void GuideTraining::decide()
     if (state_ == State::looksOn) {
         if (isOver) state_ = State::pays;  // what little there is has a gate at every leaf
         if (lessons_ < kLessonsBeforeTrial || isOver) return;
-        state_ = State::tries;
-        trial_ = {};
+        beginTrial();
     } else if (trial_.paths() > 0) {
-        const bool isFirst = lessons_ == kLessonsBeforeTrial + 1;
-        const bool isLast = lessons_ >= kLessonsOfTrial || isOver;
+        const bool isFirst = ++lessonsOfTrial_ == 1;
+        const bool isLast = lessonsOfTrial_ >= kLessonsOfTrial || isOver;
         const double least = isLast ? kLeastGain : kLittleGain;
         if (gain() < least)
             state_ = State::doesNotPay;

@@ -77,6 +77,7 @@ private:
                 std::span<const guiding::Lesson> lessons, double decay);
     double gain() const;
     void beginToPay();
+    void beginTrial();
     void tryAgain();
     void decide();
     std::string_view stateName() const;
@@ -98,7 +99,7 @@ private:
     uint32_t firstStride_ = 1;
     uint64_t viewSamples_ = 0;  // of the view, up to the last lesson
     double allSamples_ = 0;     // of all views, that have been learnt from
-    uint32_t lessons_ = 0;
+    uint32_t lessons_ = 0, lessonsOfTrial_ = 0;
     bool isTried_ = false;   // in this view
     uint64_t rested_ = 0;    // samples of all views since the guide was given up
     uint64_t patience_ = 0;  // samples of them before a view begins with another trial

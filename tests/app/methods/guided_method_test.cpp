@@ -265,12 +265,56 @@ TEST_P(GuidedMethod, GivesUpWhereItDoesNotPay)
     EXPECT_LT(raysOf(core::GuideUse::pays), 0.9 * followed);
     EXPECT_EQ(guiding(), "does not pay here");
 
-    // Another view may be another matter: it is tried again, when the view has lasted.
-    const double records = detail("guide_records");
+    // Another view may be another matter: it is tried again at once where there was a long rest...
+    double records = detail("guide_records");
+    render({.seed = 3}, 6, core::Start::moved);
+    EXPECT_GT(detail("guide_records"), records);
+    EXPECT_EQ(guiding(), "does not pay here");
+    // ... and else when the view has lasted.
+    records = detail("guide_records");
     render({.seed = 3}, 7, core::Start::moved);
     EXPECT_EQ(detail("guide_records"), records);
     render({.seed = 3}, 16, core::Start::moved);
     EXPECT_GT(detail("guide_records"), records);
+}
+
+/// While the camera moves, views have one sample each, and nothing is known of a pixel when its
+/// path begins. The guide is tried and followed all the same, and it is what roulette asks.
+TEST_P(GuidedMethod, LearnsInAFlightOfSingleSamples)
+{
+    begin("cbox-up", {64, 64});
+    const core::Image truth = render({.use = core::GuideUse::always, .seed = 77}, 1024).mean;
+    core::Image last = render({.seed = 5}, 1).mean;
+    for (int frame = 1; frame < 32; ++frame) last = render({.seed = 5}, 1, core::Start::moved).mean;
+    EXPECT_EQ(guiding(), "pays");
+    const double plainError = squaredDistance(plain({.seed = 5}, 1).mean, truth);
+    const double byAlbedo = [&] {
+        const GuidedParams params{.roulette = GuidedRoulette::albedo, .seed = 5};
+        core::Image image = render(params, 1).mean;
+        for (int frame = 1; frame < 32; ++frame) image = render(params, 1, core::Start::moved).mean;
+        return squaredDistance(image, truth);
+    }();
+    std::cout << "ERR " << plainError / squaredDistance(last, truth) << " albedo "
+              << plainError / byAlbedo << "\n";
+    EXPECT_LT(squaredDistance(last, truth), plainError / 3);
+}
+
+/// Where it does not pay it is tried again and again while views are short, ever more seldom.
+TEST_P(GuidedMethod, IsTriedAgainInAFlightWhereItDidNotPay)
+{
+    begin("cornell-diffuse", {64, 64});
+    render({.seed = 3}, 1);
+    int trials = 0;
+    double records = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+        render({.seed = 3}, 1, core::Start::moved);
+        const double now = detail("guide_records");
+        if (frame >= 8 && now > records) ++trials;
+        records = now;
+    }
+    std::cout << "TRIALS " << trials << " " << guiding() << "\n";
+    EXPECT_GE(trials, 2);
+    EXPECT_LE(trials, 3 * 6);
 }
 
 /// A guide that did not pay is tried again while it may still learn, however short its training and
