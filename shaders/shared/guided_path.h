@@ -288,7 +288,7 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     if (follows) {
         leaf = guideAt(guide, vertex.surface.position, normal);
         // In the first sample of a view nothing is known of its pixels but what the guide knows.
-        if (!(state.image > 0.0f))
+        if (!(state.image > 0.0f) && leaf.reflected > 0.0f)
             state.image = luminance(L) + luminance(path.beta) * leaf.reflected;
         if (!survives(settings, leaf, numbers.lobe.y, path, state)) return false;
     }
