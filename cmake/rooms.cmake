@@ -42,7 +42,7 @@ room(app/files SEES ${core} app/base app/methods app/args FOREIGN nlohmann/)
 room(app/commands SEES ${core} app/base app/args app/files app/lab app/methods app/gpu/base FOREIGN nlohmann/)
 room(app/session SEES ${core} core/trace app/base app/report app/methods app/args app/files FOREIGN nlohmann/)
 set(bench ${base} core/image core/scene core/methods app/base app/args app/files app/report app/bench)
-room(app/bench SEES ${base} core/image core/scene app/base app/version app/args app/files app/report app/methods app/gpu/base
+room(app/bench SEES ${base} core/image core/scene core/trace app/base app/version app/args app/files app/report app/methods app/gpu/base
      FOREIGN nlohmann/)
 room(app/bench/throughput SEES ${bench} core/trace app/methods app/gpu FOREIGN nlohmann/)
 room(app/bench/flythrough SEES ${bench} core/trace app/methods app/session FOREIGN nlohmann/)

@@ -6,7 +6,7 @@
 #include <optional>
 #include <stop_token>
 
-#include "app/bench/flythrough/flight.h"
+#include "app/bench/flight.h"
 #include "app/methods/methods.h"
 #include "core/methods/renderer.h"
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <stop_token>
 
-#include "app/bench/flythrough/flight.h"
+#include "app/bench/flight.h"
 #include "app/bench/slowed_clock.h"
 #include "app/session/session.h"
 

@@ -93,6 +93,14 @@ Json sceneJson(const Results& r, const SceneResult& s)
                             {"relmse", shot.relMse},
                             {"seconds", shot.seconds},
                             {"file", shot.file.string()}});
+    Json arrivals = Json::array();
+    for (const Arrival& a : s.arrivals)
+        arrivals.push_back({{"device", a.device},
+                            {"degrees", a.degrees},
+                            {"views_before", a.before},
+                            {"relmse_path", spreadOf(a.plain).median},
+                            {"relmse_guided", spreadOf(a.guided).median},
+                            {"variance_ratio", varianceRatio(a).value}});
     return {{"scene", s.name},
             {"file", s.file.string()},
             {"triangles", s.triangles},
@@ -101,6 +109,7 @@ Json sceneJson(const Results& r, const SceneResult& s)
             {"reference_relmse", s.referenceRelMse},
             {"reference_seconds", s.referenceSeconds},
             {"reference_kept", s.referenceKept},
+            {"arrivals", arrivals},
             {"pictures", pictures},
             {"claims", claimsJson(r, s)}};
 }
@@ -122,6 +131,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                 padded(printed("%.2f", efficiency(device, *plain, row).value), 12) +
                 padded(printed("%.0f", 100 * share), 10) + printed("%.1f", biasScore(row)) + '\n';
     }
+    for (const Arrival& arrival : scene.arrivals) text += arrivalText(arrival) + '\n';
     for (const Claim& claim : claimsOf(r, scene))
         if (!claim.sentence.empty())
             text +=
@@ -161,9 +171,9 @@ std::string resultsTable(const Results& r)
     for (const SceneResult& scene : r.scenes) text += sceneTable(r, scene);
     for (const Goal& goal : goalsOf(r))
         if (goal.verdict != Verdict::notMeasured)
-            text += padded(std::string(verdictName(goal.verdict)) + ": ", 8) + goal.text +
-                    ": efficiency " + printed("%.2f", goal.measured.value) + " (" + goal.where +
-                    "), wanted " + printed("%.2f", goal.least) + '\n';
+            text += padded(std::string(verdictName(goal.verdict)) + ": ", 8) + goal.text + ": " +
+                    printed("%.2f", goal.measured.value) + " (" + goal.where + "), wanted " +
+                    printed("%.2f", goal.least) + '\n';
     return text;
 }
 

@@ -11,7 +11,8 @@ namespace app::guiding {
 enum class Verdict { met, missed, notMeasured };
 const char* verdictName(Verdict verdict);
 
-/// A goal for the efficiency of `guided` (error times seconds of plain path tracing over its own).
+/// A goal for the efficiency of `guided` (error times seconds of plain path tracing over its own),
+/// or for its error alone where the text says so.
 struct Goal {
     std::string text;   // what is to be, in words
     double least = 0;   // that it is to be

@@ -6,6 +6,7 @@
 
 #include "app/bench/bench_clock.h"
 #include "app/bench/bench_scenes.h"
+#include "app/bench/flight.h"
 #include "app/files/camera_file.h"
 
 namespace app::guiding {
@@ -48,6 +49,12 @@ void Measurement::load(size_t index)
     for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
     static_cast<PictureScene&>(scene_) = pictureScene(o_, index, *world_, camera, taken);
     view_ = {camera, scene_.size, o_.params};
+    double degrees = 25;
+    const auto way = flight::Flight::around(world_, camera, scene_.size, degrees);
+    while (!way.whyNot(degrees, 2).empty()) degrees /= 2;
+    away_ = {way.before(degrees, 1), scene_.size, o_.params};
+    for (const BenchDevice& device : results_.devices)
+        scene_.arrivals.push_back({device.name, degrees, o_.samples.back(), {}, {}});
     for (const Station& s : stations_)
         for (core::Renderer* renderer : {s.path.get(), s.guided.get()})
             renderer->setWorld(world_, tools_.loading);
@@ -118,11 +125,50 @@ void Measurement::measureScene(size_t index)
     if (!findReference(index) || !warmUp()) return;
     makeCells();
     bool goesOn = true;
-    for (uint32_t seed = 0; seed < o_.seeds && goesOn; ++seed)
+    for (uint32_t seed = 0; seed < o_.seeds && goesOn; ++seed) {
         for (const uint32_t spp : o_.sweep)
             for (size_t i = 0; i < stations_.size(); ++i)
                 goesOn = goesOn && measureTurn(i, spp, seed);
+        goesOn = goesOn && measureArrivals(seed);
+    }
     finishScene();
+}
+
+/// On every device. False: stopped.
+bool Measurement::measureArrivals(uint32_t seed)
+{
+    for (size_t i = 0; i < stations_.size(); ++i) {
+        Arrival& arrival = scene_.arrivals[i];
+        tools_.progress(about("arrival on " + arrival.device + ", seed " +
+                              std::to_string(seed + 1) + " of " + std::to_string(o_.seeds)));
+        const auto plain = arrive(stations_[i], variantTable()[0], seed),
+                   guided = arrive(stations_[i], variantTable()[1], seed);
+        if (!plain || !guided) return false;
+        arrival.plain.push_back(*plain);
+        arrival.guided.push_back(*guided);
+    }
+    return true;
+}
+
+/// The error of the view's first sample; a guide has learnt where the camera comes from. Nothing
+/// when a stop came first.
+std::optional<double> Measurement::arrive(const Station& station, const Variant& variant,
+                                          uint32_t seed)
+{
+    core::Renderer& renderer = station.rendererOf(variant);
+    const core::AnyParams params =
+        paramsOf(variant, o_.params, o_.params.seed + seed, o_.samples.back());
+    const uint32_t before = variant.change == nullptr ? 0 : o_.samples.back();
+    for (uint32_t k = 0; k <= before; ++k) {
+        core::View view = k == before ? view_ : away_;
+        view.params = params;
+        renderer.setView(view, k == 0 ? core::Start::anew : core::Start::moved);
+        renderer.advance({.samples = 1}, tools_.stop);
+        if (tools_.stop.stop_requested()) return {};
+    }
+    ErrorSum alone(reference_->mean, reference_->variance, reference_->level);
+    alone.add(renderer.read(core::Reading::mean).mean);
+    return alone.errors().relMse.value;
 }
 
 /// All variants on one device with one seed. False: stopped, and nothing was added.
@@ -197,6 +243,7 @@ void Measurement::finishScene()
         if (cell.variant->change != nullptr) cell.row.difference = cell.differences.mean();
         scene_.rows.push_back(std::move(cell.row));
     }
+    std::erase_if(scene_.arrivals, [](const Arrival& a) { return a.guided.empty(); });
     if (scene_.rows.empty()) return;
     takeShots();
     results_.scenes.push_back(std::move(scene_));

@@ -54,6 +54,8 @@ private:
     bool warmUp();
     void makeCells();
     bool measureTurn(size_t station, uint32_t spp, uint32_t seed);
+    bool measureArrivals(uint32_t seed);
+    std::optional<double> arrive(const Station& station, const Variant& variant, uint32_t seed);
     std::optional<Picture> render(const Cell& cell, uint32_t seed);
     void add(Cell& cell, const Picture& picture, const core::Image& plain);
     void finishScene();
@@ -68,7 +70,7 @@ private:
 
     // Of the present scene.
     std::shared_ptr<const core::World> world_;
-    core::View view_;
+    core::View view_, away_;  // the one that is measured, and where the camera comes from
     std::optional<GuidingReference> reference_;
     std::vector<Cell> cells_;
     std::vector<std::pair<std::string, core::Image>> shown_;  // by variant

@@ -74,7 +74,8 @@ std::string goalsSection(const Results& r)
                 "<td>" + escapeMarkup(goal.where) + "</td><td>" +
                 verdictSpan(verdictName(goal.verdict), judgementOf(goal.verdict)) + "</td></tr>\n";
     return section("goals", "Goals",
-                   paragraph("What <b>guided</b> is to reach in efficiency. Measured is the least "
+                   paragraph("What <b>guided</b> is to reach, in efficiency where nothing else is "
+                             "said. Measured is the least "
                              "number that falls under the goal, in brackets what single seeds "
                              "span.") +
                        tableMarkup("<th>goal</th>" + numberHead("wanted") + numberHead("measured") +

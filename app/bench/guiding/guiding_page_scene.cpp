@@ -144,6 +144,18 @@ std::string claimsMarkup(const Results& r, const SceneResult& scene)
     return html;
 }
 
+std::string arrivalsMarkup(const SceneResult& scene)
+{
+    std::string text;
+    for (const Arrival& arrival : scene.arrivals)
+        text += (text.empty() ? "While the camera moves every sample is the first of its view. " +
+                                    std::to_string(arrival.before) +
+                                    " such views in one place, then this one: "
+                              : "; ") +
+                arrivalText(arrival);
+    return text.empty() ? text : paragraph(escapeMarkup(text + '.'));
+}
+
 std::string shotsMarkup(const SceneResult& scene, const std::filesystem::path& folder)
 {
     if (scene.shots.empty()) return {};
@@ -174,7 +186,8 @@ std::string sceneMarkup(const Results& r, const SceneResult& scene,
                         false) +
            curvesFigure("Efficiency against samples", "samples per pixel", "efficiency",
                         curvesOf(r, scene, true), true) +
-           "</div>\n" + rowsTable(r, scene) + claimsMarkup(r, scene) + shotsMarkup(scene, folder);
+           "</div>\n" + rowsTable(r, scene) + arrivalsMarkup(scene) + claimsMarkup(r, scene) +
+           shotsMarkup(scene, folder);
 }
 
 }  // namespace app::guiding

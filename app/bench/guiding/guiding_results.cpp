@@ -1,6 +1,8 @@
 // See guiding_results.h.
 #include "app/bench/guiding/guiding_results.h"
 
+#include "app/report/text.h"
+
 namespace app::guiding {
 
 const Row* findRow(const SceneResult& scene, const std::string& variant, const std::string& device,
@@ -24,6 +26,18 @@ static double errorOf(const Sample& s)
 Ratio varianceRatio(const Row& plain, const Row& row)
 {
     return ratioOf(plain.samples, row.samples, errorOf, [](const Sample&) { return 1.0; });
+}
+
+Ratio varianceRatio(const Arrival& arrival)
+{
+    const auto itself = [](double error) { return error; };
+    return ratioOf(arrival.plain, arrival.guided, itself, [](double) { return 1.0; });
+}
+
+std::string arrivalText(const Arrival& arrival)
+{
+    return "first sample after " + report::shortNumber(arrival.degrees) + " degrees, " +
+           arrival.device + ": " + ratioText(varianceRatio(arrival)) + " times less variance";
 }
 
 Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row)

@@ -29,6 +29,15 @@ struct Row : PictureMean {  // beside that of `path`
     Measured relMse{kUnknown, kUnknown};  // over the seeds
 };
 
+/// The scene's view right after the camera was elsewhere: one sample per pixel, by a guide that has
+/// learnt from one sample of each of `before` views there, and without one.
+struct Arrival {
+    std::string device;
+    double degrees = 0;  // between there and here, seen from what the middle of the picture shows
+    uint32_t before = 0;
+    std::vector<double> plain, guided;  // relMSE by seed
+};
+
 /// A picture that the page shows.
 struct Shot {
     std::string name;
@@ -41,6 +50,7 @@ struct SceneResult : PictureScene {
     double referenceRelMse = 0, referenceSeconds = 0;  // its noise; what it took
     bool referenceKept = false;
     std::vector<Row> rows;
+    std::vector<Arrival> arrivals;  // by device
     uint32_t shownSpp = 0;
     std::string shownDevice;
     std::vector<Shot> shots;
@@ -70,6 +80,11 @@ template <class Number> double meanOf(const Row& row, Number&& number)
 
 /// How many times less error than `plain` at as many samples.
 Ratio varianceRatio(const Row& plain, const Row& row);
+
+Ratio varianceRatio(const Arrival& arrival);
+
+/// "first sample after 25 degrees, cpu: 7.8 (6.1–9) times less variance".
+std::string arrivalText(const Arrival& arrival);
 
 /// How many times less error times seconds: what is gained in equal time.
 Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row);

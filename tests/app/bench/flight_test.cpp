@@ -1,6 +1,6 @@
 // Flights, errors against a noisy reference, equal time, swept values, what is measured: what
 // `rekindle bench flythrough` is made of, on values that are known.
-#include "app/bench/flythrough/flight.h"
+#include "app/bench/flight.h"
 
 #include <cmath>
 #include <random>

@@ -146,6 +146,18 @@ TEST(GuidingGoals, AreMetMissedOrNotMeasured)
     two.scenes.push_back(resultsOf("bad", 0.5).scenes[0]);
     EXPECT_EQ(verdict(two, all), "missed");
     EXPECT_EQ(goalsOf(two).back().where, "bad, cpu");
+
+    // After a move errors alone count: of the means over the seeds.
+    const std::string first =
+        "every scene on every device, the first sample after 25 degrees, less variance";
+    EXPECT_EQ(verdict(two, first), "not measured");
+    two.scenes[0].arrivals = {{"cpu", 25, 64, {8, 6}, {1, 1}}};
+    EXPECT_EQ(verdict(two, first), "met");
+    two.scenes[1].arrivals = {{"cpu", 25, 64, {2, 5}, {1, 1.1}}};
+    EXPECT_EQ(verdict(two, first), "missed");
+    EXPECT_NEAR(varianceRatio(two.scenes[1].arrivals[0]).value, 3.5 / 1.05, 1e-12);
+    EXPECT_TRUE(arrivalText(two.scenes[0].arrivals[0])
+                    .starts_with("first sample after 25 degrees, cpu: 7 (6–8) times less"));
 }
 
 TEST(GuidingPage, ShowsAnyNumbers)
@@ -308,6 +320,12 @@ TEST_F(GuidingCommand, WritesAPageAndItsNumbers)
         }
     }
     EXPECT_EQ(json.at("goals").back().at("verdict"), "not measured");
+    const Json& arrivals = json.at("scenes")[0].at("arrivals");
+    ASSERT_EQ(arrivals.size(), 1u);
+    EXPECT_EQ(arrivals[0].at("degrees"), 25);
+    EXPECT_GT(arrivals[0].at("relmse_path").get<double>(), 0);
+    EXPECT_GT(arrivals[0].at("variance_ratio").get<double>(), 0);
+    EXPECT_TRUE(contains(result.out, "first sample after 25 degrees, cpu"));
 
     const std::string page = readAll(work("new/guiding/guiding.html")),
                       csv = readAll(work("new/guiding/guiding.csv"));

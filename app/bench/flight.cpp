@@ -1,5 +1,5 @@
 // Circles that end at a given camera, tried until one is free of walls. See flight.h.
-#include "app/bench/flythrough/flight.h"
+#include "app/bench/flight.h"
 
 #include <algorithm>
 #include <cmath>
