@@ -116,9 +116,10 @@ TEST_F(Floors, AForeignHeaderInTheWrongRoomIsRefused)
     expectRefused(
         "core/scene/camera.cpp", "#include <vulkan/vulkan.h>",
         "core/scene/camera.cpp: includes <vulkan/vulkan.h>, which core/scene may not name");
-    expectRefused("app/bench/throughput/bench_throughput.cpp", "#include <imgui.h>",
-                  "app/bench/throughput/bench_throughput.cpp: includes <imgui.h>, which app/bench "
-                  "may not name");
+    expectRefused(
+        "app/bench/throughput/bench_throughput.cpp", "#include <imgui.h>",
+        "app/bench/throughput/bench_throughput.cpp: includes <imgui.h>, which app/bench/throughput "
+        "may not name");
     expectRefused("core/scene/camera.cpp", "#include <png.h>",
                   "core/scene/camera.cpp: includes <png.h>, which core/scene may not name");
     expectRefused("core/scene/camera.cpp", "#include <emmintrin.h>",

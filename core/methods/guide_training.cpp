@@ -283,10 +283,14 @@ void GuideTraining::decide()
     } else if (trial_.paths() > 0) {
         const bool isFirst = ++lessonsOfTrial_ == 1;
         const bool isLast = lessonsOfTrial_ >= kLessonsOfTrial || isOver;
-        const double least = isLast ? kLeastGain : kLittleGain;
+        // Views of single samples learn all the time, which is in no cost, and nothing is gained
+        // by taking up a guide again and again that saves little.
+        const bool isDoubtful = viewSamples_ == 1 || patience_ > kTriedAgain;
+        const double enough = isDoubtful ? kMuchGain : kLeastGain;
+        const double least = isLast ? enough : kLittleGain;
         if (gain() < least)
             state_ = State::doesNotPay;
-        else if (gain() > (isFirst && !isLast ? kMuchGain : kLeastGain))
+        else if (gain() > (isFirst && !isLast ? kMuchGain : enough))
             beginToPay();
         isTried_ = state_ != State::tries;
     }

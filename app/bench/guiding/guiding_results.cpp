@@ -1,7 +1,7 @@
 // See guiding_results.h.
 #include "app/bench/guiding/guiding_results.h"
 
-#include "app/report/text.h"
+#include "app/base/read_value.h"
 
 namespace app::guiding {
 
@@ -36,8 +36,8 @@ Ratio varianceRatio(const Arrival& arrival)
 
 std::string arrivalText(const Arrival& arrival)
 {
-    return "first sample after " + report::shortNumber(arrival.degrees) + " degrees, " +
-           arrival.device + ": " + ratioText(varianceRatio(arrival)) + " times less variance";
+    return "first sample after " + numberText(arrival.degrees) + " degrees, " + arrival.device +
+           ": " + ratioText(varianceRatio(arrival)) + " times less variance";
 }
 
 Ratio efficiency(const BenchDevice& device, const Row& plain, const Row& row)

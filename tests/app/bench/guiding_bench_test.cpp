@@ -156,8 +156,9 @@ TEST(GuidingGoals, AreMetMissedOrNotMeasured)
     two.scenes[1].arrivals = {{"cpu", 25, 64, {2, 5}, {1, 1.1}}};
     EXPECT_EQ(verdict(two, first), "missed");
     EXPECT_NEAR(varianceRatio(two.scenes[1].arrivals[0]).value, 3.5 / 1.05, 1e-12);
-    EXPECT_TRUE(arrivalText(two.scenes[0].arrivals[0])
-                    .starts_with("first sample after 25 degrees, cpu: 7 (6–8) times less"));
+    EXPECT_TRUE(
+        arrivalText(two.scenes[0].arrivals[0])
+            .starts_with("first sample after 25 degrees, cpu: 7.00 (6.00–8.00) times less"));
 }
 
 TEST(GuidingPage, ShowsAnyNumbers)
