@@ -67,6 +67,8 @@ bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= boun
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*
 coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);@;@CoatedLamp.*
 coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@CoatedLamp.*
+guided-own-numbers@core/methods/guide_training.cpp@return views_ == 0 ? params_.seed@return true ? params_.seed@*GuideKnowsWhat*
+guided-never-again@core/methods/guide_training.cpp@rested_ >= patience_@false@*IsTriedAgain*
 srgb-twice@shaders/shared/tonemap.h@pow((x + 0.055f) * (1.0f / 1.055f), 2.4f)@pow((x + 0.055f) * (1.0f / 1.055f), 5.76f)@Tone*:Image*:Gltf*
 '
 

@@ -100,6 +100,7 @@ void GuideTraining::makeGuide()
     rested_ = 0;
     patience_ = kTriedAgain;
     estimates_.clear();
+    views_ = 0;
     allSamples_ = 0;
     viewSamples_ = 0;
     seconds_ = 0;
@@ -110,6 +111,7 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     const bool same = params_ == params;
     params_ = params;
     if (start == Start::anew || !same) makeGuide();
+    if (allSamples_ > 0) ++views_;
     if (state_ == State::doesNotPay && rested_ >= patience_) tryAgain();
     pixels_ = uint64_t(size.x) * size.y;
     firstStride_ = firstStride(params_, pixels_);
@@ -119,6 +121,11 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     convergence_.begin();
     estimates_.clear();
     pictures_.begin(params_);
+}
+
+uint32_t GuideTraining::seed() const
+{
+    return views_ == 0 ? params_.seed : shared::pcg4d({params_.seed, views_, 0, 0}).x;
 }
 
 /// The samples of the view after which the guide learns for the last time.

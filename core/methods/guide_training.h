@@ -32,6 +32,10 @@ public:
     /// Whether there is a guide at all.
     bool isOn() const { return params_.training > 0; }
 
+    /// Of the paths of the view. One that follows on others, from which the guide has learnt, has
+    /// other random numbers than they had: no path may be guided by what was learnt from its own.
+    uint32_t seed() const;
+
     /// PathSettings::guidedRules of the paths that follow on `samples` of the view.
     uint32_t rulesAfter(uint64_t samples) const;
 
@@ -98,6 +102,7 @@ private:
     uint64_t pixels_ = 0;
     uint32_t firstStride_ = 1;
     uint64_t viewSamples_ = 0;  // of the view, up to the last lesson
+    uint32_t views_ = 0;        // before this one, from which there was something to learn
     double allSamples_ = 0;     // of all views, that have been learnt from
     uint32_t lessons_ = 0, lessonsOfTrial_ = 0;
     bool isTried_ = false;   // in this view

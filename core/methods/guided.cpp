@@ -96,7 +96,7 @@ private:
     {
         PathJob job;
         job.settings = frameSettings();
-        job.settings.seed = params_.seed;
+        job.settings.seed = training_.seed();
         job.settings.samplerKind = static_cast<uint32_t>(params_.sampler);
         job.settings.strategy =
             params_.nee == GuidedNee::none ? shared::kStrategyBsdf : shared::kStrategyMis;

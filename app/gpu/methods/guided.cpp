@@ -111,7 +111,7 @@ private:
     shared::FrameData frameFor(const core::View& view) const
     {
         shared::FrameData frame = frameOf(*world_, *scene_, view);
-        frame.settings.seed = params_.seed;
+        frame.settings.seed = training_.seed();
         frame.settings.samplerKind = static_cast<uint32_t>(params_.sampler);
         frame.settings.strategy =
             params_.nee == core::GuidedNee::none ? shared::kStrategyBsdf : shared::kStrategyMis;

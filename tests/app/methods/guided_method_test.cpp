@@ -1,5 +1,6 @@
 // Guided path tracing on every device: what the guide has learnt changes no mean, is kept when the
 // camera moves and forgotten with the scene, and lowers the variance where light is hard to find.
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -289,6 +290,38 @@ TEST_P(GuidedMethod, LearnsInAFlightOfSingleSamples)
     EXPECT_EQ(guiding(), "pays");
     const double plainError = squaredDistance(plain({.seed = 5}, 1).mean, truth);
     EXPECT_LT(squaredDistance(last, truth), plainError / 2.5);  // measured: 3.0 and 3.2
+}
+
+/// In the first sample of a view roulette has nothing to compare with but what the guide knows of
+/// the surface that a pixel shows: more paths live than by their throughput, and no mean changes.
+TEST_P(GuidedMethod, TheGuideKnowsWhatAPixelIsWorth)
+{
+    constexpr uint32_t kFlights = 100, kViews = 6;
+    begin("cbox-up", {24, 24});
+    const core::PathParams path{.seed = 991, .sampler = core::SamplerKind::independent};
+    const core::Estimate truth = plain(path, 4096);
+    tests::Moments means;
+    std::array<uint64_t, 2> rays{};  // of the last views, by throughput and by both
+    for (uint32_t seed = 1; seed <= kFlights; ++seed)
+        for (const auto roulette : {GuidedRoulette::albedo, GuidedRoulette::both}) {
+            const bool both = roulette == GuidedRoulette::both;
+            if (!both && seed > 4) continue;
+            const GuidedParams params{.use = core::GuideUse::always,
+                                      .gate = 1,
+                                      .roulette = roulette,
+                                      .seed = seed,
+                                      .sampler = core::SamplerKind::independent};
+            for (uint32_t k = 0; k + 1 < kViews; ++k)
+                render(params, 1, k == 0 ? core::Start::anew : core::Start::moved);
+            const core::Estimate last = render(params, 1, core::Start::moved);
+            if (seed <= 4) rays[both] += guided_->stats().rays;
+            if (both) means.add(meanOf(last.mean));
+        }
+    EXPECT_GT(rays[1], rays[0] + rays[0] / 50);
+    const double expected = meanOf(truth.mean);
+    const double error = std::sqrt(means.varianceOfMean() + 3 * varianceOfMean(truth));
+    EXPECT_LT(std::abs(means.mean() - expected), tests::kScore * error);
+    EXPECT_LT(error, 0.02 * expected) << "underpowered";
 }
 
 /// Where it does not pay it is tried again and again while views are short, ever more seldom.
