@@ -48,7 +48,9 @@ void expectStats(const Json& stats, const std::string& device)
                     stats["seconds"]["render"].get<double>(),
                 paths, 1);
     EXPECT_GT(stats.at("peak_host_mb").get<double>(), 5);
+#ifndef REKINDLE_SANITIZED  // whose own memory counts, too
     EXPECT_LT(stats["peak_host_mb"].get<double>(), 2000);
+#endif
     EXPECT_EQ(stats.at("peak_device_mb").get<double>() > 0, device == "vulkan");
     for (const char* name : {"nan", "inf", "negative", "stack_overflow"})
         EXPECT_EQ(stats.at("counters").at(name), 0) << name;
