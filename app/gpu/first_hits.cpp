@@ -26,12 +26,7 @@ core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, double sec
     const uint32_t tilesPerRow = frame.data().tilesPerRow;
     const uint32_t band = std::clamp(kBandTiles / tilesPerRow, 1u, frame.tileRows());
     const uint64_t bytes = uint64_t(width) * std::min(8 * band, height) * sizeof(shared::FirstHit);
-    if (found_.bytes() < bytes) {
-        set_.unbind(shared::kBindFirstHits);
-        found_ = {};
-        found_ = Buffer(context_.device, "the first hits", bytes);
-        set_.bind(shared::kBindFirstHits, found_);
-    }
+    makeRoom(bytes);
     compile(scene, frame);
     pace_.restart();
     std::vector<shared::FirstHit> hits;
@@ -44,6 +39,21 @@ core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, double sec
         for (size_t i = 0; i < hits.size(); ++i) core::storeFirstHit(hits[i], firstPixel + i, aovs);
     }
     return aovs;
+}
+
+void FirstHits::prepare(const GpuScene& scene, const Frame& frame)
+{
+    makeRoom(sizeof(shared::FirstHit));
+    compile(scene, frame);
+}
+
+void FirstHits::makeRoom(uint64_t bytes)
+{
+    if (found_.bytes() >= bytes) return;
+    set_.unbind(shared::kBindFirstHits);
+    found_ = {};
+    found_ = Buffer(context_.device, "the first hits", bytes);
+    set_.bind(shared::kBindFirstHits, found_);
 }
 
 /// An empty dispatch, so that no piece is timed while software drivers compile.

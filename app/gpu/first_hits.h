@@ -16,7 +16,12 @@ public:
     /// Finds them all, in pieces that hold the device no longer than `seconds`.
     core::Aovs find(const GpuScene& scene, const Frame& frame, double seconds);
 
+    /// Compiles the kernel for the scene, which software drivers do for seconds, so that find()
+    /// need not.
+    void prepare(const GpuScene& scene, const Frame& frame);
+
 private:
+    void makeRoom(uint64_t bytes);
     void compile(const GpuScene& scene, const Frame& frame);
     void trace(const GpuScene& scene, const Frame& frame, uint32_t firstTile, uint32_t endTile,
                uint32_t firstPixel, double seconds);

@@ -121,8 +121,16 @@ bool PathBatches::compile(const Then& then)
 bool PathBatches::takeChoice()
 {
     const bool tooDeep = context_.device.isSoftware() && maxDepth() > kDeepestMegakernel;
-    const bool open = work_.kernel == core::Kernel::automatic && !tooDeep && maxDepth() > 1;
-    wavefront_ = open ? choice_->wavefront : tooDeep || work_.kernel == core::Kernel::wavefront;
+    const bool automatic = work_.kernel == core::Kernel::automatic && !tooDeep;
+    const bool open = automatic && maxDepth() > 1;
+    // Paths of one event are short: both kernels do, and compiling another one would hold up a
+    // camera that moves for seconds.
+    const bool only =
+        bounce_.isCompiled(work_.constants) && !megakernel_.isCompiled(work_.constants);
+    if (open)
+        wavefront_ = choice_->wavefront;
+    else
+        wavefront_ = tooDeep || (automatic ? only : work_.kernel == core::Kernel::wavefront);
     return !open || choice_->made;
 }
 

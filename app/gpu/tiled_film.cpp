@@ -161,6 +161,12 @@ core::Aovs TiledFilm::aovs(const GpuScene& scene, double seconds)
     return firstHits_.find(scene, frame_, seconds);
 }
 
+void TiledFilm::prepareAovs(const GpuScene& scene)
+{
+    CHECK(ready_);
+    firstHits_.prepare(scene, frame_);
+}
+
 core::Aovs TiledFilm::look(const GpuScene& scene, const shared::FrameData& data, double seconds)
 {
     drop();

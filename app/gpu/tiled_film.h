@@ -58,6 +58,7 @@ public:
     core::RenderProgress progress() const;
     core::Estimate read(core::Reading what);
     core::Aovs aovs(const GpuScene& scene, double seconds);
+    void prepareAovs(const GpuScene& scene);
 
     /// First hits of a view, as aovs(), for which there is no film and will be none before reset().
     core::Aovs look(const GpuScene& scene, const shared::FrameData& data, double seconds);

@@ -158,7 +158,7 @@ void RenderThread::Loop::warmUp()
 {
     if (warm_ || work_.coarse() != Coarse::no || work_.published() == 0) return;
     warm_ = true;
-    renderer_->aovs();
+    renderer_->prepareAovs();
     core::giveBackMemory();
 }
 

@@ -128,6 +128,9 @@ public:
     virtual RenderProgress progress() const = 0;
     virtual Estimate read(Reading what) = 0;
     virtual Aovs aovs() = 0;
+    /// Makes what aovs() needs of a view beyond its samples, where that takes longer than finding
+    /// the first hits of a small picture: kernels.
+    virtual void prepareAovs() {}
     /// Pictures of numbers that only the method understands, as MethodInfo::maps lists them: one
     /// channel, the size of the view. Empty while there is nothing to show.
     virtual std::vector<Image> maps() { return {}; }

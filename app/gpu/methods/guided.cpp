@@ -82,6 +82,7 @@ public:
         return training_.pictures().picture(film_.read(core::Reading::everything));
     }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
+    void prepareAovs() override { film_.prepareAovs(*scene_); }
 
     std::vector<core::Image> maps() override
     {

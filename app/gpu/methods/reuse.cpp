@@ -79,6 +79,7 @@ public:
     core::RenderProgress progress() const override { return film_.progress(); }
     core::Estimate read(core::Reading what) override { return film_.read(what); }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
+    void prepareAovs() override { film_.prepareAovs(*scene_); }
 
     std::vector<core::Image> maps() override
     {

@@ -128,8 +128,10 @@ protected:
     static inline std::shared_ptr<const core::World> world;
 };
 
-TEST_F(GpuPace, ADeviceAHundredTimesSlowerIsHeldForAFifthOfASecondAtMost)
+TEST_F(GpuPace, ADeviceOfAHundredthOfTheSpeedIsHeldForAFifthOfASecondAtMost)
 {
+    // The same world again would be a pose of it, whose speed is known.
+    const std::shared_ptr<const core::World> another = asset("cornell-diffuse");
     for (const double wanted : {0.008, 0.05, 10.0}) {
         secondsPerLane = 1e-6;
         renderer->setWorld(world, {});
@@ -141,7 +143,7 @@ TEST_F(GpuPace, ADeviceAHundredTimesSlowerIsHeldForAFifthOfASecondAtMost)
         EXPECT_LE(before, std::min(1.01 * wanted, 0.101));
 
         secondsPerLane = 1e-4;
-        renderer->setWorld(world, {});  // nothing is known of the new scene
+        renderer->setWorld(another, {});  // nothing is known of the new scene
         view(64, 64);
         renderer->advance({.samples = 2}, {});
         ASSERT_GT(submissionSeconds.size(), 10u);
@@ -239,6 +241,48 @@ TEST_F(GpuPace, AnotherCameraNeedsNoNewKernelsBuffersOrChoice)
     EXPECT_EQ(renderer->stats().compileSeconds, before.compileSeconds);
     EXPECT_EQ(renderer->stats().peakDeviceBytes, before.peakDeviceBytes);
     EXPECT_EQ(renderer->stats().details[0].value, before.details[0].value);
+}
+
+// A camera that moves makes paths shallow where pictures take too long, and must not wait for the
+// other kernel then.
+TEST_F(GpuPace, ShallowPathsNeedNoKernelOfTheirOwn)
+{
+    const std::unique_ptr<core::Renderer> fresh = gpu::makePathRenderer({});
+    fresh->setWorld(world, {});
+    core::PathParams deep, shallow;
+    shallow.maxDepth = 1;
+    const auto take = [&](const core::PathParams& params) {
+        fresh->setView({world->cameras.at(0), {64, 48}, params}, core::Start::anew);
+        fresh->advance({.samples = 2}, {});
+        return fresh->read(core::Reading::mean).mean;
+    };
+    take(deep);
+    const core::RenderStats before = fresh->stats();
+    const core::Image byTheOther = take(shallow);
+    EXPECT_EQ(fresh->stats().compileSeconds, before.compileSeconds);
+    EXPECT_EQ(fresh->stats().details[0].value, before.details[0].value);
+
+    shallow.kernel = core::Kernel::megakernel;
+    EXPECT_EQ(take(shallow).pixels, byTheOther.pixels);
+    EXPECT_GT(fresh->stats().compileSeconds, before.compileSeconds);
+    EXPECT_NE(fresh->stats().details[0].value, before.details[0].value);
+}
+
+TEST_F(GpuPace, FirstHitsArePreparedOnceAndTraceNothing)
+{
+    const std::unique_ptr<core::Renderer> fresh = gpu::makePathRenderer({});
+    fresh->setWorld(world, {});
+    const core::View view{world->cameras.at(0), {320, 180}, {}};
+    fresh->setView(view, core::Start::anew);
+    submissionSeconds.clear();
+    fresh->prepareAovs();
+    EXPECT_EQ(submissionSeconds.size(), 1u);
+    fresh->prepareAovs();
+    EXPECT_EQ(submissionSeconds.size(), 1u);
+    const core::Aovs aovs = fresh->aovs();
+    fresh->setView(view, core::Start::anew);
+    EXPECT_EQ(fresh->aovs().depth.pixels, aovs.depth.pixels);
+    EXPECT_GT(*std::max_element(aovs.depth.pixels.begin(), aovs.depth.pixels.end()), 0);
 }
 
 }  // namespace
