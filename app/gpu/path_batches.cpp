@@ -123,14 +123,16 @@ bool PathBatches::takeChoice()
     const bool tooDeep = context_.device.isSoftware() && maxDepth() > kDeepestMegakernel;
     const bool automatic = work_.kernel == core::Kernel::automatic && !tooDeep;
     const bool open = automatic && maxDepth() > 1;
-    // Paths of one event are short: both kernels do, and compiling another one would hold up a
-    // camera that moves for seconds.
-    const bool only =
-        bounce_.isCompiled(work_.constants) && !megakernel_.isCompiled(work_.constants);
-    if (open)
+    if (open) {
         wavefront_ = choice_->wavefront;
-    else
-        wavefront_ = tooDeep || (automatic ? only : work_.kernel == core::Kernel::wavefront);
+    } else if (automatic) {
+        // Paths of one event are short: both kernels do, and compiling another one would hold up a
+        // camera that moves for seconds.
+        wavefront_ =
+            bounce_.isCompiled(work_.constants) && !megakernel_.isCompiled(work_.constants);
+    } else {
+        wavefront_ = tooDeep || work_.kernel == core::Kernel::wavefront;
+    }
     return !open || choice_->made;
 }
 
