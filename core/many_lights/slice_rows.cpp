@@ -24,13 +24,16 @@ void SliceRows::reset(const shared::SceneView& scene, std::span<const Receiver> 
                       std::span<const uint32_t> chosen)
 {
     count_ = static_cast<uint32_t>(chosen.size());
-    for (Triple* triple : {&position_, &normal_, &side_, &albedo_, &sum_})
+    for (RowTriple* triple : {&position_, &normal_, &side_, &albedo_, &sum_, &wi_, &leaving_})
         for (std::vector<float>& v : *triple) v.assign(count_, 0.0f);
     for (std::vector<float>& v : origin_) v.resize(2 * size_t(count_));
     events_.resize(count_);
     seeds_.resize(count_);
     transmits_.assign(count_, 0);
+    scale_.resize(count_);
     surfaces_.clear();
+    gloss_.clear();
+    otherSurfaces_ = 0;
     mean_ = meanNormal_ = vec3(0);
     anyTransmits_ = false;
     for (uint32_t row = 0; row < count_; ++row) setRow(row, scene, receivers[chosen[row]]);
@@ -52,7 +55,10 @@ void SliceRows::setRow(uint32_t row, const shared::SceneView& scene, const Recei
     } else {
         v.wo = shared::toLocal(v.surface.frame, -receiver.direction);
         v.lobes = shared::lobesAt(v.bsdf, v.wo);
-        surfaces_.push_back({row, v.surface.frame, v.wo, v.bsdf, v.lobes});
+        const bool gloss = isGloss(v.bsdf, v.wo);
+        surfaces_.push_back({row, v.surface.frame, v.wo, v.bsdf, v.lobes, gloss});
+        if (gloss) gloss_.push(row, v.surface.frame, glossOf(v.bsdf, v.lobes, v.wo));
+        otherSurfaces_ += gloss ? 0 : 1;
         transmits_[row] = (v.bsdf.parts & shared::kBsdfTransmission) != 0 ? 1 : 0;
         anyTransmits_ = anyTransmits_ || transmits_[row] != 0;
     }
@@ -195,61 +201,96 @@ void SliceRows::clear(IndexRange rows)
 {
     for (std::vector<float>& sum : sum_)
         std::fill(sum.begin() + rows.begin, sum.begin() + rows.end, 0.0f);
+    gloss_.forget(rows);
 }
 
 void SliceRows::add(const Column& column, const LightSet& lights, IndexRange rows,
                     std::span<const float> weights)
 {
-    const VirtualLight& light = *column.light;
-    const vec3 intensity = light.intensity * column.scale;
-    if (light.detail == shared::kNone && surfaces_.size() < count_) {
-        const float* w = weights.data();
-        for (size_t c = 0; c < 3; ++c) {
-            const float strength = intensity[static_cast<int>(c)];
-            const float* albedo = albedo_[c].data();
-            float* __restrict sum = sum_[c].data();
+    const vec3 intensity = column.light->intensity * column.scale;
+    const bool alike = column.light->detail == shared::kNone;  // to all rows
+    if (!alike || !surfaces_.empty()) findLight(column, lights, rows, weights);
+    const float* w = weights.data();
+    for (size_t c = 0; c < 3 && surfaces_.size() < count_; ++c) {
+        const float strength = intensity[static_cast<int>(c)];
+        const float* albedo = albedo_[c].data();
+        const float* leaving = leaving_[c].data();
+        float* __restrict sum = sum_[c].data();
+        if (alike)
             for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += strength * albedo[i] * w[i];
-        }
+        else
+            for (uint32_t i = rows.begin; i < rows.end; ++i)
+                sum[i] += leaving[i] * albedo[i] * w[i];
     }
-    addSurfaces(column, lights, rows, weights);
-}
-
-/// Rows whose surface, or lights whose shine, is no simple product.
-void SliceRows::addSurfaces(const Column& column, const LightSet& lights, IndexRange rows,
-                            std::span<const float> weights)
-{
-    const VirtualLight& light = *column.light;
-    const vec3 intensity = light.intensity * column.scale;
-    const auto add = [&](uint32_t row, const vec3& value) {
-        for (int c = 0; c < 3; ++c) sum_[static_cast<size_t>(c)][row] += value[c];
-    };
-    const auto towardsLight = [&](uint32_t row) {
-        const vec3 at(position_[0][row], position_[1][row], position_[2][row]);
-        return glm::normalize(towards(light, at));
-    };
-    const auto leaving = [&](const vec3& wi) {
-        if (light.detail == shared::kNone) return intensity;
-        if (light.kind == LightKind::surface)
-            return intensity * lights.surfaces[light.detail].scattered(-wi);
-        return intensity * lights.spots[light.detail].at(-glm::dot(wi, light.normal));
-    };
+    if (!gloss_.empty()) gloss_.add(rows, wi_, leaving_, weights);
+    if (otherSurfaces_ == 0) return;
     // Surfaces stand in the order of their rows.
     for (auto at = std::ranges::lower_bound(surfaces_, rows.begin, {}, &Surface::row);
          at != surfaces_.end() && at->row < rows.end; ++at) {
         const Surface& s = *at;
-        const float w = weights[s.row];
-        if (w == 0) continue;
-        const vec3 wi = towardsLight(s.row);
+        if (s.isGloss || weights[s.row] == 0) continue;
+        const vec3 wi(wi_[0][s.row], wi_[1][s.row], wi_[2][s.row]);
         vec3 f;
         float pdf;
         shared::evalPdfLobes(s.bsdf, s.lobes, s.wo, shared::toLocal(s.frame, wi), f, pdf);
-        add(s.row, f * leaving(wi) * w);
+        for (int c = 0; c < 3; ++c) {
+            const auto k = static_cast<size_t>(c);
+            sum_[k][s.row] += f[c] * leaving_[k][s.row] * weights[s.row];
+        }
     }
-    if (light.detail == shared::kNone || surfaces_.size() == count_) return;
-    for (uint32_t row = rows.begin; row < rows.end; ++row) {
-        const vec3 albedo(albedo_[0][row], albedo_[1][row], albedo_[2][row]);
-        if (weights[row] == 0 || albedo == vec3(0)) continue;
-        add(row, albedo * leaving(towardsLight(row)) * weights[row]);
+}
+
+void SliceRows::findDirections(const VirtualLight& light, IndexRange rows)
+{
+    const bool distant = light.kind == LightKind::directional;
+    const vec3 from = distant ? -light.normal : light.position;
+    const float near = distant ? 0.0f : 1.0f;
+    const float* px = position_[0].data();
+    const float* py = position_[1].data();
+    const float* pz = position_[2].data();
+    float* __restrict scale = scale_.data();
+    for (uint32_t i = rows.begin; i < rows.end; ++i) {
+        const float x = from.x - near * px[i], y = from.y - near * py[i], z = from.z - near * pz[i];
+        scale[i] = 1 / std::sqrt(std::max(x * x + y * y + z * z, kTooNear2));
+    }
+    for (size_t c = 0; c < 3; ++c) {
+        const float* at = position_[c].data();
+        const float to = from[static_cast<int>(c)];
+        float* __restrict out = wi_[c].data();
+        for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = (to - near * at[i]) * scale[i];
+    }
+}
+
+/// What the light of a column sends to rows whose weight is not 0, and from where.
+void SliceRows::findLight(const Column& column, const LightSet& lights, IndexRange rows,
+                          std::span<const float> weights)
+{
+    const VirtualLight& light = *column.light;
+    const vec3 intensity = light.intensity * column.scale;
+    findDirections(light, rows);
+    const auto send = [&](const auto& share) {
+        for (uint32_t i = rows.begin; i < rows.end; ++i) {
+            if (weights[i] == 0) continue;
+            const vec3 sent = intensity * share(-vec3(wi_[0][i], wi_[1][i], wi_[2][i]));
+            for (int c = 0; c < 3; ++c) leaving_[static_cast<size_t>(c)][i] = sent[c];
+        }
+    };
+    if (light.detail == shared::kNone) {
+        for (int c = 0; c < 3; ++c) {
+            std::vector<float>& out = leaving_[static_cast<size_t>(c)];
+            std::fill(out.begin() + rows.begin, out.begin() + rows.end, intensity[c]);
+        }
+    } else if (light.kind != LightKind::surface) {
+        send([&](const vec3& out) {
+            return lights.spots[light.detail].at(glm::dot(out, light.normal));
+        });
+    } else {
+        const LightSurface& s = lights.surfaces[light.detail];
+        if (isGloss(s.bsdf, s.incident))
+            scatterTowards(glossOf(s.bsdf, s.lobes, s.incident), s.frame, s.normal, intensity, rows,
+                           wi_, leaving_);
+        else
+            send([&](const vec3& out) { return s.scattered(out); });
     }
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/many_lights/gloss_rows.h"
 #include "core/many_lights/light_cut.h"
 #include "core/many_lights/receivers.h"
 #include "shared/scene.h"
@@ -86,7 +87,10 @@ public:
     static float brightness(const Column& column, std::span<const float> weights);
 
     /// Radiance of a row towards where it is seen from, of the columns added so far.
-    glm::vec3 radiance(uint32_t row) const { return {sum_[0][row], sum_[1][row], sum_[2][row]}; }
+    glm::vec3 radiance(uint32_t row) const
+    {
+        return glm::vec3(sum_[0][row], sum_[1][row], sum_[2][row]) + gloss_.sum(row);
+    }
 
     // What shadow rays begin at. Rows through which light passes have two origins: that of row i
     // for light from behind stands at count() + i.
@@ -111,20 +115,27 @@ private:
         glm::vec3 wo;
         shared::Bsdf bsdf;
         shared::LobeChoice lobes;
+        bool isGloss;  // its light is summed with that of all such rows
     };
 
     void setRow(uint32_t row, const shared::SceneView& scene, const Receiver& receiver);
-    void addSurfaces(const Column& column, const LightSet& lights, IndexRange rows,
-                     std::span<const float> weights);
+    void findLight(const Column& column, const LightSet& lights, IndexRange rows,
+                   std::span<const float> weights);
+    void findDirections(const VirtualLight& light, IndexRange rows);
 
-    using Triple = std::array<std::vector<float>, 3>;
     uint32_t count_ = 0;
-    Triple position_, normal_, side_;  // side: the geometric normal towards the viewer
-    Triple albedo_;                    // over pi, of Lambertian rows; 0 of others
-    Triple sum_, origin_;
+    RowTriple position_, normal_, side_;  // side: the geometric normal towards the viewer
+    RowTriple albedo_;                    // over pi, of Lambertian rows; 0 of others
+    RowTriple sum_, origin_;
+    // Of the column that is being added, where it needs them: unit directions to the light, and
+    // what it sends along them.
+    RowTriple wi_, leaving_;
+    std::vector<float> scale_;  // one over the distances
+    GlossRows gloss_;
     std::vector<int> events_, transmits_;  // the latter 0 or 1
     std::vector<uint32_t> seeds_;
     std::vector<Surface> surfaces_;
+    size_t otherSurfaces_ = 0;  // those of them that are not in gloss_
     glm::vec3 mean_{0}, meanNormal_{0};
     bool anyTransmits_ = false;
 };

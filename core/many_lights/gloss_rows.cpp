@@ -1,0 +1,128 @@
+// See gloss_rows.h. The loops are written so that compilers make vectors of them: no branches, no
+// calls that are not inlined, and the promise that what is written lies nowhere else.
+#include "core/many_lights/gloss_rows.h"
+
+#include <bit>
+
+namespace core::many_lights {
+
+namespace {
+
+/// Rows looked at together: none is evaluated where the light reaches none of them.
+constexpr uint32_t kBlock = 32;
+
+}  // namespace
+
+void GlossRows::clear()
+{
+    rows_.clear();
+    for (std::vector<float>& v : frame_) v.clear();
+    for (std::vector<float>& v : gloss_) v.clear();
+    for (std::vector<float>& v : sum_) v.clear();
+}
+
+void GlossRows::push(uint32_t row, const glm::mat3& frame, const Gloss& gloss)
+{
+    rows_.push_back(static_cast<int>(row));
+    for (size_t i = 0; i < frame_.size(); ++i)
+        frame_[i].push_back(frame[static_cast<int>(i / 3)][static_cast<int>(i % 3)]);
+    const auto numbers = std::bit_cast<std::array<float, kGlossNumbers>>(gloss);
+    for (size_t i = 0; i < kGlossNumbers; ++i) gloss_[i].push_back(numbers[i]);
+    for (std::vector<float>& v : sum_) v.push_back(0);
+}
+
+IndexRange GlossRows::within(IndexRange rows) const
+{
+    const auto at = [this](uint32_t row) {
+        return static_cast<uint32_t>(std::ranges::lower_bound(rows_, static_cast<int>(row)) -
+                                     rows_.begin());
+    };
+    return {at(rows.begin), at(rows.end)};
+}
+
+void GlossRows::add(IndexRange rows, const RowTriple& wi, const RowTriple& leaving,
+                    std::span<const float> weights)
+{
+    const IndexRange own = within(rows);
+    for (uint32_t begin = own.begin; begin < own.end; begin += kBlock) {
+        const uint32_t end = std::min(begin + kBlock, own.end);
+        float largest = 0;
+        for (uint32_t k = begin; k < end; ++k)
+            largest = std::max(largest, std::abs(weights[static_cast<size_t>(rows_[k])]));
+        if (largest > 0) addBlock({begin, end}, wi, leaving, weights);
+    }
+}
+
+void GlossRows::addBlock(IndexRange own, const RowTriple& wi, const RowTriple& leaving,
+                         std::span<const float> weights)
+{
+    const uint32_t first = own.begin, count = own.end - own.begin;
+    // On the stack, where nothing else can point to.
+    std::array<float, kBlock> x, y, z;
+    std::array<std::array<float, kBlock>, 3> light, f;
+    for (uint32_t k = 0; k < count; ++k) {
+        const auto row = static_cast<size_t>(rows_[first + k]);
+        x[k] = wi[0][row];
+        y[k] = wi[1][row];
+        z[k] = wi[2][row];
+        const float w = weights[row];
+        for (size_t c = 0; c < 3; ++c) light[c][k] = leaving[c][row] * w;
+    }
+    std::array<const float*, 9> m;
+    for (size_t i = 0; i < m.size(); ++i) m[i] = frame_[i].data() + first;
+    std::array<const float*, kGlossNumbers> g;
+    for (size_t i = 0; i < kGlossNumbers; ++i) g[i] = gloss_[i].data() + first;
+    for (uint32_t k = 0; k < count; ++k) {
+        const Gloss gloss{g[0][k],  g[1][k],  g[2][k],  g[3][k],  g[4][k],  g[5][k],
+                          g[6][k],  g[7][k],  g[8][k],  g[9][k],  g[10][k], g[11][k],
+                          g[12][k], g[13][k], g[14][k], g[15][k], g[16][k], g[17][k],
+                          g[18][k], g[19][k], g[20][k], g[21][k]};
+        evalGloss(gloss, x[k] * m[0][k] + y[k] * m[1][k] + z[k] * m[2][k],
+                  x[k] * m[3][k] + y[k] * m[4][k] + z[k] * m[5][k],
+                  x[k] * m[6][k] + y[k] * m[7][k] + z[k] * m[8][k], f[0][k], f[1][k], f[2][k]);
+    }
+    for (size_t c = 0; c < 3; ++c) {
+        float* __restrict sum = sum_[c].data() + first;
+        for (uint32_t k = 0; k < count; ++k) sum[k] += f[c][k] * light[c][k];
+    }
+}
+
+void GlossRows::forget(IndexRange rows)
+{
+    const IndexRange own = within(rows);
+    for (std::vector<float>& v : sum_) std::fill(v.begin() + own.begin, v.begin() + own.end, 0.0f);
+}
+
+glm::vec3 GlossRows::sum(uint32_t row) const
+{
+    const auto at = std::ranges::lower_bound(rows_, static_cast<int>(row));
+    if (at == rows_.end() || *at != static_cast<int>(row)) return glm::vec3(0);
+    const auto k = static_cast<size_t>(at - rows_.begin());
+    return {sum_[0][k], sum_[1][k], sum_[2][k]};
+}
+
+void scatterTowards(const Gloss& gloss, const glm::mat3& frame, const glm::vec3& normal,
+                    const glm::vec3& scale, IndexRange rows, const RowTriple& wi,
+                    RowTriple& leaving)
+{
+    const Gloss g = gloss;
+    const glm::vec3 t = frame[0], b = frame[1], n = frame[2];
+    for (uint32_t begin = rows.begin; begin < rows.end; begin += kBlock) {
+        const uint32_t count = std::min(kBlock, rows.end - begin);
+        const float *x = wi[0].data() + begin, *y = wi[1].data() + begin, *z = wi[2].data() + begin;
+        std::array<float, kBlock> fR, fG, fB, faces;
+        for (uint32_t k = 0; k < count; ++k) {
+            evalGloss(g, -(x[k] * t.x + y[k] * t.y + z[k] * t.z),
+                      -(x[k] * b.x + y[k] * b.y + z[k] * b.z),
+                      -(x[k] * n.x + y[k] * n.y + z[k] * n.z), fR[k], fG[k], fB[k]);
+            faces[k] = static_cast<float>(x[k] * normal.x + y[k] * normal.y + z[k] * normal.z < 0);
+        }
+        for (uint32_t k = 0; k < count; ++k) {
+            leaving[0][begin + k] = fR[k] * scale.x * faces[k];
+            leaving[1][begin + k] = fG[k] * scale.y * faces[k];
+            leaving[2][begin + k] = fB[k] * scale.z * faces[k];
+        }
+    }
+}
+
+}  // namespace core::many_lights

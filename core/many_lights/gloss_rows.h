@@ -1,0 +1,55 @@
+// The rows of a slice whose surfaces are glossy (gloss.h), as arrays, and what light brings them.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/many_lights/gloss.h"
+#include "core/many_lights/receivers.h"
+
+namespace core::many_lights {
+
+/// Numbers of rows, by colour or by coordinate.
+using RowTriple = std::array<std::vector<float>, 3>;
+
+class GlossRows {
+public:
+    void clear();
+
+    /// Rows come in their order.
+    void push(uint32_t row, const glm::mat3& frame, const Gloss& gloss);
+
+    bool empty() const { return rows_.empty(); }
+    size_t size() const { return rows_.size(); }
+
+    /// Adds light to those of `rows` that are glossy: the surface's response times `leaving` times
+    /// `weights`, which have a place for every row of the slice as has `wi`, unit directions to
+    /// where the light comes from.
+    void add(IndexRange rows, const RowTriple& wi, const RowTriple& leaving,
+             std::span<const float> weights);
+
+    /// Forgets what has been added to some rows.
+    void forget(IndexRange rows);
+
+    /// What has been added to a row; 0 where it is none of these.
+    glm::vec3 sum(uint32_t row) const;
+
+private:
+    IndexRange within(IndexRange rows) const;
+    void addBlock(IndexRange own, const RowTriple& wi, const RowTriple& leaving,
+                  std::span<const float> weights);
+
+    std::vector<int> rows_;                                // increasing
+    std::array<std::vector<float>, 9> frame_;              // tangent, bitangent, normal
+    std::array<std::vector<float>, kGlossNumbers> gloss_;  // in the order of Gloss
+    RowTriple sum_;
+};
+
+/// What leaves a surface with a frame of its own towards each of the rows in -wi: its response to
+/// light from where `gloss` is seen from, times `scale`; 0 where `normal` does not face the row.
+void scatterTowards(const Gloss& gloss, const glm::mat3& frame, const glm::vec3& normal,
+                    const glm::vec3& scale, IndexRange rows, const RowTriple& wi,
+                    RowTriple& leaving);
+
+}  // namespace core::many_lights
