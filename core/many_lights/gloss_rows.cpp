@@ -4,18 +4,14 @@
 
 #include <bit>
 
+#include "core/base/check.h"
+
 namespace core::many_lights {
-
-namespace {
-
-/// Rows looked at together: none is evaluated where the light reaches none of them.
-constexpr uint32_t kBlock = 32;
-
-}  // namespace
 
 void GlossRows::clear()
 {
     rows_.clear();
+    before_.clear();
     for (std::vector<float>& v : frame_) v.clear();
     for (std::vector<float>& v : gloss_) v.clear();
     for (std::vector<float>& v : sum_) v.clear();
@@ -23,7 +19,8 @@ void GlossRows::clear()
 
 void GlossRows::push(uint32_t row, const glm::mat3& frame, const Gloss& gloss)
 {
-    rows_.push_back(static_cast<int>(row));
+    before_.resize(row + 1, static_cast<uint32_t>(rows_.size()));
+    rows_.push_back(row);
     for (size_t i = 0; i < frame_.size(); ++i)
         frame_[i].push_back(frame[static_cast<int>(i / 3)][static_cast<int>(i % 3)]);
     const auto numbers = std::bit_cast<std::array<float, kGlossNumbers>>(gloss);
@@ -34,8 +31,7 @@ void GlossRows::push(uint32_t row, const glm::mat3& frame, const Gloss& gloss)
 IndexRange GlossRows::within(IndexRange rows) const
 {
     const auto at = [this](uint32_t row) {
-        return static_cast<uint32_t>(std::ranges::lower_bound(rows_, static_cast<int>(row)) -
-                                     rows_.begin());
+        return row < before_.size() ? before_[row] : static_cast<uint32_t>(rows_.size());
     };
     return {at(rows.begin), at(rows.end)};
 }
@@ -43,25 +39,14 @@ IndexRange GlossRows::within(IndexRange rows) const
 void GlossRows::add(IndexRange rows, const RowTriple& wi, const RowTriple& leaving,
                     std::span<const float> weights)
 {
+    CHECK(rows.size() <= kMost);
     const IndexRange own = within(rows);
-    for (uint32_t begin = own.begin; begin < own.end; begin += kBlock) {
-        const uint32_t end = std::min(begin + kBlock, own.end);
-        float largest = 0;
-        for (uint32_t k = begin; k < end; ++k)
-            largest = std::max(largest, std::abs(weights[static_cast<size_t>(rows_[k])]));
-        if (largest > 0) addBlock({begin, end}, wi, leaving, weights);
-    }
-}
-
-void GlossRows::addBlock(IndexRange own, const RowTriple& wi, const RowTriple& leaving,
-                         std::span<const float> weights)
-{
-    const uint32_t first = own.begin, count = own.end - own.begin;
+    const uint32_t first = own.begin, count = own.size();
     // On the stack, where nothing else can point to.
-    std::array<float, kBlock> x, y, z;
-    std::array<std::array<float, kBlock>, 3> light, f;
+    std::array<float, kMost> x, y, z;
+    std::array<std::array<float, kMost>, 3> light, f;
     for (uint32_t k = 0; k < count; ++k) {
-        const auto row = static_cast<size_t>(rows_[first + k]);
+        const uint32_t row = rows_[first + k];
         x[k] = wi[0][row];
         y[k] = wi[1][row];
         z[k] = wi[2][row];
@@ -95,9 +80,8 @@ void GlossRows::forget(IndexRange rows)
 
 glm::vec3 GlossRows::sum(uint32_t row) const
 {
-    const auto at = std::ranges::lower_bound(rows_, static_cast<int>(row));
-    if (at == rows_.end() || *at != static_cast<int>(row)) return glm::vec3(0);
-    const auto k = static_cast<size_t>(at - rows_.begin());
+    const uint32_t k = within({row, row}).begin;
+    if (k == rows_.size() || rows_[k] != row) return glm::vec3(0);
     return {sum_[0][k], sum_[1][k], sum_[2][k]};
 }
 
@@ -105,23 +89,25 @@ void scatterTowards(const Gloss& gloss, const glm::mat3& frame, const glm::vec3&
                     const glm::vec3& scale, IndexRange rows, const RowTriple& wi,
                     RowTriple& leaving)
 {
+    CHECK(rows.size() <= GlossRows::kMost);
     const Gloss g = gloss;
     const glm::vec3 t = frame[0], b = frame[1], n = frame[2];
-    for (uint32_t begin = rows.begin; begin < rows.end; begin += kBlock) {
-        const uint32_t count = std::min(kBlock, rows.end - begin);
-        const float *x = wi[0].data() + begin, *y = wi[1].data() + begin, *z = wi[2].data() + begin;
-        std::array<float, kBlock> fR, fG, fB, faces;
-        for (uint32_t k = 0; k < count; ++k) {
-            evalGloss(g, -(x[k] * t.x + y[k] * t.y + z[k] * t.z),
-                      -(x[k] * b.x + y[k] * b.y + z[k] * b.z),
-                      -(x[k] * n.x + y[k] * n.y + z[k] * n.z), fR[k], fG[k], fB[k]);
-            faces[k] = static_cast<float>(x[k] * normal.x + y[k] * normal.y + z[k] * normal.z < 0);
-        }
-        for (uint32_t k = 0; k < count; ++k) {
-            leaving[0][begin + k] = fR[k] * scale.x * faces[k];
-            leaving[1][begin + k] = fG[k] * scale.y * faces[k];
-            leaving[2][begin + k] = fB[k] * scale.z * faces[k];
-        }
+    const uint32_t count = rows.size();
+    const float* x = wi[0].data() + rows.begin;
+    const float* y = wi[1].data() + rows.begin;
+    const float* z = wi[2].data() + rows.begin;
+    std::array<std::array<float, GlossRows::kMost>, 3> f;
+    std::array<float, GlossRows::kMost> faces;
+    for (uint32_t k = 0; k < count; ++k) {
+        evalGloss(g, -(x[k] * t.x + y[k] * t.y + z[k] * t.z),
+                  -(x[k] * b.x + y[k] * b.y + z[k] * b.z), -(x[k] * n.x + y[k] * n.y + z[k] * n.z),
+                  f[0][k], f[1][k], f[2][k]);
+        faces[k] = static_cast<float>(x[k] * normal.x + y[k] * normal.y + z[k] * normal.z < 0);
+    }
+    for (size_t c = 0; c < 3; ++c) {
+        const float s = scale[static_cast<int>(c)];
+        float* __restrict out = leaving[c].data() + rows.begin;
+        for (uint32_t k = 0; k < count; ++k) out[k] = f[c][k] * s * faces[k];
     }
 }
 

@@ -15,6 +15,8 @@ using RowTriple = std::array<std::vector<float>, 3>;
 
 class GlossRows {
 public:
+    static constexpr uint32_t kMost = 32;  // rows that get light at a time
+
     void clear();
 
     /// Rows come in their order.
@@ -23,9 +25,9 @@ public:
     bool empty() const { return rows_.empty(); }
     size_t size() const { return rows_.size(); }
 
-    /// Adds light to those of `rows` that are glossy: the surface's response times `leaving` times
-    /// `weights`, which have a place for every row of the slice as has `wi`, unit directions to
-    /// where the light comes from.
+    /// Adds light to those of `rows`, kMost at most, that are glossy: the surface's response times
+    /// `leaving` times `weights`, which have a place for every row of the slice as has `wi`, unit
+    /// directions to where the light comes from.
     void add(IndexRange rows, const RowTriple& wi, const RowTriple& leaving,
              std::span<const float> weights);
 
@@ -37,10 +39,8 @@ public:
 
 private:
     IndexRange within(IndexRange rows) const;
-    void addBlock(IndexRange own, const RowTriple& wi, const RowTriple& leaving,
-                  std::span<const float> weights);
-
-    std::vector<int> rows_;                                // increasing
+    std::vector<uint32_t> rows_;    // increasing
+    std::vector<uint32_t> before_;  // how many stand before each row, up to the last of them
     std::array<std::vector<float>, 9> frame_;              // tangent, bitangent, normal
     std::array<std::vector<float>, kGlossNumbers> gloss_;  // in the order of Gloss
     RowTriple sum_;
@@ -48,6 +48,7 @@ private:
 
 /// What leaves a surface with a frame of its own towards each of the rows in -wi: its response to
 /// light from where `gloss` is seen from, times `scale`; 0 where `normal` does not face the row.
+/// For GlossRows::kMost rows at most.
 void scatterTowards(const Gloss& gloss, const glm::mat3& frame, const glm::vec3& normal,
                     const glm::vec3& scale, IndexRange rows, const RowTriple& wi,
                     RowTriple& leaving);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "shared/path.h"
@@ -17,6 +18,28 @@ namespace {
 
 /// Cosine to a surface of directions that stand for those below its horizon.
 constexpr float kAboveHorizon = 0.05f;
+
+/// Rows looked at together: nothing is done for those that a light does not reach.
+constexpr uint32_t kBlock = GlossRows::kMost;
+
+// Loops of their own: a promise made within another loop is not kept.
+void addProducts(float* __restrict sum, const float* a, const float* b, float scale,
+                 IndexRange rows)
+{
+    for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += scale * a[i] * b[i];
+}
+
+void addProducts(float* __restrict sum, const float* a, const float* b, const float* c,
+                 IndexRange rows)
+{
+    for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += a[i] * b[i] * c[i];
+}
+
+void scaleFrom(float* __restrict out, float to, const float* at, float near, const float* scale,
+               IndexRange rows)
+{
+    for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = (to - near * at[i]) * scale[i];
+}
 
 }  // namespace
 
@@ -207,21 +230,32 @@ void SliceRows::clear(IndexRange rows)
 void SliceRows::add(const Column& column, const LightSet& lights, IndexRange rows,
                     std::span<const float> weights)
 {
-    const vec3 intensity = column.light->intensity * column.scale;
-    const bool alike = column.light->detail == shared::kNone;  // to all rows
-    if (!alike || !surfaces_.empty()) findLight(column, lights, rows, weights);
-    const float* w = weights.data();
-    for (size_t c = 0; c < 3 && surfaces_.size() < count_; ++c) {
-        const float strength = intensity[static_cast<int>(c)];
-        const float* albedo = albedo_[c].data();
-        const float* leaving = leaving_[c].data();
-        float* __restrict sum = sum_[c].data();
-        if (alike)
-            for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += strength * albedo[i] * w[i];
-        else
-            for (uint32_t i = rows.begin; i < rows.end; ++i)
-                sum[i] += leaving[i] * albedo[i] * w[i];
+    if (column.light->detail == shared::kNone && surfaces_.empty())
+        return addLambert(column, rows, weights);
+    for (uint32_t begin = rows.begin; begin < rows.end; begin += kBlock) {
+        const IndexRange block{begin, std::min(begin + kBlock, rows.end)};
+        uint32_t bits = 0;  // sums of floats have an order and do not become vectors
+        for (uint32_t i = block.begin; i < block.end; ++i)
+            bits |= std::bit_cast<uint32_t>(weights[i]);
+        if (bits != 0) addBlock(column, lights, block, weights);
     }
+}
+
+/// Of Lambertian rows and a light that sends the same to all.
+void SliceRows::addLambert(const Column& column, IndexRange rows, std::span<const float> weights)
+{
+    const vec3 intensity = column.light->intensity * column.scale;
+    for (size_t c = 0; c < 3; ++c)
+        addProducts(sum_[c].data(), albedo_[c].data(), weights.data(),
+                    intensity[static_cast<int>(c)], rows);
+}
+
+void SliceRows::addBlock(const Column& column, const LightSet& lights, IndexRange rows,
+                         std::span<const float> weights)
+{
+    findLight(column, lights, rows, weights);
+    for (size_t c = 0; c < 3 && surfaces_.size() < count_; ++c)
+        addProducts(sum_[c].data(), leaving_[c].data(), albedo_[c].data(), weights.data(), rows);
     if (!gloss_.empty()) gloss_.add(rows, wi_, leaving_, weights);
     if (otherSurfaces_ == 0) return;
     // Surfaces stand in the order of their rows.
@@ -253,12 +287,9 @@ void SliceRows::findDirections(const VirtualLight& light, IndexRange rows)
         const float x = from.x - near * px[i], y = from.y - near * py[i], z = from.z - near * pz[i];
         scale[i] = 1 / std::sqrt(std::max(x * x + y * y + z * z, kTooNear2));
     }
-    for (size_t c = 0; c < 3; ++c) {
-        const float* at = position_[c].data();
-        const float to = from[static_cast<int>(c)];
-        float* __restrict out = wi_[c].data();
-        for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = (to - near * at[i]) * scale[i];
-    }
+    for (size_t c = 0; c < 3; ++c)
+        scaleFrom(wi_[c].data(), from[static_cast<int>(c)], position_[c].data(), near,
+                  scale_.data(), rows);
 }
 
 /// What the light of a column sends to rows whose weight is not 0, and from where.

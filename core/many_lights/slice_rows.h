@@ -119,6 +119,9 @@ private:
     };
 
     void setRow(uint32_t row, const shared::SceneView& scene, const Receiver& receiver);
+    void addLambert(const Column& column, IndexRange rows, std::span<const float> weights);
+    void addBlock(const Column& column, const LightSet& lights, IndexRange rows,
+                  std::span<const float> weights);
     void findLight(const Column& column, const LightSet& lights, IndexRange rows,
                    std::span<const float> weights);
     void findDirections(const VirtualLight& light, IndexRange rows);

@@ -96,12 +96,19 @@ Slice randomSlice(Draw& draw)
     return s;
 }
 
+/// To whole ranges, as many rows at a time as may be.
+void add(Slice& s, uint32_t begin, uint32_t end)
+{
+    for (; begin < end; begin += GlossRows::kMost)
+        s.rows.add({begin, std::min(begin + GlossRows::kMost, end)}, s.wi, s.leaving, s.weights);
+}
+
 TEST(Gloss, RowsGetWhatTheTextOfTheKernelsSays)
 {
     Draw draw;
     Slice s = randomSlice(draw);
     ASSERT_GT(s.rows.size(), 900u);
-    s.rows.add({0, Slice::kRows}, s.wi, s.leaving, s.weights);
+    add(s, 0, Slice::kRows);
     double sum = 0;
     for (uint32_t row = 0; row < Slice::kRows; ++row) {
         expectNear(s.rows.sum(row), s.expected[row], row);
@@ -114,7 +121,7 @@ TEST(Gloss, OnlyTheRowsOfARangeGetLightOrLoseIt)
 {
     Draw draw;
     Slice s = randomSlice(draw);
-    s.rows.add({500, 1700}, s.wi, s.leaving, s.weights);
+    add(s, 500, 1700);
     s.rows.forget({900, 1001});
     for (uint32_t row = 0; row < Slice::kRows; ++row) {
         const bool has = row >= 500 && row < 1700 && !(row >= 900 && row < 1001);
@@ -137,8 +144,10 @@ TEST(Gloss, LightsSendWhatTheTextOfTheKernelsSays)
         ASSERT_TRUE(isGloss(light.bsdf, light.incident));
         const vec3 scale = draw.colour();
         RowTriple leaving = s.leaving;
-        scatterTowards(glossOf(light.bsdf, light.lobes, light.incident), light.frame, light.normal,
-                       scale, {10, Slice::kRows}, s.wi, leaving);
+        const Gloss gloss = glossOf(light.bsdf, light.lobes, light.incident);
+        for (uint32_t row = 10; row < Slice::kRows; row += GlossRows::kMost)
+            scatterTowards(gloss, light.frame, light.normal, scale,
+                           {row, std::min(row + GlossRows::kMost, Slice::kRows)}, s.wi, leaving);
         for (uint32_t row = 0; row < Slice::kRows; ++row) {
             const vec3 wi(s.wi[0][row], s.wi[1][row], s.wi[2][row]);
             const vec3 value(leaving[0][row], leaving[1][row], leaving[2][row]);
