@@ -17,7 +17,8 @@ public:
                         std::vector<LightCluster>& out) const = 0;
 };
 
-/// A cut through the light tree for the mean receiver of the slice (the thesis's choice).
+/// A cut through the light tree for the mean receiver of the slice, as in the thesis, but for one
+/// that has the spread of them all: lights that only some of them face, or are near to, count too.
 class TreeCut final : public ColumnSource {
 public:
     /// Keeps the tree by reference.

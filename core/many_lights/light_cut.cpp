@@ -14,6 +14,10 @@ using glm::vec3;
 /// Rounding must not make a bound of what is none.
 constexpr float kSlack = 1.0001f;
 
+/// By spread a light counts as no nearer than this part of its distance: lights within it would
+/// have no order otherwise.
+constexpr float kNearest = 0.25f;
+
 // Bounds are found for several nodes at a time, in loops without branches and calls that compilers
 // make vectors of: hence components in place of vectors, and both sides of every choice.
 
@@ -96,7 +100,8 @@ struct Receiving {
           axes(axesAround(query.normal.x, query.normal.y,
                           query.normal == vec3(0) ? 1.0f : query.normal.z)),
           // A cone of all directions where light may come from anywhere.
-          cosHalf(query.normal == vec3(0) ? -1.0f : query.cosHalf), sinHalf(query.sinHalf)
+          cosHalf(query.normal == vec3(0) ? -1.0f : query.cosHalf), sinHalf(query.sinHalf),
+          spread(query.spread)
     {}
 
     void bound(const Lanes& lanes, std::array<float, kLanes>& bounds) const
@@ -111,7 +116,9 @@ struct Receiving {
             const float x = std::max(std::abs(box.cx) - box.hx, 0.0f),
                         y = std::max(std::abs(box.cy) - box.hy, 0.0f),
                         z = std::max(std::abs(box.cz) - box.hz, 0.0f);
-            const float distance2 = x * x + y * y + z * z;
+            const float middle = std::sqrt(x * x + y * y + z * z);
+            const float distance = std::max(middle - spread, kNearest * middle);
+            const float distance2 = distance * distance;
             const float strength =
                 lanes.importance[i] * kSlack / std::max(distance2, lanes.clamp2[i]);
             const Axes leaving = axesAround(lanes.axisX[i], lanes.axisY[i], lanes.axisZ[i]);
@@ -124,7 +131,7 @@ struct Receiving {
 
     float px, py, pz;
     Axes axes;
-    float cosHalf, sinHalf;
+    float cosHalf, sinHalf, spread;
 };
 
 float directionalBound(const LightNode& node, const CutQuery& query)

@@ -15,6 +15,7 @@ struct CutQuery {
     glm::vec3 normal{0};             // unit; zero: light may come from anywhere
     float cosHalf = 1, sinHalf = 0;  // of a cone around the normals that it stands for
     float clampDistance = 0;         // lights do not count as nearer than this
+    float spread = 0;                // how far receivers lie from the position, as a rule
 };
 
 /// A representative that stands for all lights of its node.
@@ -26,7 +27,8 @@ struct LightCluster {
 
 /// No less than what all lights of the node together contribute to a Lambertian receiver of albedo
 /// pi at the query's position, whatever is in between; infinite for unclamped lights around it. Of
-/// lights that are not Lambertian an estimate, as if they were.
+/// lights that are not Lambertian an estimate, as if they were; of receivers that are spread one
+/// too, as if the light were nearer by their spread, though never by more than four times.
 float clusterBound(const LightNode& node, LightKind kind, const CutQuery& query);
 
 /// Nodes by bound, largest first but for an eighth: those whose bounds agree in exponent and three

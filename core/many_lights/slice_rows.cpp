@@ -102,12 +102,23 @@ void SliceRows::setRow(uint32_t row, const shared::SceneView& scene, const Recei
 
 CutQuery SliceRows::query(const GatherSettings& settings) const
 {
+    const auto count = static_cast<float>(std::max(count_, 1u));
     CutQuery query;
     query.clampDistance = settings.clampDistance;
-    query.position = mean_ / static_cast<float>(std::max(count_, 1u));
+    query.position = middle();
+    float distances2 = 0;
+    for (uint32_t i = 0; i < count_; ++i) {
+        const vec3 away = vec3(position_[0][i], position_[1][i], position_[2][i]) - query.position;
+        distances2 += glm::dot(away, away);
+    }
+    query.spread = std::sqrt(distances2 / count);
     const float length = glm::length(meanNormal_);
-    if (anyTransmits_ || !(length > 1e-3f * static_cast<float>(count_))) return query;
+    if (anyTransmits_ || !(length > 1e-3f * count)) return query;
     query.normal = meanNormal_ / length;
+    // The mean of n . m over unit normals n is the length of their mean, whose direction is m.
+    // Less by rounding, so that lights at the horizon of a flat slice keep an order.
+    query.cosHalf = std::min(length / count, 1.0f) - 1e-5f;
+    query.sinHalf = std::sqrt(1 - query.cosHalf * query.cosHalf);
     return query;
 }
 

@@ -1,6 +1,7 @@
 // The receivers of one slice as rows of arrays, and what lights contribute to them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -41,7 +42,11 @@ public:
 
     uint32_t count() const { return count_; }
 
-    /// The mean receiver, for the cut.
+    /// Where the rows are, on average.
+    glm::vec3 middle() const { return mean_ / static_cast<float>(std::max(count_, 1u)); }
+
+    /// The mean receiver, for the cut, with the spread of places and normals around it: those that
+    /// a row has as a rule, not the largest, so that one row does not decide for all.
     CutQuery query(const GatherSettings& settings) const;
 
     /// One receiver, for a cut of its own.

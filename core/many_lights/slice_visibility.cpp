@@ -105,7 +105,7 @@ bool SliceVisibility::weighColumns(const SliceJob& job, const std::stop_token& s
     brightness_.resize(count);
     octants_.resize(count);
     matters_.reset(rows_.count(), count);
-    const vec3 middle = rows_.query(job.gather).position;
+    const vec3 middle = rows_.middle();
     for (uint32_t j = 0; j < count; ++j) {
         if (j % 256 == 0 && stop.stop_requested()) return false;
         rows_.weigh(columns_[j], job.gather, weights_);

@@ -1,5 +1,5 @@
-// M16, M17, M18, M20. Techniques of lighting a frame against the sum over all lights: exact where
-// they are to be, unbiased where they say so, within their error where they have one.
+// M9, M16, M17, M18, M20. Techniques of lighting a frame against the sum over all lights: exact
+// where they are to be, unbiased where they say so, within their error where they have one.
 #include "core/many_lights/technique.h"
 
 #include <gtest/gtest.h>
@@ -151,6 +151,54 @@ struct Rows {
         rows.reset(core::sceneView(*stage.world), receivers, chosen);
     }
 };
+
+/// Mean squared error over rows and trees of what a cut of 100 clusters adds, nothing in between.
+double cutError(Rows& r, const CutQuery& query)
+{
+    const std::vector<VirtualLight>& lights = r.job.lights->lights;
+    std::vector<float> weights(r.rows.count());
+    const auto add = [&](uint32_t light, float scale) {
+        const Column column = columnOf(lights[light], scale, 0, 0);
+        r.rows.weigh(column, r.job.gather, weights);
+        r.rows.add(column, *r.job.lights, weights);
+    };
+    const auto sums = [&] {
+        std::vector<double> found;
+        for (uint32_t row = 0; row < r.rows.count(); ++row)
+            found.push_back(double(shared::luminance(r.rows.radiance(row))));
+        r.rows.clear({0, r.rows.count()});
+        return found;
+    };
+    for (uint32_t i = 0; i < lights.size(); ++i) add(i, 1);
+    const std::vector<double> exact = sums();
+    Moments errors;
+    CutMemory memory;
+    std::vector<LightCluster> cut;
+    for (uint32_t seed = 0; seed < 20; ++seed) {
+        cutLightTree(*makeLightTree(lights, {0.1f, seed}), query, 100, memory, cut);
+        for (const LightCluster& c : cut) add(c.light, c.scale);
+        const std::vector<double> found = sums();
+        for (size_t row = 0; row < found.size(); ++row)
+            errors.add((found[row] - exact[row]) * (found[row] - exact[row]));
+    }
+    return errors.mean();
+}
+
+/// One slice around a corner: lights that its mean does not face matter to some of its rows.
+TEST(Slices, CutsCountLightsThatOnlySomeRowsFace)
+{
+    for (const char* name : {"cornell-diffuse", "lights"}) {
+        const Stage stage(asset(name), 16, 500);
+        Rows r(stage);
+        const CutQuery query = r.rows.query(r.job.gather);
+        EXPECT_GT(query.spread, 0);
+        EXPECT_LT(query.cosHalf, 0.98f);
+        CutQuery mean = query;
+        mean.cosHalf = 1;
+        mean.sinHalf = mean.spread = 0;
+        EXPECT_LT(2 * cutError(r, query), cutError(r, mean)) << name;
+    }
+}
 
 /// The luminance of all lights below a node, with nothing in between.
 double open(Rows& r, const LightTree& tree, uint32_t index, uint32_t row)
