@@ -54,6 +54,9 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     if (!quick()) backdrop_ = std::move(backdrop);
     shaded_ = coarse == Coarse::moving && request.movingShows == Moving::shaded;
     core::AnyParams params = request.params.method;
+    const core::MethodInfo& method = core::methodNamed(params.id());
+    if (coarse == Coarse::moving && method.whileMoving != nullptr)
+        params = method.whileMoving(params);
     uint32_t* const depth = core::findParam<uint32_t>(params, "max-depth");
     depth_ = depth != nullptr ? *depth : 1;
     size_ = request.size;
@@ -62,7 +65,7 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         size_ = glm::max(size_ / 2u, glm::uvec2(1));
     } else if (quick()) {
         // Samples that are kept from view to view must be those of one kind of path.
-        const bool keeps = core::methodNamed(params.id()).traits.keepsOnMove;
+        const bool keeps = method.traits.keepsOnMove;
         if (shaded_)
             depth_ = 0;
         else if (coarse == Coarse::moving && !keeps)

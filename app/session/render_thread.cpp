@@ -61,6 +61,7 @@ private:
     void makeRenderer();
     bool setWorld();
     void restoreWorld(std::shared_ptr<const core::World> old);
+    ResolutionControl& controlOf(Coarse coarse, bool shaded);
     Coarse choosePicture();
     bool showsCoarse() const;
     bool prepareView();
@@ -84,6 +85,7 @@ private:
     std::optional<RenderRequest> begun_;  // what the picture was begun for
     PictureWork work_;
     ResolutionControl control_, shadedControl_;  // of paths, of first hits alone
+    ResolutionControl quickerControl_;           // of MethodInfo::whileMoving
     std::optional<Change> suspendedUntil_;  // after a failure: the least change of the request that
                                             // is worth another try
     bool publishDue_ = false, errorDue_ = false, workLeft_ = false;
@@ -222,6 +224,7 @@ void RenderThread::Loop::dropRenderer()
     begun_.reset();
     control_.forget();
     shadedControl_.forget();
+    quickerControl_.forget();
 }
 
 bool RenderThread::Loop::setWorld()
@@ -236,6 +239,7 @@ bool RenderThread::Loop::setWorld()
         warm_ = false;
         control_.forget();
         shadedControl_.forget();
+        quickerControl_.forget();
         return true;
     } catch (const core::Error& error) {
         workLeft_ = error.code() == core::ExitCode::interrupted;
@@ -297,7 +301,15 @@ void RenderThread::Loop::beginPicture()
     begun_ = request_;
     const bool shaded = coarse == Coarse::moving && request_.movingShows == Moving::shaded;
     work_.begin(*renderer_, request_, coarse, follows ? core::Start::moved : core::Start::anew,
-                shaded ? shadedControl_ : control_, paceFactor_);
+                controlOf(coarse, shaded), paceFactor_);
+}
+
+/// What pictures of a kind take: quicker parameters tell nothing of others.
+ResolutionControl& RenderThread::Loop::controlOf(Coarse coarse, bool shaded)
+{
+    if (shaded) return shadedControl_;
+    const core::MethodInfo& method = core::methodNamed(request_.params.method.id());
+    return coarse == Coarse::moving && method.whileMoving != nullptr ? quickerControl_ : control_;
 }
 
 /// Of a scene of which nothing has been seen yet: software devices compile the kernels of paths for
@@ -318,7 +330,7 @@ void RenderThread::Loop::takeSamples()
     const bool firstLook = work_.quick() && work_.samples() == 0;
     const std::stop_token stop =
         enter(firstLook ? RenderPhase::coarse : RenderPhase::sampling, "render");
-    work_.advance(*renderer_, request_, work_.shaded() ? shadedControl_ : control_, stop);
+    work_.advance(*renderer_, request_, controlOf(work_.coarse(), work_.shaded()), stop);
     exchange.leave(work_.fraction());
 }
 

@@ -4,6 +4,7 @@
 // tracer finds, unless a parameter that is called biased says otherwise.
 #include "core/methods/many_lights.h"
 
+#include <algorithm>
 #include <array>
 
 #include "core/base/check.h"
@@ -53,6 +54,7 @@ public:
         frame_.reset();
         firstLights_.reset();
         plan_.reset();
+        earlier_.clear();
         takeWorld(accel_, world, progress);
         if (device_) device_->setWorld(std::move(world), progress);
         if (size_.x > 0) reset();
@@ -63,8 +65,8 @@ public:
         CHECK(view.size.x > 0 && view.size.y > 0);
         const auto& params = view.params.as<ManyLightsParams>();
         if (!(params == params_)) {
-            plan_.reset();
-            firstLights_.reset();
+            keepLights();
+            findLights(params);
         }
         params_ = params;
         camera_ = view.camera;
@@ -96,7 +98,16 @@ public:
     RenderStats stats() const override;
 
 private:
+    /// What does not depend on the camera.
+    struct Lights {
+        ManyLightsParams params;
+        many_lights::LightPlan plan;
+        std::shared_ptr<const FrameLights> first;
+    };
+
     void reset();
+    void keepLights();
+    void findLights(const ManyLightsParams& params);
     FrameSettings settings() const;
     bool beginFrame(const std::stop_token& stop);
     void endFrame();
@@ -112,6 +123,7 @@ private:
     std::optional<many_lights::LightPlan> plan_;
     std::shared_ptr<const FrameLights> firstLights_;  // of frame 0, which every view begins with
     bool lightsFromBefore_ = false;                   // they were made for a view before this one
+    std::vector<Lights> earlier_;                     // of other parameters, the latest last
     std::unique_ptr<Frame> frame_;
     Film film_;
     std::mutex countersMutex_;
@@ -130,6 +142,26 @@ void ManyLights::reset()
     seconds_ = 0;
     lightsFromBefore_ = firstLights_ != nullptr;
     ++version_;
+}
+
+/// The parameters change when the camera begins to move, and again when it rests.
+void ManyLights::keepLights()
+{
+    constexpr size_t kMost = 2;
+    if (!plan_ || !firstLights_) return;
+    if (earlier_.size() == kMost) earlier_.erase(earlier_.begin());
+    earlier_.push_back({params_, *plan_, std::move(firstLights_)});
+}
+
+void ManyLights::findLights(const ManyLightsParams& params)
+{
+    plan_.reset();
+    firstLights_.reset();
+    const auto found = std::ranges::find(earlier_, params, &Lights::params);
+    if (found == earlier_.end()) return;
+    plan_ = found->plan;
+    firstLights_ = std::move(found->first);
+    earlier_.erase(found);
 }
 
 FrameSettings ManyLights::settings() const
@@ -351,6 +383,17 @@ ManyLightsParams completedFrame()
 }
 
 }  // namespace
+
+/// No more of everything than the defaults have.
+AnyParams quickerManyLights(const AnyParams& params)
+{
+    constexpr ManyLightsParams kQuick;
+    auto p = params.as<ManyLightsParams>();
+    p.lights = std::min(p.lights, kQuick.lights);
+    p.clusters = std::min(p.clusters, kQuick.clusters);
+    p.receivers = std::min(p.receivers, kQuick.receivers);
+    return p;
+}
 
 std::span<const MethodPreset> manyLightsPresets()
 {

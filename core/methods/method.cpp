@@ -30,6 +30,7 @@ std::span<const MethodInfo> methods()
                    .traits = {.sharesLight = true},
                    .defaults = ManyLightsParams{},
                    .make = makeManyLights,
+                   .whileMoving = quickerManyLights,
                    .presets = manyLightsPresets(),
                    .maps = manyLightsMaps()},
         MethodInfo{.help = "path tracing that learns where light comes from",

@@ -42,6 +42,7 @@ struct MethodInfo {
     AnyParams defaults;
     std::unique_ptr<Renderer> (*make)();  // on the CPU; null: `whyNot` says why there is none
     const char* whyNot = nullptr;
+    AnyParams (*whileMoving)(const AnyParams&) = nullptr;  // quicker ones, of the same light
     std::span<const MethodPreset> presets{};
     std::span<const MapInfo> maps{};
 
@@ -74,6 +75,7 @@ std::span<const MethodPreset> reusePresets();
 std::span<const MapInfo> reuseMaps();
 std::unique_ptr<Renderer> makeManyLights();
 std::span<const MethodPreset> manyLightsPresets();
+AnyParams quickerManyLights(const AnyParams& params);
 std::span<const MapInfo> manyLightsMaps();
 std::unique_ptr<Renderer> makeGuidedPathTracer();
 std::span<const MethodPreset> guidedPresets();

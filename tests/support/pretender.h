@@ -27,6 +27,7 @@ struct Book {
     const core::World* world = nullptr;  // held by the newest renderer
     core::Pace pace;
     core::Start start = core::Start::anew;  // of the newest view
+    core::AnyParams params;                 // of the newest view
     std::vector<glm::uvec2> sizes;          // of every view
     double secondsPerPixel = 0;             // of a sample; 0: at once
     std::deque<std::function<void()>> atMake, atWorld,
@@ -100,6 +101,7 @@ public:
         book_.count(&Book::views);
         const std::lock_guard lock(book_.mutex);
         book_.sizes.push_back(view.size);
+        book_.params = view.params;
         book_.start = start;
         size_ = view.size;
         samples_ = 0;

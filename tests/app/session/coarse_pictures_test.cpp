@@ -147,6 +147,30 @@ TEST_F(CoarsePictures, WhileTheCameraMovesPicturesAreSmallAndNoneIsLost)
     EXPECT_EQ(newest()->samples, 2u);
 }
 
+/// Of what is quicker nothing is concluded for pictures at rest.
+TEST_F(CoarsePictures, WhileTheCameraMovesAMethodMayHaveQuickerParameters)
+{
+    order.params.method =
+        core::ManyLightsParams{.lights = 100000, .clusters = 1000, .receivers = 4};
+    order.params.sppLimit = 1;
+    order.moving = true;
+    start();
+    post();
+    ASSERT_TRUE(until([&] { return newest() && newest()->generation == generation; }));
+    const auto moving = book.get(&Book::params).as<core::ManyLightsParams>();
+    const core::ManyLightsParams quick;
+    EXPECT_EQ(moving.lights, quick.lights);
+    EXPECT_EQ(moving.clusters, quick.clusters);
+    EXPECT_EQ(moving.receivers, quick.receivers);
+    EXPECT_EQ(newest()->params.method, order.params.method)
+        << "what is shown is what was asked for";
+    order.moving = false;
+    post();
+    finished();
+    auto still = order.params.method.as<core::ManyLightsParams>();
+    EXPECT_EQ(book.get(&Book::params).as<core::ManyLightsParams>(), still);
+}
+
 TEST_F(CoarsePictures, ShadedMotionTracesNoPathsAndARestingPictureIsOneOfPaths)
 {
     start();

@@ -62,6 +62,34 @@ TEST(ManyLightsStats, LightsOfEarlierViewsCostNothing)
     EXPECT_GT(number(*renderer, "seconds_lights"), 0);
 }
 
+/// A camera that moves has other parameters than one at rest.
+TEST(ManyLightsStats, LightsOfEarlierParametersCostNothing)
+{
+    const auto world = box();
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    const auto render = [&](uint32_t lights) {
+        core::ManyLightsParams params = few();
+        params.lights = lights;
+        renderer->setView({world->cameras.at(0), {24, 24}, params}, core::Start::anew);
+        renderer->advance({.samples = 1}, {});
+        return renderer->read(core::Reading::mean).mean.pixels;
+    };
+    const std::vector<float> first = render(300), second = render(500);
+    EXPECT_GT(number(*renderer, "seconds_lights"), 0);
+    EXPECT_EQ(render(300), first);
+    EXPECT_EQ(number(*renderer, "seconds_lights"), 0);
+    EXPECT_EQ(render(500), second);
+    EXPECT_EQ(number(*renderer, "seconds_lights"), 0);
+    for (const uint32_t lights : {700u, 900u}) render(lights);
+    EXPECT_EQ(render(300), first);
+    EXPECT_GT(number(*renderer, "seconds_lights"), 0) << "not more than two are kept";
+    EXPECT_NE(render(500), first);
+    renderer->setWorld(world, {});
+    EXPECT_EQ(render(300), first);
+    EXPECT_GT(number(*renderer, "seconds_lights"), 0) << "another scene has other lights";
+}
+
 /// Sums on the CPU until it is told to fail.
 class Failing final : public core::ManyLightsDevice {
 public:

@@ -154,6 +154,9 @@ TEST(PathCpu, MethodsAreFoundByName)
     ASSERT_FALSE(core::methods().empty());
     for (const core::MethodInfo& method : core::methods()) {
         EXPECT_EQ(core::findMethod(method.id()), &method);
+        if (method.whileMoving != nullptr) {
+            EXPECT_EQ(method.whileMoving(method.defaults), method.defaults) << method.id();
+        }
         if (method.make == nullptr)
             EXPECT_STRNE(method.whyNot, nullptr) << method.id();
         else
