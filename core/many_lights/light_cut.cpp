@@ -194,6 +194,37 @@ float clusterBound(const LightNode& node, LightKind kind, const CutQuery& query)
     return bounds[0];
 }
 
+void lightBounds(const LightTree& tree, const CutQuery& query, std::span<float> bounds)
+{
+    const Receiving receiving(query);
+    Lanes lanes{};
+    std::array<uint32_t, kLanes> lights;
+    uint32_t count = 0;
+    const auto flush = [&] {
+        std::array<float, kLanes> found;
+        receiving.bound(lanes, found);
+        for (uint32_t i = 0; i < count; ++i) bounds[lights[i]] = found[i];
+        count = 0;
+    };
+    for (uint32_t k = 0; k < kLightKinds; ++k) {
+        const uint32_t root = tree.roots[k];
+        if (root == shared::kNone) continue;
+        const auto kind = static_cast<LightKind>(k);
+        const size_t size = 2 * size_t(tree.nodes[root].count) - 1;
+        for (const LightNode& node : std::span(tree.nodes).subspan(root, size)) {
+            if (!node.isLeaf()) continue;
+            if (kind == LightKind::directional) {
+                bounds[node.representative] = directionalBound(node, query);
+                continue;
+            }
+            lanes.set(count, node, kind, query.clampDistance);
+            lights[count++] = node.representative;
+            if (count == kLanes) flush();
+        }
+    }
+    flush();
+}
+
 void BoundQueue::clear()
 {
     heads_.fill(shared::kNone);

@@ -31,6 +31,9 @@ struct LightCluster {
 /// too, as if the light were nearer by their spread, though never by more than four times.
 float clusterBound(const LightNode& node, LightKind kind, const CutQuery& query);
 
+/// The bound of every light by itself, at its place in `bounds`.
+void lightBounds(const LightTree& tree, const CutQuery& query, std::span<float> bounds);
+
 /// Nodes by bound, largest first but for an eighth: those whose bounds agree in exponent and three
 /// bits come in the order of a stack. Exact order costs a heap five times the bounds themselves.
 class BoundQueue {

@@ -19,8 +19,7 @@ ReadyTechnique makeTechnique(Technique technique, const TechniqueInput& input,
         ready.columns = std::make_unique<TreeCut>(input.tree, job.gather, input.clusters);
         break;
     case Technique::lightslice:
-        ready.columns = LightSlice::make(job, input.receivers, input.slices, input.slicing,
-                                         input.clusters, stop, rays);
+        ready.columns = LightSlice::make(input, stop, rays);
         break;
     case Technique::rowColumn:
         ready.columns = RowColumn::make(job, input.receivers, input.clusters, stop, rays);

@@ -264,5 +264,31 @@ TEST(LightCut, ClustersAreUnbiasedOverTrees)
     EXPECT_GT(largestTreeScore(true), tests::kScore) << "a planted bias was not seen";
 }
 
+TEST(LightCut, BoundsOfAllLightsAreThoseOfTheirLeaves)
+{
+    const std::vector<VirtualLight> lights = someLights(301, 5);
+    const LightTree tree = treeOf(lights, 1);
+    CutQuery query;
+    query.position = vec3(0.2f, -0.1f, 0.3f);
+    query.normal = glm::normalize(vec3(1, 2, -1));
+    query.cosHalf = 0.8f;
+    query.sinHalf = 0.6f;
+    query.clampDistance = 0.1f;
+    query.spread = 0.05f;
+    std::vector<float> bounds(lights.size(), -1.0f);
+    lightBounds(tree, query, bounds);
+    uint32_t leaves = 0, lit = 0;
+    for (const LightNode& node : tree.nodes) {
+        if (!node.isLeaf()) continue;
+        const uint32_t light = node.representative;
+        EXPECT_EQ(bounds[light], clusterBound(node, lights[light].kind, query));
+        ++leaves;
+        lit += bounds[light] > 0 ? 1u : 0u;
+    }
+    EXPECT_EQ(leaves, lights.size());
+    EXPECT_GT(lit, leaves / 4);
+    EXPECT_LT(lit, leaves);
+}
+
 }  // namespace
 }  // namespace core::many_lights

@@ -132,6 +132,50 @@ TEST(Techniques, WeightsOfRepresentativesAreUnbiased)
     }
 }
 
+/// The camera looks into the middle of a square box: edges of its walls lie on the diagonals of the
+/// picture, and so under the middles of pixels.
+TEST(Techniques, PointsOnTheEdgesOfWallsSeeLight)
+{
+    const Stage stage(asset("cornell-diffuse"), 128, 300);
+    const core::Image image = stage.all();
+    const auto at = [&](uint32_t x, uint32_t y) { return double(image.at(x, y)[1]); };
+    uint32_t edges = 0;
+    for (uint32_t i = 2; i < 20; ++i) {
+        for (const uint32_t x : {i, 127 - i}) {
+            for (const uint32_t y : {i, 127 - i}) {
+                const double beside = std::min(at(x - 1, y), at(x + 1, y));
+                EXPECT_GT(at(x, y), 0.2 * beside) << x << ", " << y;
+                edges += beside > 0 ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_EQ(edges, 72u);
+}
+
+/// What the points of a few neighbours see says little of corners: there the error did not fall.
+TEST(LightSlice, ErrsLessWithMoreClusters)
+{
+    Stage stage(asset("cornell-diffuse"), 96, 1200);
+    stage.settings.clamp = 0.1f;
+    stage.settings.sliceSize = 60;
+    const core::Image exact = stage.all();
+    const auto error = [&](uint32_t clusters) {
+        double sum = 0;
+        for (uint32_t seed = 1; seed <= 4; ++seed) {
+            const core::Image image = stage.image(Technique::lightslice, clusters, 0, seed);
+            for (size_t i = 0; i < image.pixels.size(); ++i) {
+                const double d =
+                    std::min(double(image.pixels[i]), 1.0) - std::min(double(exact.pixels[i]), 1.0);
+                sum += d * d;
+            }
+        }
+        return std::sqrt(sum);
+    };
+    const double few = error(100);
+    EXPECT_LT(error(400), 0.5 * few);
+    EXPECT_LT(error(800), 0.25 * few);
+}
+
 /// The receivers of a frame, as rows.
 struct Rows {
     std::vector<Receiver> receivers;
