@@ -48,7 +48,9 @@ static bool inSteps(const RenderParams& params)
 
 class RenderThread::Loop {
 public:
-    explicit Loop(RendererFactory factory) : factory_(std::move(factory)) {}
+    Loop(RendererFactory factory, std::function<void()> onPicture)
+        : factory_(std::move(factory)), onPicture_(std::move(onPicture))
+    {}
     void run(const core::JobContext& job);
 
     RenderExchange exchange;
@@ -70,12 +72,14 @@ private:
     void warmUp();
     void takeSamples();
     void publish();
+    void handOut(std::shared_ptr<Picture> picture);
     void fail(const std::exception_ptr& failure);
     void suspendUntil(Change until, const std::string& error);
     void dropRenderer();
     std::stop_token enter(RenderPhase phase, const char* stage);
 
     RendererFactory factory_;
+    std::function<void()> onPicture_;
     std::unique_ptr<core::Renderer> renderer_;
     std::shared_ptr<const core::World> world_;  // that the renderer holds
     std::optional<RenderRequest> made_;         // what the renderer was made for
@@ -319,10 +323,7 @@ void RenderThread::Loop::lookFirst()
     const bool known = control_.predict(1, 1) > 0;
     if (known || request_.movingShows == Moving::path) return;
     const std::shared_ptr<Picture> picture = work_.look(*renderer_, request_, shadedControl_);
-    if (!picture) return;
-    picture->generation = generation_;
-    exchange.publishPreview(secondsSince(postedAt_), work_.scale());
-    exchange.publish(picture);
+    if (picture) handOut(picture);
 }
 
 void RenderThread::Loop::takeSamples()
@@ -343,11 +344,16 @@ std::stop_token RenderThread::Loop::enter(RenderPhase phase, const char* stage)
 
 void RenderThread::Loop::publish()
 {
-    const std::shared_ptr<Picture> picture = work_.make(*renderer_, request_);
-    picture->generation = generation_;
+    handOut(work_.make(*renderer_, request_));
     publishDue_ = false;
+}
+
+void RenderThread::Loop::handOut(std::shared_ptr<Picture> picture)
+{
+    picture->generation = generation_;
     if (picture->preview) exchange.publishPreview(secondsSince(postedAt_), work_.scale());
-    exchange.publish(picture);
+    exchange.publish(std::move(picture));
+    if (onPicture_) onPicture_();
 }
 
 void RenderThread::Loop::suspendUntil(Change until, const std::string& error)
@@ -385,8 +391,9 @@ void RenderThread::Loop::fail(const std::exception_ptr& failure)
 
 // --- RenderThread
 
-RenderThread::RenderThread(RendererFactory factory)
-    : loop_(std::make_shared<Loop>(std::move(factory))), worker_("render", kNiceness)
+RenderThread::RenderThread(RendererFactory factory, std::function<void()> onPicture)
+    : loop_(std::make_shared<Loop>(std::move(factory), std::move(onPicture))),
+      worker_("render", kNiceness)
 {
     worker_.start("render", [loop = loop_](core::JobContext& job) { loop->run(job); });
 }

@@ -34,7 +34,9 @@ RendererFactory viewRenderers(const std::filesystem::path& cacheFolder = {});
 
 class RenderThread {
 public:
-    explicit RenderThread(RendererFactory factory = viewRenderers());
+    /// `onPicture` is called on that thread whenever there is a new picture.
+    explicit RenderThread(RendererFactory factory = viewRenderers(),
+                          std::function<void()> onPicture = {});
     ~RenderThread();
 
     /// Takes the order and returns its generation. Without a scene only the renderer is made, so

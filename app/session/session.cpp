@@ -34,7 +34,7 @@ Session::Session(const SessionOptions& options)
       saves_(std::make_shared<SaveQueue>()),
       framingBox_(std::make_shared<core::Mailbox<std::optional<Standpoint>>>()),
       insideBox_(std::make_shared<core::Mailbox<bool>>()), loader_("loader", 5), core_("core", 10),
-      saver_("saver", 5), lookout_("lookout", 5), renderThread_(options.factory)
+      saver_("saver", 5), lookout_("lookout", 5), renderThread_(options.factory, options.onPicture)
 {
     notices.quiet = options.quiet;
     render = options.render;

@@ -70,6 +70,7 @@ struct SessionOptions {
     bool builtIn = false;  // the built-in scene stands in for a first one that cannot be loaded
     std::filesystem::path cacheFolder{};  // of small pictures of scenes; empty: none are kept
     RendererFactory factory = viewRenderers();
+    std::function<void()> onPicture{};  // on another thread: there is a new picture to take
 };
 
 class Session {

@@ -49,6 +49,7 @@ SessionOptions sessionOptions(const ViewOptions& o)
     s.builtIn = true;
     s.cacheFolder = cacheFolder(o);
     s.factory = viewRenderers(cacheFolder(o));
+    s.onPicture = &Window::wake;
     if (!o.noSettings) s.settings = settingsFile();
     return s;
 }
@@ -118,6 +119,7 @@ void FrameLoop::tick()
     }
     takeDrops();
     if (happened) more_ = 3;
+    if (window_.takeExposed()) exposed_ = true;
     const double seconds = std::chrono::duration<double>(Clock::now() - lastTick_).count();
     lastTick_ = Clock::now();
     if (script_ && script_->step(*session_, requests_, window_, secondsNow())) more_ = 2;
@@ -130,24 +132,25 @@ void FrameLoop::tick()
     obey();
 }
 
-/// Sleeps until the next frame is due; an idle window until an event. True when there was one.
+/// Sleeps until the next frame is due, or a picture that may be shown at once is there; an idle
+/// window until an event. True when there was one.
 bool FrameLoop::waitForWork()
 {
-    const double limit =
-        1.0 / static_cast<double>(std::max(session_->settings.view.frameLimit, 1.0f));
-    const double due = std::chrono::duration<double>(lastTick_ - Clock::now()).count() + limit;
+    const std::chrono::duration<double> limit(
+        1.0 / double(std::max(session_->settings.view.frameLimit, 1.0f)));
     const bool idle = !script_ && !session_->busy() && more_ == 0;
-    // Even a late frame waits for a moment: only a wait tells whether there was an event.
-    const double wait = idle ? kIdleTick : std::max(due, 0.001);
-    const Clock::time_point before = Clock::now();
-    window_.poll(wait);
-    const double slept = std::chrono::duration<double>(Clock::now() - before).count();
-    // Events of a hand come faster than frames are wanted.
-    if (slept < due) {
-        std::this_thread::sleep_for(std::chrono::duration<double>(due - slept));
-        window_.poll(0);
+    bool happened = false;
+    // Events of a hand come faster than frames are wanted: what is left is waited for again.
+    for (bool first = true; first || Clock::now() - lastTick_ < limit; first = false) {
+        const Clock::time_point before = Clock::now();
+        const double due = std::chrono::duration<double>(lastTick_ + limit - before).count();
+        // Even a late frame waits for a moment: only a wait tells whether there was an event.
+        const double wait = idle && first ? kIdleTick : std::max(due, 0.001);
+        window_.poll(wait);
+        if (session_->hasNews() && Clock::now() - lastDraw_ >= limit) break;
+        happened |= std::chrono::duration<double>(Clock::now() - before).count() < 0.9 * wait;
     }
-    return slept < 0.9 * wait;
+    return happened;
 }
 
 bool FrameLoop::somethingChanged()
@@ -212,12 +215,31 @@ void FrameLoop::draw(double seconds)
     frame.problem = pictureView_.problem();
     ui_->draw(*session_, requests_, frame);
     gui_->setUiScale(session_->settings.panels.uiScale);
+    if (!isDue(inputs)) return;
+    exposed_ = false;
     present(inputs);
     drawn_ = session_->picture();
     lastDraw_ = Clock::now();
     ++frames_;
     drawSeconds_ = std::chrono::duration<double>(lastDraw_ - begin).count();
     measure(drawSeconds_);
+}
+
+/// Whether a frame that is laid out goes to the window. Pictures of a camera that moves come less
+/// often than motions, and a software device that draws the same again takes the time for it from
+/// them.
+bool FrameLoop::isDue(const DisplayInputs& inputs)
+{
+    const GuiChanges changes = gui_->changes(inputs);
+    if (exposed_ || changes.picture) return true;
+    if (!changes.panels) return false;
+    const ImGuiIO& io = ImGui::GetIO();
+    if (!session_->isMoving() || io.WantCaptureMouse || io.WantCaptureKeyboard) return true;
+    // The hand is at the picture: numbers beside it may wait where drawing is slow.
+    const double since = std::chrono::duration<double>(Clock::now() - lastDraw_).count();
+    if (since > kBusyDraw + 3 * drawSeconds_) return true;
+    more_ = std::max(more_, 1);
+    return false;
 }
 
 void FrameLoop::present(const DisplayInputs& inputs)

@@ -33,6 +33,7 @@ private:
     bool somethingChanged();
     void draw(double seconds);
     void layOutWindow();
+    bool isDue(const DisplayInputs& inputs);
     void present(const DisplayInputs& inputs);
     void measure(double seconds);
     void takeDrops();
@@ -57,8 +58,9 @@ private:
     std::vector<float> frameTimes_;
     std::shared_ptr<const Picture> drawn_;
     uint64_t drawnNotices_ = 0, frames_ = 0;
-    // Frames still to be drawn though nothing happens: what ImGui fades or lays out late
+    // Frames still to be laid out though nothing happens: what ImGui fades or lays out late
     int more_ = 3;
+    bool exposed_ = true;  // what the window shows is lost
     double noticeAt_ = -1e9, drawSeconds_ = 0;
     WindowLayout layout_;
     glm::uvec2 areaCorner_{0}, area_{0};  // of the picture, pixels

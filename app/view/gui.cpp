@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <backends/imgui_impl_vulkan.h>
@@ -66,6 +67,31 @@ void clear(VkCommandBuffer commands, VkImage image)
     transition(commands, image, kCleared, kCopiedTo);
 }
 
+template <class T> size_t hashOf(const ImVector<T>& items)
+{
+    return std::hash<std::string_view>{}(
+        {reinterpret_cast<const char*>(items.Data), size_t(items.size_in_bytes())});
+}
+
+/// Of all triangles and where they are cut off.
+size_t hashOf(const ImDrawData& data)
+{
+    size_t hash = 0;
+    const auto add = [&](size_t more) { hash = (hash ^ more) * 0x9e3779b97f4a7c15u; };
+    for (int i = 0; i < data.CmdListsCount; ++i) {
+        const ImDrawList& list = *data.CmdLists[i];
+        add(hashOf(list.VtxBuffer));
+        add(hashOf(list.IdxBuffer));
+        for (const ImDrawCmd& command : list.CmdBuffer) {
+            const ImVec4& r = command.ClipRect;
+            const std::array<float, 5> numbers{r.x, r.y, r.z, r.w, float(command.ElemCount)};
+            add(std::hash<std::string_view>{}(
+                {reinterpret_cast<const char*>(numbers.data()), sizeof(numbers)}));
+        }
+    }
+    return hash;
+}
+
 /// The picture's area inside a frame of that size.
 std::pair<glm::uvec2, glm::uvec2> areaIn(glm::uvec2 frame, const DisplayInputs& inputs)
 {
@@ -89,6 +115,9 @@ struct Gui::Impl {
     float wantedScale, scale = 0;  // wanted 0: the display's
     DisplayInputs shown;           // what the kernel ran with last
     bool ran = false;
+    bool composed = false;            // ImGui's frame is ended
+    bool missed = true;               // the last frame did not come to the window
+    size_t drawn = 0, presented = 0;  // what ImGui has drawn, as a hash; what is in the window
     glm::uvec2 presentedSize{0};
     GuiStats stats;
 
@@ -112,6 +141,8 @@ struct Gui::Impl {
     void makeTimestamps();
     void readTimestamps(uint32_t slot);
     void applyScale();
+    void compose();
+    bool shows(const DisplayInputs& inputs, glm::uvec2 corner) const;
     void upload(const DisplayInputs& inputs);
     void runKernel(const gpu::WindowFrame& frame, const DisplayInputs& inputs);
     void draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size,
@@ -160,6 +191,22 @@ void Gui::Impl::applyScale()
     checkImgui();
 }
 
+/// Ends ImGui's frame, once.
+void Gui::Impl::compose()
+{
+    if (std::exchange(composed, true)) return;
+    ImGui::Render();
+    drawn = hashOf(*ImGui::GetDrawData());
+}
+
+/// Whether that is what the kernel ran with last.
+bool Gui::Impl::shows(const DisplayInputs& inputs, glm::uvec2 corner) const
+{
+    return ran && inputs.a == shown.a && inputs.b == shown.b && corner == shown.corner &&
+           std::memcmp(&inputs.settings, &shown.settings, sizeof(shown.settings)) == 0 &&
+           inputs.places == shown.places;
+}
+
 /// Images whose pointers changed go to the device.
 void Gui::Impl::upload(const DisplayInputs& inputs)
 {
@@ -181,9 +228,7 @@ void Gui::Impl::runKernel(const gpu::WindowFrame& frame, const DisplayInputs& in
         ran = false;
     }
     shown.corner = corner;
-    const bool same = std::memcmp(&inputs.settings, &shown.settings, sizeof(shown.settings)) == 0 &&
-                      inputs.places == shown.places;
-    if (ran && same) return;
+    if (shows(inputs, corner)) return;
     const uint32_t query = 2 * frame.slot;
     if (timestamps) {
         vk.CmdResetQueryPool(frame.commands, timestamps.get(), query, 2);
@@ -253,17 +298,31 @@ bool Gui::begin()
         return false;
     }
     ImGui::NewFrame();
+    impl_->composed = false;
     return true;
+}
+
+GuiChanges Gui::changes(const DisplayInputs& inputs)
+{
+    Impl& i = *impl_;
+    i.compose();
+    const glm::uvec2 frame = i.window.framebufferSize();
+    if (i.missed || frame != i.presentedSize) return {true, true};
+    const auto [corner, size] = areaIn(frame, inputs);
+    const bool same =
+        size == glm::uvec2(i.display.width(), i.display.height()) && i.shows(inputs, corner);
+    return {!same, i.drawn != i.presented};
 }
 
 void Gui::end(const DisplayInputs& inputs)
 {
     Impl& i = *impl_;
-    ImGui::Render();
+    i.compose();
     i.upload(inputs);
     const uint32_t slot = i.swapchain.nextSlot();
     const std::optional<gpu::WindowFrame> frame = i.swapchain.begin(i.window.framebufferSize());
     i.readTimestamps(slot);  // begin() has waited for these commands
+    i.missed = true;
     if (!frame) {
         ++i.stats.skipped;
         return;
@@ -273,6 +332,8 @@ void Gui::end(const DisplayInputs& inputs)
     if (i.swapchain.end()) {
         ++i.stats.presented;
         i.presentedSize = frame->size;
+        i.presented = i.drawn;
+        i.missed = false;
     } else {
         ++i.stats.skipped;
     }

@@ -32,6 +32,12 @@ struct DisplayInputs {
     glm::uvec2 corner{0}, size{0};  // of that area in the window, pixels; no size: all of it
 };
 
+/// What a frame would change of what stands in the window.
+struct GuiChanges {
+    bool picture = false;  // its place and the window's size included
+    bool panels = false;   // anything that ImGui draws
+};
+
 struct GuiStats {
     // Frames shown, not shown, swapchains made
     uint64_t presented = 0, skipped = 0, swapchains = 0;
@@ -48,6 +54,10 @@ public:
     /// Starts a frame of ImGui; false when there is nothing to draw on (minimised): then skip the
     /// frame.
     bool begin();
+
+    /// Ends ImGui's frame and compares it with the one that was presented last. Where there is
+    /// nothing to change, end() need not follow.
+    GuiChanges changes(const DisplayInputs& inputs);
 
     /// Draws the picture into its area, then what ImGui has been given since begin(), and presents.
     /// Runs the display kernel only when its inputs changed.

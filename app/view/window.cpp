@@ -145,6 +145,9 @@ Window::Window(const std::string& title, glm::uvec2 size)
         auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
         for (int i = 0; i < count; ++i) self.drops_.emplace_back(files[i]);
     });
+    glfwSetWindowRefreshCallback(window_, [](GLFWwindow* window) {
+        static_cast<Window*>(glfwGetWindowUserPointer(window))->exposed_ = true;
+    });
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
         auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
         if (action != GLFW_REPEAT) self.keys_.told(key, action == GLFW_PRESS, modifiers);
@@ -170,6 +173,11 @@ bool Window::displayAvailable(std::string& reason)
     }
     glfwTerminate();
     return true;
+}
+
+bool Window::takeExposed()
+{
+    return std::exchange(exposed_, false);
 }
 
 void Window::poll(double seconds)

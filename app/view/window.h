@@ -44,6 +44,8 @@ public:
     void resize(glm::uvec2 size);  // screen coordinates; at least 1x1
     void setTitle(const std::string& title);
 
+    bool
+    takeExposed();  // whether the display has lost what stood in the window since the last call
     std::vector<std::filesystem::path> takeDrops();  // files dropped since the last call
     std::string clipboard() const;
     void setClipboard(const std::string& text);
@@ -71,6 +73,7 @@ private:
 
     GLFWwindow* window_ = nullptr;
     std::vector<std::filesystem::path> drops_;
+    bool exposed_ = false;
     SentPointer pointer_;
     KeyLatch keys_;
     std::optional<glm::dvec2> handCursor_;

@@ -83,11 +83,6 @@ SHARED_FN uint displayIndexB(DisplaySettings s, uint x, uint y)
                         vec2(s.fromBx, s.fromBy));
 }
 
-SHARED_FN vec3 srgbEncode3(vec3 c)
-{
-    return vec3(srgbEncode(c.x), srgbEncode(c.y), srgbEncode(c.z));
-}
-
 /// A colour map at t in [0, 1] (clamped), as sRGB-encoded values.
 SHARED_FN vec3 displayMap(uint map, float t)
 {
@@ -178,7 +173,7 @@ SHARED_FN vec3 displayNothing()
 
 SHARED_FN vec3 displayRadiance(DisplaySettings s, vec3 radiance)
 {
-    return srgbEncode3(toneMap(expose(radiance, s.exposure), s.tone));
+    return toneEncode(expose(radiance, s.exposure), s.tone);
 }
 
 /// Of kShowPreview: whether b is a guide to a. Bit 3 (dy + 1) + dx + 1 of its values says whether

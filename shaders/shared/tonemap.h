@@ -26,6 +26,11 @@ SHARED_FN float srgbEncode(float x)
     return x <= 0.0031308f ? 12.92f * x : 1.055f * pow(x, 1.0f / 2.4f) - 0.055f;
 }
 
+SHARED_FN vec3 srgbEncode3(vec3 c)
+{
+    return vec3(srgbEncode(c.x), srgbEncode(c.y), srgbEncode(c.z));
+}
+
 SHARED_FN float srgbDecode(float x)
 {
     x = clamp(x, 0.0f, 1.0f);
@@ -60,7 +65,8 @@ SHARED_FN float agxChannel(float x)
     return agxContrast(clamp((stops + 12.47393f) * (1.0f / 16.499999f), 0.0f, 1.0f));
 }
 
-SHARED_FN vec3 toneAgx(vec3 rgb)
+/// As AgX encodes it, with a plain power of 1 / 2.2; in [0, 1].
+SHARED_FN vec3 agxEncoded(vec3 rgb)
 {
     vec3 v = vec3(agxChannel(0.842479062f * rgb.x + 0.0784336f * rgb.y + 0.0792237451f * rgb.z),
                   agxChannel(0.0423282423f * rgb.x + 0.878468636f * rgb.y + 0.0791661275f * rgb.z),
@@ -68,8 +74,21 @@ SHARED_FN vec3 toneAgx(vec3 rgb)
     v = vec3(1.196879005f * v.x - 0.0980208811f * v.y - 0.0990297441f * v.z,
              -0.0528968518f * v.x + 1.15190313f * v.y - 0.0989611768f * v.z,
              -0.0529716355f * v.x - 0.0980434501f * v.y + 1.15107367f * v.z);
-    v = clamp(v, vec3(0.0f), vec3(1.0f));
-    return vec3(pow(v.x, 2.2f), pow(v.y, 2.2f), pow(v.z, 2.2f));  // AgX encodes with a plain 2.2
+    return clamp(v, vec3(0.0f), vec3(1.0f));
+}
+
+SHARED_FN vec3 toneAgx(vec3 rgb)
+{
+    vec3 v = agxEncoded(rgb);
+    return vec3(pow(v.x, 2.2f), pow(v.y, 2.2f), pow(v.z, 2.2f));
+}
+
+/// srgbEncode(x^2.2) by one power, for it is most of what showing a pixel costs.
+SHARED_FN float srgbFromAgx(float x)
+{
+    bool dark = x <= 0.0727213f;  // 0.0031308^(1 / 2.2)
+    float y = pow(x, dark ? 2.2f : 2.2f / 2.4f);
+    return dark ? 12.92f * y : 1.055f * y - 0.055f;
 }
 
 SHARED_FN vec3 toneNeutral(vec3 rgb)
@@ -90,12 +109,18 @@ SHARED_FN vec3 toneNeutral(vec3 rgb)
     return v * (1.0f - white) + vec3(newPeak * white);
 }
 
-/// A curve applied to linear Rec.709; negative and NaN channels count as zero, infinite ones as
-/// very bright.
+/// Negative and NaN channels count as zero, infinite ones as very bright.
+SHARED_FN vec3 toneInput(vec3 rgb)
+{
+    return vec3(rgb.x > 0.0f ? min(rgb.x, 1.0e12f) : 0.0f,
+                rgb.y > 0.0f ? min(rgb.y, 1.0e12f) : 0.0f,
+                rgb.z > 0.0f ? min(rgb.z, 1.0e12f) : 0.0f);
+}
+
+/// A curve applied to linear Rec.709 of any values.
 SHARED_FN vec3 toneMap(vec3 rgb, uint curve)
 {
-    rgb = vec3(rgb.x > 0.0f ? min(rgb.x, 1.0e12f) : 0.0f, rgb.y > 0.0f ? min(rgb.y, 1.0e12f) : 0.0f,
-               rgb.z > 0.0f ? min(rgb.z, 1.0e12f) : 0.0f);
+    rgb = toneInput(rgb);
     vec3 v = rgb;
     if (curve == kToneAces) {
         v = toneAces(rgb);
@@ -105,6 +130,16 @@ SHARED_FN vec3 toneMap(vec3 rgb, uint curve)
         v = toneNeutral(rgb);
     }
     return clamp(v, vec3(0.0f), vec3(1.0f));
+}
+
+/// The same, sRGB-encoded.
+SHARED_FN vec3 toneEncode(vec3 rgb, uint curve)
+{
+    if (curve == kToneAgx) {
+        vec3 v = agxEncoded(toneInput(rgb));
+        return vec3(srgbFromAgx(v.x), srgbFromAgx(v.y), srgbFromAgx(v.z));
+    }
+    return srgbEncode3(toneMap(rgb, curve));
 }
 
 SHARED_END

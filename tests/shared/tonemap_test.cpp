@@ -95,11 +95,13 @@ TEST(Tonemap, curvesAgreeWithDouble)
             for (Color c : {Color{x, x, x}, Color{x, 0.3 * x, 0.02 * x}, Color{0, 0, x}}) {
                 Color wanted = reference(c, curve);
                 vec3 got = shared::toneMap(vec3(c[0], c[1], c[2]), curve);
+                const vec3 encoded = shared::toneEncode(vec3(c[0], c[1], c[2]), curve);
                 for (int k = 0; k < 3; ++k) {
                     // Compared as shown: after the transfer function.
                     double shown = static_cast<double>(shared::srgbEncode(got[k]));
-                    EXPECT_NEAR(shown, encodeDouble(wanted[static_cast<std::size_t>(k)]),
-                                kTolerance)
+                    const double expected = encodeDouble(wanted[static_cast<std::size_t>(k)]);
+                    EXPECT_NEAR(shown, expected, kTolerance) << "curve " << curve << " at " << x;
+                    EXPECT_NEAR(encoded[k], expected, kTolerance)
                         << "curve " << curve << " at " << x;
                 }
             }
@@ -154,8 +156,9 @@ TEST(Tonemap, survivesWhatIsNotANumber)
     float nan = std::numeric_limits<float>::quiet_NaN();
     for (uint curve = 0; curve < 4; ++curve) {
         for (vec3 c : {vec3(inf), vec3(nan), vec3(-1), vec3(1e30f, 0, -inf), vec3(3e38f, nan, 1)}) {
-            vec3 r = shared::toneMap(c, curve);
-            for (int k = 0; k < 3; ++k) EXPECT_TRUE(r[k] >= 0 && r[k] <= 1) << curve << ' ' << r[k];
+            for (const vec3 r : {shared::toneMap(c, curve), shared::toneEncode(c, curve)})
+                for (int k = 0; k < 3; ++k)
+                    EXPECT_TRUE(r[k] >= 0 && r[k] <= 1) << curve << ' ' << r[k];
         }
     }
 }

@@ -24,6 +24,7 @@ using Clock = std::chrono::steady_clock;
 struct Book {
     mutable std::mutex mutex;
     int made = 0, worlds = 0, preparations = 0, views = 0, advances = 0;
+    int pictures = 0;                    // that were announced
     const core::World* world = nullptr;  // held by the newest renderer
     core::Pace pace;
     core::Start start = core::Start::anew;  // of the newest view
@@ -194,7 +195,11 @@ protected:
     void start()
     {
         thread = std::make_unique<app::RenderThread>(
-            [this](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); });
+            [this](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); },
+            [this] {
+                const std::lock_guard lock(book.mutex);
+                ++book.pictures;
+            });
     }
     /// What has been done since the last call: renderers made, worlds and views set.
     std::array<int, 3> work()

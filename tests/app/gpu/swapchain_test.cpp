@@ -212,6 +212,44 @@ TEST_F(SwapchainTest, LossOfTheDeviceIsAnErrorAndTheEndIsClean)
     }
 }
 
+/// A frame that would change nothing need not be drawn; one that did not come to the window does.
+TEST_F(SwapchainTest, TellsWhatAFrameWouldChange)
+{
+    Window window("test", {200, 120});
+    Gui gui(window, {.validation = true});
+    app::DisplayInputs inputs = tests::inputsOf(tests::flat(16, 9, {0.5f, 0.2f, 0.05f}));
+    const auto turn = [&](const char* text, bool show) {
+        window.poll(0);
+        EXPECT_TRUE(gui.begin());
+        ImGui::GetForegroundDrawList()->AddText({70, 10}, IM_COL32_WHITE, text);
+        const app::GuiChanges changes = gui.changes(inputs);
+        if (show) gui.end(inputs);
+        return std::pair(changes.picture, changes.panels);
+    };
+    const std::pair all(true, true), nothing(false, false), panels(false, true),
+        picture(true, false);
+    EXPECT_EQ(turn("a", true), all);
+    EXPECT_EQ(turn("a", false), nothing);
+    EXPECT_EQ(turn("a", true), nothing);
+    EXPECT_EQ(turn("b", false), panels);
+    EXPECT_EQ(turn("a", false), nothing);
+    EXPECT_EQ(turn("b", true), panels);
+    EXPECT_EQ(turn("b", false), nothing);
+    inputs.a = tests::flat(16, 9, {0.5f, 0.2f, 0.05f});
+    EXPECT_EQ(turn("b", false), picture);
+    EXPECT_EQ(turn("b", true), picture);
+    inputs.settings.exposure = 1;
+    EXPECT_EQ(turn("b", true), picture);
+    inputs.corner = {10, 10};
+    inputs.size = {100, 60};
+    EXPECT_EQ(turn("b", true), picture);
+    EXPECT_EQ(turn("b", false), nothing);
+    acquire = {.result = VK_TIMEOUT, .at = 0};
+    EXPECT_EQ(turn("c", true), panels);
+    EXPECT_EQ(turn("c", true), all) << "the frame before was not shown";
+    EXPECT_EQ(turn("c", false), nothing);
+}
+
 /// V9: no area, no swapchain, no frame; then it goes on.
 TEST_F(SwapchainTest, NoAreaNoFrame)
 {

@@ -32,9 +32,12 @@ TEST_F(RenderThread, RendersUpToTheLimitAndRests)
     EXPECT_EQ(work(), (Work{1, 1, 1}));
     ASSERT_TRUE(until([&] { return thread->status().stage == "idle"; }));
     EXPECT_FALSE(thread->status().rendering);
-    const int advances = book.get(&Book::advances);
+    const int advances = book.get(&Book::advances), pictures = book.get(&Book::pictures);
+    EXPECT_GE(pictures, 1);
+    EXPECT_LE(pictures, advances);
     std::this_thread::sleep_for(30ms);
     EXPECT_EQ(book.get(&Book::advances), advances);
+    EXPECT_EQ(book.get(&Book::pictures), pictures);
     EXPECT_EQ(newest(), picture);
 }
 
@@ -46,6 +49,7 @@ TEST_F(RenderThread, WithoutASceneThereIsARendererAndNothingElse)
     std::this_thread::sleep_for(20ms);
     EXPECT_EQ(work(), (Work{1, 0, 0}));
     EXPECT_EQ(newest(), nullptr);
+    EXPECT_EQ(book.get(&Book::pictures), 0);
     EXPECT_EQ(thread->status().stage, "idle");
     order.world = world;
     post();
