@@ -137,10 +137,14 @@ bool PathBatches::takeChoice()
 }
 
 /// On one small batch from the middle of the image, twice, in turns, the results thrown away: once
-/// per kind of work, so that neither moving nor editing is held up by it.
+/// per kind of work, so that neither moving nor editing is held up by it. Of two turns the first
+/// may hold a software driver's own compilation, which comes with the first dispatch.
 void PathBatches::chooseKernel(double seconds)
 {
     if (takeChoice() || choice_->lanes <= kLanesBeforeMeasuring) return;
+    bounce_.compileBeside(work_.constants);
+    megakernel_.compileBeside(work_.constants);
+    if (!bounce_.isCompiled(work_.constants) || !megakernel_.isCompiled(work_.constants)) return;
     const uint32_t tiles = work_.frame->tileCount();
     const uint32_t count = std::min({tiles, kMeasuredLanes / shared::kGroupSize,
                                      std::max(lanes(seconds) / (2 * shared::kGroupSize), 1u)});
@@ -149,7 +153,6 @@ void PathBatches::chooseKernel(double seconds)
     double best[2] = {1e30, 1e30};
     for (int round = 0; round < 4; ++round) {
         wavefront_ = round % 2 == 0;
-        compile(nothing);  // not what is measured
         best[round % 2] = std::min(best[round % 2], run(batch, nothing));
     }
     choice_->wavefront = best[0] <= best[1];

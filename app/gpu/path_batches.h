@@ -73,7 +73,8 @@ public:
     double prepare(const PathWork& work, const Then& then);
 
     /// Measures which kernel is the faster one, if that is open and enough has been traced of this
-    /// view for it to pay; `seconds` is what a batch may take.
+    /// view for it to pay; `seconds` is what a batch may take. The second kernel is compiled beside
+    /// what is traced until then.
     void chooseKernel(double seconds);
 
     /// Lanes that a batch may have to take `seconds`.

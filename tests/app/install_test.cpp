@@ -72,9 +72,11 @@ TEST_F(Cli, WhatIsMissingIsNamedWhereThereIsNoAptGet)
     const Result missing = run(install);
     EXPECT_EQ(missing.code, 1);
     EXPECT_TRUE(contains(missing.err, "glslang-tools: shader compiler")) << missing.err;
+    EXPECT_TRUE(contains(missing.err, "spirv-tools: shader optimiser")) << missing.err;
     EXPECT_TRUE(contains(missing.err, "pacman -S "));
     EXPECT_FALSE(contains(missing.err, "cmake:"));
     offer("glslangValidator");
+    offer("spirv-opt");
     const Result enough = run(install);
     EXPECT_EQ(enough.code, 0) << enough.err;
     EXPECT_EQ(enough.err, "");

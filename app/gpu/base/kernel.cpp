@@ -3,6 +3,7 @@
 #include "app/gpu/base/kernel.h"
 
 #include <algorithm>
+#include <chrono>
 
 namespace gpu {
 
@@ -35,7 +36,10 @@ KernelBase::KernelBase(Device& device, std::span<const uint32_t> spirv,
 
 bool KernelBase::isCompiled(std::span<const uint32_t> constants) const
 {
-    return pipelines_.contains({constants.begin(), constants.end()});
+    const std::vector<uint32_t> key(constants.begin(), constants.end());
+    if (beside_.valid() && besideKey_ == key)
+        return beside_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    return pipelines_.contains(key);
 }
 
 const Pipeline& KernelBase::pipeline(uint32_t first, std::span<const uint32_t> constants)
@@ -43,8 +47,23 @@ const Pipeline& KernelBase::pipeline(uint32_t first, std::span<const uint32_t> c
     const std::vector<uint32_t> key(constants.begin(), constants.end());
     const auto found = pipelines_.find(key);
     if (found != pipelines_.end()) return found->second;
-    Pipeline made(device_, layout_.get(), spirv_, {first, constants});
+    device_.requireAlive();
+    Pipeline made = beside_.valid() && besideKey_ == key
+                        ? beside_.get()
+                        : Pipeline(device_, layout_.get(), spirv_, {first, constants});
     return pipelines_.emplace(key, std::move(made)).first->second;
+}
+
+/// One at a time: of what is under way for other constants, the end is waited for and forgotten.
+void KernelBase::compileBeside(uint32_t first, std::span<const uint32_t> constants)
+{
+    std::vector<uint32_t> key(constants.begin(), constants.end());
+    if (pipelines_.contains(key) || (beside_.valid() && besideKey_ == key)) return;
+    device_.requireAlive();
+    besideKey_ = key;
+    beside_ = std::async(std::launch::async, [this, first, key = std::move(key)] {
+        return Pipeline(device_, layout_.get(), spirv_, {first, key});
+    });
 }
 
 void KernelBase::prepare(VkCommandBuffer commands, const Pipeline& pipeline, const KernelSets& sets,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <future>
 #include <map>
 #include <type_traits>
 #include <vector>
@@ -32,6 +33,7 @@ public:
 protected:
     bool isCompiled(std::span<const uint32_t> constants) const;
     const Pipeline& pipeline(uint32_t first, std::span<const uint32_t> constants);
+    void compileBeside(uint32_t first, std::span<const uint32_t> constants);
     void prepare(VkCommandBuffer commands, const Pipeline& pipeline, const KernelSets& sets,
                  const void* push) const;
 
@@ -43,6 +45,8 @@ private:
     SetLayout own_;
     Handle<VkPipelineLayout, &Api::DestroyPipelineLayout> layout_;
     std::map<std::vector<uint32_t>, Pipeline> pipelines_;
+    std::vector<uint32_t> besideKey_;  // constants of what is made beside
+    std::future<Pipeline> beside_;     // last: the thread borrows what is above
 };
 
 /// Of kernels that are not specialised.
@@ -73,13 +77,17 @@ public:
     }
 
     /// The pipeline for these constants, made when it is first asked for. It stays where it is.
+    /// Throws core::Error (noDevice) when the driver does not compile it.
     const Pipeline& pipeline(const Constants& constants = {})
     {
-        if constexpr (std::is_empty_v<Constants>) {
-            return KernelBase::pipeline(0, {});
-        } else {
-            return KernelBase::pipeline(Constants::kFirst, valuesOf(constants));
-        }
+        return KernelBase::pipeline(first(), valuesOf(constants));
+    }
+
+    /// Begins to make that pipeline on another thread; isCompiled() is true when it is there, or
+    /// could not be made, which pipeline() then throws.
+    void compileBeside(const Constants& constants = {})
+    {
+        KernelBase::compileBeside(first(), valuesOf(constants));
     }
 
     /// Records one dispatch. Barriers are the caller's.
@@ -100,6 +108,15 @@ public:
     }
 
 private:
+    static constexpr uint32_t first()
+    {
+        if constexpr (std::is_empty_v<Constants>) {
+            return 0;
+        } else {
+            return Constants::kFirst;
+        }
+    }
+
     static std::span<const uint32_t> valuesOf(const Constants& constants)
     {
         if constexpr (std::is_empty_v<Constants>) {

@@ -62,7 +62,6 @@ std::vector<std::byte> contents(const Device& device, const CacheHandle& cache)
 Pipeline::Pipeline(const Device& device, VkPipelineLayout layout, std::span<const uint32_t> spirv,
                    const ConstantValues& constants)
 {
-    device.requireAlive();
     VkShaderModuleCreateInfo module{};
     module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
     module.codeSize = spirv.size_bytes();

@@ -17,7 +17,8 @@ struct ConstantValues {
 class Pipeline {
 public:
     Pipeline() = default;
-    /// Throws core::Error (noDevice) when the driver does not compile it.
+    /// On any thread, while the device is there. Throws core::Error (noDevice) when the driver does
+    /// not compile it.
     Pipeline(const Device& device, VkPipelineLayout layout, std::span<const uint32_t> spirv,
              const ConstantValues& constants);
     VkPipeline get() const { return pipeline_.get(); }

@@ -1,14 +1,17 @@
 // What kernels say of themselves against what the host gives them: bindings, push constants and the
-// numbers in shared/bindings.h, for every kernel of the program; and texts that are no kernels.
+// numbers in shared/bindings.h, for every kernel of the program; texts that are no kernels; and
+// kernels compiled beside other work (V14).
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 #include <string>
+#include <thread>
 
 #include "app/gpu/base/kernel.h"
 #include "app/gpu/window/display.h"
 #include "shared/virtual_light.h"
+#include "tests/support/vulkan_faults.h"
 
 #include "spirv/accumulate.h"
 #include "spirv/bench_any.h"
@@ -135,6 +138,43 @@ TEST(Kernel, PipelinesAreMadeOncePerConstants)
     EXPECT_FALSE(kernel.isCompiled(choices));
     EXPECT_NE(&kernel.pipeline(choices), &first);
     EXPECT_EQ(&kernel.pipeline({}), &first);
+}
+
+TEST(Kernel, PipelinesAreMadeBesideOtherWork)
+{
+    gpu::Device device({});
+    gpu::Kernel<shared::DisplaySettings, gpu::DisplayChoices> kernel(device, k_display);
+    const gpu::DisplayChoices choices;
+    kernel.compileBeside(choices);
+    kernel.compileBeside(choices);  // is under way
+    while (!kernel.isCompiled(choices)) std::this_thread::yield();
+    const gpu::Pipeline& made = kernel.pipeline(choices);
+    EXPECT_NE(made.get(), VkPipeline(VK_NULL_HANDLE));
+    EXPECT_EQ(&kernel.pipeline(choices), &made);
+    kernel.compileBeside(choices);  // is there
+    EXPECT_TRUE(kernel.isCompiled(choices));
+
+    gpu::DisplayChoices other;
+    other.swapped = 1;
+    kernel.compileBeside(other);
+    EXPECT_NE(kernel.pipeline(other).get(), made.get());  // waits for it
+    other.swapped = 0;
+    other.map = 1;
+    kernel.compileBeside(other);  // nobody asks for it: ended with the kernel
+}
+
+TEST(Kernel, WhatIsNotCompiledBesideIsReported)
+{
+    gpu::Device device({});
+    gpu::Kernel<shared::DisplaySettings, gpu::DisplayChoices> kernel(device, k_display);
+    {
+        tests::VulkanFaults faults;
+        faults.fail<&gpu::Api::CreateComputePipelines>(VK_ERROR_UNKNOWN);
+        kernel.compileBeside();
+        while (!kernel.isCompiled()) std::this_thread::yield();
+    }
+    EXPECT_THROW(kernel.pipeline(), core::Error);
+    EXPECT_NE(kernel.pipeline().get(), VkPipeline(VK_NULL_HANDLE));  // anew
 }
 
 TEST(Kernel, WhatIsNoKernelIsRefused)
