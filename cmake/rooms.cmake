@@ -40,7 +40,9 @@ room(app/version SEES core/base core/trace app/base app/gpu/base FOREIGN CLI/ dr
 room(app/args SEES ${core} app/base app/lab app/methods app/version FOREIGN CLI/)
 room(app/files SEES ${core} app/base app/methods app/args FOREIGN nlohmann/)
 room(app/commands SEES ${core} app/base app/args app/files app/lab app/methods app/gpu/base FOREIGN nlohmann/)
-room(app/session SEES ${core} core/trace app/base app/report app/methods app/args app/files FOREIGN nlohmann/)
+room(app/camera SEES ${base} core/scene core/trace app/base app/files)
+room(app/pictures SEES ${core} app/report app/methods app/args app/files)
+room(app/session SEES ${core} core/trace app/base app/report app/args app/files app/camera app/pictures FOREIGN nlohmann/)
 set(bench ${base} core/image core/scene core/methods app/base app/args app/files app/report app/bench)
 room(app/bench SEES ${base} core/image core/scene core/trace app/base app/version app/args app/files app/report app/methods app/gpu/base
      FOREIGN nlohmann/)
@@ -50,7 +52,8 @@ room(app/bench/guiding SEES ${bench} FOREIGN nlohmann/)
 room(app/bench/light SEES ${bench} FOREIGN nlohmann/)
 room(app/bench/many_lights SEES ${bench} core/completion core/many_lights app/version FOREIGN nlohmann/)
 room(app/view/imgui SEES core/base app/gpu/base FOREIGN GLFW/ imgui backends/)
-room(app/view/ui SEES ${core} app/base app/report app/methods app/files app/session app/gpu/base app/view/imgui FOREIGN imgui nlohmann/)
+room(app/view/ui SEES ${core} app/base app/report app/methods app/files app/camera app/pictures app/session app/gpu/base
+     app/view/imgui FOREIGN imgui nlohmann/)
 room(app/view SEES ${core} app/base app/args app/files app/commands app/session app/view/imgui app/view/ui app/gpu/base
      app/gpu/window FOREIGN GLFW/ imgui backends/ nlohmann/ vulkan/)
 room(app SEES core/base app/args app/bench/throughput app/bench/flythrough app/bench/guiding app/bench/light

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "app/session/picture.h"
+#include "app/pictures/picture.h"
 #include "app/session/session_jobs.h"
 
 namespace app {

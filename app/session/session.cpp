@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "app/files/load.h"
+#include "app/pictures/save_picture.h"
 #include "app/session/pending_saves.h"
 #include "app/session/replay.h"
-#include "app/session/save_picture.h"
 #include "app/session/session_jobs.h"
 #include "core/base/check.h"
 

@@ -5,8 +5,8 @@
 #include "app/files/camera_file.h"
 
 #include "app/base/json_file.h"
+#include "app/camera/surroundings.h"
 #include "app/session/session.h"
-#include "app/session/surroundings.h"
 #include "core/base/check.h"
 #include "core/trace/pick.h"
 #include <nlohmann/json.hpp>

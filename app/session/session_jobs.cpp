@@ -5,7 +5,7 @@
 
 #include "app/base/files.h"
 #include "app/files/load.h"
-#include "app/session/save_picture.h"
+#include "app/pictures/save_picture.h"
 #include "core/base/check.h"
 #include "core/methods/method.h"
 

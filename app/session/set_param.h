@@ -9,7 +9,7 @@
 
 #include "app/base/nearest.h"
 #include "app/files/params_json.h"
-#include "app/session/picture.h"
+#include "app/pictures/picture.h"
 #include "core/base/check.h"
 #include "core/base/params.h"
 #include "core/methods/method.h"

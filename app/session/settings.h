@@ -10,7 +10,7 @@
 
 #include <glm/glm.hpp>
 
-#include "app/session/view_params.h"
+#include "app/pictures/view_params.h"
 #include "core/methods/method.h"
 
 namespace app {

@@ -4,7 +4,7 @@
 
 #include <glm/glm.hpp>
 
-#include "app/session/view_params.h"
+#include "app/pictures/view_params.h"
 #include "core/scene/camera.h"
 
 namespace app {

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/session/render_thread.h"
+#include "app/pictures/render_thread.h"
 #include "tests/support/fake_estimate.h"
 
 namespace tests {

@@ -4,7 +4,7 @@
 
 #include <type_traits>
 
-#include "app/session/param_defaults.h"
+#include "app/pictures/param_defaults.h"
 #include "app/view/ui/ui_fields.h"
 
 namespace app {

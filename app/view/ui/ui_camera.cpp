@@ -5,7 +5,7 @@
 
 #include <glm/gtc/constants.hpp>
 
-#include "app/session/lens.h"
+#include "app/camera/lens.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {

@@ -1,7 +1,7 @@
 // Sections of the panel: method, device and parameters; when a picture is done.
 #include <algorithm>
 
-#include "app/session/error_text.h"
+#include "app/pictures/error_text.h"
 #include "app/view/ui/ui_parts.h"
 #include "core/methods/method.h"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/session/error_text.h"
+#include "app/pictures/error_text.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {

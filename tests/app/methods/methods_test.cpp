@@ -6,7 +6,7 @@
 
 #include "app/files/params_json.h"
 #include "app/files/stats.h"
-#include "app/session/reference_job.h"
+#include "app/pictures/reference_job.h"
 #include "app/session/replay.h"
 #include "app/session/set_param.h"
 #include "core/base/check.h"

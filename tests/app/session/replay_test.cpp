@@ -15,7 +15,7 @@
 #include "app/files/camera_file.h"
 #include "app/files/load.h"
 #include "app/files/params_json.h"
-#include "app/session/save_picture.h"
+#include "app/pictures/save_picture.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
 #include "core/image/film.h"

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/session/save_picture.h"
+#include "app/pictures/save_picture.h"
 #include "app/view/picture_view.h"
 #include "core/base/check.h"
 #include "core/image/flip.h"

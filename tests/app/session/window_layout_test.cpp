@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/session/navigation.h"
+#include "app/camera/navigation.h"
 
 namespace {
 

@@ -1,0 +1,22 @@
+// Errors as the window shows them: with as many digits as the standard error leaves, and with the
+// reference's own noise where it makes up a part that shows.
+#pragma once
+
+#include <string>
+
+#include "app/pictures/picture.h"
+
+namespace app {
+
+/// "0.119 ± 0.001". Where the reference's noise has a share that shows (more than the standard
+/// error and half a per cent): "≤ 0.119, reference noise 0.114". `noise` 0: none, or unknown.
+std::string rmseText(double rmse, double standardError, double noise);
+
+/// Whether rmseText says "≤".
+bool noiseShows(double rmse, double standardError, double noise);
+
+/// The same with the error's name, for a point of the curve of errors: "RMSE ..." against a
+/// reference, "noise 0.12" from the samples' own spread, or nothing.
+std::string errorText(const ErrorPoint& point, double noise);
+
+}  // namespace app

@@ -1,0 +1,126 @@
+// See preview_shading.h.
+#include "app/pictures/preview_shading.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/tonemap.h"
+
+namespace app {
+
+namespace {
+
+constexpr float kDarkest = 0.15f;  // of a surface seen edge on
+constexpr float kGrey = 0.1f;      // share of grey in reflectances: black things are seen, too
+const glm::vec3 kEmptySpace(0.03f), kEmitter(1.5f);
+
+glm::vec3 vectorAt(const core::Image& image, uint32_t x, uint32_t y)
+{
+    const float* v = image.at(x, y);
+    return {v[0], v[1], v[2]};
+}
+
+/// Directions of pixels.
+class Rays {
+public:
+    Rays(const core::Camera& camera, uint32_t width, uint32_t height) : camera_(camera)
+    {
+        const double half = camera.orthographic ? 0 : std::tan(0.5 * camera.yfov);
+        up_ = half * camera.up;
+        right_ = half * width / height * glm::cross(camera.forward, camera.up);
+        pixel_ = {2.0 / width, 2.0 / height};
+    }
+    glm::vec3 direction(uint32_t x, uint32_t y) const
+    {
+        const double u = (x + 0.5) * pixel_.x - 1, v = 1 - (y + 0.5) * pixel_.y;
+        return glm::vec3(glm::normalize(camera_.forward + u * right_ + v * up_));
+    }
+
+private:
+    const core::Camera& camera_;
+    glm::dvec3 right_, up_;
+    glm::dvec2 pixel_;
+};
+
+/// What a lamp at the camera makes of the surface in a pixel.
+glm::vec3 lit(const core::Aovs& aovs, const Rays& rays, uint32_t x, uint32_t y)
+{
+    const float facing = std::abs(glm::dot(vectorAt(aovs.normal, x, y), rays.direction(x, y)));
+    return (kDarkest + (1 - kDarkest) * facing) *
+           glm::mix(vectorAt(aovs.albedo, x, y), glm::vec3(0.5f), kGrey);
+}
+
+bool oneSurface(const core::Aovs& aovs, glm::uvec2 p, glm::uvec2 q)
+{
+    const float a = *aovs.depth.at(p.x, p.y), b = *aovs.depth.at(q.x, q.y);
+    if (!(a > 0) || !(b > 0)) return !(a > 0) && !(b > 0);
+    const float turn = glm::dot(vectorAt(aovs.normal, p.x, p.y), vectorAt(aovs.normal, q.x, q.y));
+    return std::max(a, b) < 1.25f * std::min(a, b) && turn > 0.9f;
+}
+
+void store(core::Image& image, uint32_t x, uint32_t y, glm::vec3 value)
+{
+    for (int c = 0; c < 3; ++c) image.at(x, y)[c] = value[c];
+}
+
+}  // namespace
+
+bool fits(const core::Aovs& aovs, const core::Image& image)
+{
+    const auto same = [&](const core::Image& other, uint32_t channels) {
+        return other.width == image.width && other.height == image.height &&
+               other.channels == channels && !other.pixels.empty();
+    };
+    return same(aovs.depth, 1) && same(aovs.normal, 3) && same(aovs.albedo, 3) && same(aovs.ids, 3);
+}
+
+core::Image litFromCamera(const core::Aovs& aovs, const core::Camera& camera)
+{
+    core::Image image(aovs.depth.width, aovs.depth.height, 3);
+    const Rays rays(camera, image.width, image.height);
+    for (uint32_t y = 0; y < image.height; ++y)
+        for (uint32_t x = 0; x < image.width; ++x) {
+            const bool nothing = !(*aovs.depth.at(x, y) > 0);
+            const bool emits = aovs.ids.at(x, y)[2] >= 0;
+            store(image, x, y, nothing ? kEmptySpace : emits ? kEmitter : lit(aovs, rays, x, y));
+        }
+    return image;
+}
+
+void fillUnlit(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera)
+{
+    double sum = 0;
+    const size_t count = size_t(mean.width) * mean.height;
+    for (size_t i = 0; i < count; ++i) {
+        const float* p = &mean.pixels[3 * i];
+        const float luminance = shared::luminance({p[0], p[1], p[2]});
+        if (std::isfinite(luminance)) sum += static_cast<double>(luminance);
+    }
+    const auto level = static_cast<float>(sum / static_cast<double>(count));
+    if (!(level > 0)) return;
+    const Rays rays(camera, mean.width, mean.height);
+    for (uint32_t y = 0; y < mean.height; ++y)
+        for (uint32_t x = 0; x < mean.width; ++x)
+            if (*aovs.depth.at(x, y) > 0 && vectorAt(mean, x, y) == glm::vec3(0))
+                store(mean, x, y, level * lit(aovs, rays, x, y));
+}
+
+core::Image surfaceGuide(const core::Aovs& aovs)
+{
+    const auto width = static_cast<int>(aovs.depth.width);
+    const auto height = static_cast<int>(aovs.depth.height);
+    core::Image guide(aovs.depth.width, aovs.depth.height, 1);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            uint32_t bits = 0;
+            for (int i = 0; i < 9; ++i) {
+                const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
+                if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
+                if (oneSurface(aovs, {x, y}, {nx, ny})) bits |= 1u << i;
+            }
+            *guide.at(uint32_t(x), uint32_t(y)) = static_cast<float>(bits);
+        }
+    return guide;
+}
+
+}  // namespace app

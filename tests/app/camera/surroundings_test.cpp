@@ -1,0 +1,98 @@
+// What is around a place, in scenes where it is known: rooms, solids, the open.
+#include "app/camera/surroundings.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "core/gltf/gltf.h"
+#include "tests/support/test_scenes.h"
+
+namespace {
+
+using glm::dvec3;
+
+core::Material grey(bool doubleSided = false)
+{
+    core::Material material;
+    if (doubleSided) material.data.flags |= shared::kMaterialDoubleSided;
+    return material;
+}
+
+/// A solid ball of radius 1 beside a room of 4 x 4 x 4 about (6, 0, 0), in which a box stands on
+/// the floor.
+std::shared_ptr<const core::World> ballAndRoom(bool doubleSided)
+{
+    tests::SceneBuilder builder;
+    const int material = builder.material(grey(doubleSided));
+    builder.sphere({0, 0, 0}, 1, 4, material);
+    builder.box({4, -2, -2}, {8, 2, 2}, material, true);
+    builder.box({4.5f, -2, -1}, {5.9f, -0.5f, 1}, material, false);
+    return builder.world();
+}
+
+dvec3 placed(const core::World& world, dvec3 point)
+{
+    return world.placement.toWorld(point);
+}
+
+TEST(Surroundings, InsideASolidIsToldFromRoomsAndTheOpen)
+{
+    for (const bool doubleSided : {true, false}) {
+        const auto world = ballAndRoom(doubleSided);
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> unit(-1, 1);
+        for (int i = 0; i < 100; ++i) {
+            const dvec3 p(unit(random), unit(random), unit(random));
+            const double length = glm::length(p);
+            if (length < 0.95) {
+                EXPECT_TRUE(app::insideSolid(*world, placed(*world, p))) << i;
+            }
+            const dvec3 outside = (1.05 + 2 * std::abs(p.x)) / length * p;
+            if (outside.x < 3.9) {
+                EXPECT_FALSE(app::insideSolid(*world, placed(*world, outside))) << i;
+            }
+            const dvec3 inRoom = dvec3(6, 0.4, 0) + dvec3(0.9, 0.7, 1.2) * p;
+            EXPECT_FALSE(app::insideSolid(*world, placed(*world, inRoom))) << i;
+            const dvec3 inBox = dvec3(5.2, -1, 0) + dvec3(0.6, 0.4, 0.9) * p;
+            EXPECT_TRUE(app::insideSolid(*world, placed(*world, inBox)))
+                << i << ": though the floor that it stands on shows its front";
+        }
+    }
+}
+
+TEST(Surroundings, ARoomIsSeenFromWithinAndNotFromOutside)
+{
+    const auto world = ballAndRoom(false);
+    const double scale = world->placement.scale;
+    const auto room = app::roomAround(*world, placed(*world, {6.5, 0.5, 0.5}));
+    ASSERT_TRUE(room);
+    EXPECT_LT(glm::distance(room->middle, placed(*world, {6, 0, 0})), 0.8 * scale);
+    EXPECT_GT(room->radius, 1.5 * scale);
+    EXPECT_LT(room->radius, 3.5 * scale);
+    EXPECT_FALSE(app::roomAround(*world, placed(*world, {2, 0, 0}))) << "between ball and room";
+    EXPECT_FALSE(app::roomAround(*world, placed(*world, {0, 30, 0})));
+}
+
+TEST(Surroundings, DistancesAreThoseOfTheScene)
+{
+    const auto world = ballAndRoom(false);
+    const auto to = app::distanceAlong(*world, placed(*world, {0, 0, 3}), {0, 0, -1});
+    ASSERT_TRUE(to);
+    EXPECT_NEAR(*to, 2 * world->placement.scale, 1e-2 * world->placement.scale);
+    EXPECT_FALSE(app::distanceAlong(*world, placed(*world, {0, 0, 3}), {0, 0, 1}));
+}
+
+/// No false alarm from where the makers of scenes look.
+TEST(Surroundings, CamerasOfOurScenesAreInsideNothing)
+{
+    for (const char* name : {"hall.gltf", "door-ajar.gltf", "cornell-diffuse.gltf", "lights.gltf",
+                             "animated.gltf", "furnace-50.gltf", "cbox-up.gltf"}) {
+        const auto world =
+            core::makeWorld(core::loadGltf(std::string(REKINDLE_SOURCE_DIR "/assets/") + name));
+        for (const core::Camera& camera : world->cameras)
+            EXPECT_FALSE(app::insideSolid(*world, camera.position)) << name;
+    }
+}
+
+}  // namespace
