@@ -61,8 +61,9 @@ void KernelBase::compileBeside(uint32_t first, std::span<const uint32_t> constan
     if (pipelines_.contains(key) || (beside_.valid() && besideKey_ == key)) return;
     device_.requireAlive();
     besideKey_ = key;
-    beside_ = std::async(std::launch::async, [this, first, key = std::move(key)] {
-        return Pipeline(device_, layout_.get(), spirv_, {first, key});
+    beside_ = std::async(std::launch::async, [&device = device_, layout = layout_.get(),
+                                              spirv = spirv_, first, key = std::move(key)] {
+        return Pipeline(device, layout, spirv, {first, key});
     });
 }
 
