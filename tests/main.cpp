@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/kept_objects.h"
 #include "tests/support/temporary_folder.h"
 
 /// What the program keeps for its next run goes to a folder of this run's tests. Mesa's compiled
@@ -27,6 +28,7 @@ int main(int argc, char** argv)
     keepOutOfUsersCache(cache.path().string());
     testing::InitGoogleTest(&argc, argv);
     const int result = RUN_ALL_TESTS();
+    tests::releaseKeptObjects();
     const testing::UnitTest& tests = *testing::UnitTest::GetInstance();
     std::printf("%d passed, %d failed, %d skipped\n", tests.successful_test_count(),
                 tests.failed_test_count(), tests.skipped_test_count());

@@ -1,6 +1,6 @@
-// A device with other types of memory than it has: Mesa's software device under a mask. Without
-// further words its own memory cannot be mapped by the host, as on graphics cards without a
-// resizable BAR, and buffers go through staging copies.
+// A device with other types of memory than it has. Without further words its own memory cannot be
+// mapped by the host, as on graphics cards without a resizable BAR, and buffers go through staging
+// copies; with kAllMapped there is one type for everything, as on Mesa's software device.
 #pragma once
 
 #include <set>
@@ -19,6 +19,9 @@ public:
     static constexpr VkMemoryPropertyFlags kMapped =
         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     static constexpr VkMemoryPropertyFlags kCached = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+
+    /// The one type of a device whose memory is the host's.
+    static constexpr VkMemoryPropertyFlags kAllMapped = kLocal | kMapped | kCached;
 
     /// The types that the device is to have, by their properties; all are in truth the driver's
     /// first mappable type.

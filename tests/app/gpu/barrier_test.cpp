@@ -1,5 +1,7 @@
 // Barriers (V2): the rules, the kernels' accesses, planted gaps, and the path tracer under watch,
 // with every barrier left out once to see that the watch would notice.
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "app/gpu/base/kernel.h"
@@ -177,6 +179,13 @@ size_t noticedGaps(const std::vector<WatchedCommand>& commands, size_t& barriers
     return noticed;
 }
 
+std::vector<VkMemoryPropertyFlags> typesOfMemory(bool staged)
+{
+    using Memory = tests::StagedMemory;
+    if (!staged) return {Memory::kAllMapped};
+    return {Memory::kLocal, Memory::kMapped};
+}
+
 /// Renders small images under watch and returns the last.
 core::Estimate watchRenderer(core::Kernel kernel, bool staged)
 {
@@ -185,8 +194,7 @@ core::Estimate watchRenderer(core::Kernel kernel, bool staged)
     core::Estimate film;
     VulkanFaults faults;
     BarrierWatch watch(faults);
-    std::optional<tests::StagedMemory> memory;
-    if (staged) memory.emplace(faults);
+    const tests::StagedMemory memory(faults, typesOfMemory(staged));
     {
         const auto renderer = gpu::makePathRenderer({});
         renderer->setWorld(world, {});
@@ -229,8 +237,7 @@ TEST(Barriers, TheDisplayHasThemAll)
     for (const bool staged : {false, true}) {
         VulkanFaults faults;
         BarrierWatch watch(faults);
-        std::optional<tests::StagedMemory> memory;
-        if (staged) memory.emplace(faults);
+        const tests::StagedMemory memory(faults, typesOfMemory(staged));
         {
             gpu::Device device({});
             gpu::Display display(device);

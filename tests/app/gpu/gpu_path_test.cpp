@@ -10,6 +10,7 @@
 #include "tests/support/asset.h"
 #include "tests/support/compare_films.h"
 #include "tests/support/instanced_scenes.h"
+#include "tests/support/kept_objects.h"
 #include "tests/support/sky_preparing.h"
 #include "tests/support/sky_rooms.h"
 #include "tests/support/test_scenes.h"
@@ -18,13 +19,12 @@ namespace {
 
 using tests::asset;
 
-/// One device for all tests: making one costs compilation. Never taken down: when static objects
-/// go, the validation layer's own may be gone already.
+/// One device for all tests: making one costs compilation.
 core::Renderer& gpuRenderer()
 {
-    static core::Renderer* const renderer =
-        gpu::makePathRenderer({.index = -1, .validation = true}).release();
-    return *renderer;
+    static core::Renderer& renderer =
+        tests::kept(gpu::makePathRenderer({.index = -1, .validation = true}));
+    return renderer;
 }
 
 core::PathParams independentPaths(uint32_t seed, uint32_t depth = 6)

@@ -73,6 +73,7 @@ TEST(Staging, LargeCopiesGoInPieces)
 TEST(Staging, MappedMemoryNeedsNone)
 {
     VulkanFaults faults;
+    const tests::StagedMemory memory(faults, {tests::StagedMemory::kAllMapped});
     gpu::Device device({});
     gpu::Buffer buffer(device, "a test", 1000);
     const size_t before = faults.calls<&Api::CreateBuffer>();

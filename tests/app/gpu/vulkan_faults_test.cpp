@@ -159,7 +159,8 @@ TEST_F(VulkanFails, ARealDeviceGoesBeforeSoftwareAndTheUnsuitable)
             const char* names[] = {"software", "too old", "real"};
             std::snprintf(out->properties.deviceName, sizeof(out->properties.deviceName), "%s",
                           names[index]);
-            if (index > 0) out->properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
+            out->properties.deviceType =
+                index > 0 ? VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU : VK_PHYSICAL_DEVICE_TYPE_CPU;
             if (index == 1) out->properties.apiVersion = VK_API_VERSION_1_2;
         });
     faults.replace<&Api::GetPhysicalDeviceFeatures2>(

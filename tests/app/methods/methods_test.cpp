@@ -13,6 +13,7 @@
 #include "tests/support/asset.h"
 #include "tests/support/compare_films.h"
 #include "tests/support/instanced_scenes.h"
+#include "tests/support/kept_objects.h"
 #include "tests/support/stats.h"
 
 namespace {
@@ -36,10 +37,9 @@ struct Where {
 
     core::Renderer& renderer() const
     {
-        static std::map<std::pair<std::string, app::DeviceKind>, std::unique_ptr<core::Renderer>>
-            all;
-        std::unique_ptr<core::Renderer>& mine = all[{method, device}];
-        if (!mine) mine = app::makeRenderer(method, {.device = device});
+        static std::map<std::pair<std::string, app::DeviceKind>, core::Renderer*> all;
+        core::Renderer*& mine = all[{method, device}];
+        if (mine == nullptr) mine = &tests::kept(app::makeRenderer(method, {.device = device}));
         return *mine;
     }
 };

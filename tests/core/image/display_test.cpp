@@ -34,8 +34,9 @@ Image randomImage(uint32_t width, uint32_t height, uint32_t channels, uint32_t s
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> unit(0, 1);
     Image image(width, height, channels);
+    // Neither denormal numbers nor what has a denormal reciprocal: both may be 0 for a device.
     const std::array<float, 10> special{kFloatNan, kFloatInf, -kFloatInf, 0.0f,  -0.0f,
-                                        -1.0f,     1e30f,     1e-40f,     3e38f, -5.5f};
+                                        -1.0f,     1e30f,     1.2e-38f,   8e37f, -5.5f};
     for (float& value : image.pixels) {
         value = std::exp2(24 * unit(random) - 12) * (unit(random) < 0.1f ? -1.0f : 1.0f);
         if (odd && unit(random) < 0.15f) value = special[random() % special.size()];
