@@ -12,9 +12,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/pattern.h"
-#include "tests/support/source_folder.h"
-#include "tests/support/whole_files.h"
+#include "tests/support/files/pattern.h"
+#include "tests/support/files/source_folder.h"
+#include "tests/support/files/whole_files.h"
 
 namespace {
 

@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/shell.h"
-#include "tests/support/source_folder.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/source_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/process/shell.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/kept_objects.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/process/kept_objects.h"
 
 /// What the program keeps for its next run goes to a folder of this run's tests. Mesa's compiled
 /// kernels stay where they are, or each of the processes would compile all of them.

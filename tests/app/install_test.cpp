@@ -2,8 +2,8 @@
 // in the sources, and a manual page that names every option.
 #include <cstdlib>
 
-#include "tests/support/pattern.h"
-#include "tests/support/program.h"
+#include "tests/support/files/pattern.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

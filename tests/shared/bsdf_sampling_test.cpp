@@ -3,7 +3,7 @@
 // azimuth), where lobes of every width look alike; the density is carried there by textbook
 // Jacobians in double. Mixtures with a diffuse part are binned by direction. What ends below the
 // surface has a cell of its own: the probability that the density lacks.
-#include "tests/support/bsdf_cases.h"
+#include "tests/support/methods/bsdf_cases.h"
 
 #include <functional>
 #include <gtest/gtest.h>

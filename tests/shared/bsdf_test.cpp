@@ -1,7 +1,7 @@
 // The surface model's values: energy (T7), furnaces (T8), reciprocity (T6), agreement of samples
 // with evaluation (T4), textbook formulas, the switch to delta lobes (N9), strange indices (N10)
 // and arbitrary input.
-#include "tests/support/bsdf_cases.h"
+#include "tests/support/methods/bsdf_cases.h"
 
 #include <gtest/gtest.h>
 #include <limits>

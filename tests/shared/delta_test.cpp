@@ -4,7 +4,7 @@
 
 #include "shared/delta.h"
 #include "shared/reuse_history.h"
-#include "tests/support/bsdf_cases.h"
+#include "tests/support/methods/bsdf_cases.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 // environment.
 #include "shared/emitter.h"
 #include "shared/sampler.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

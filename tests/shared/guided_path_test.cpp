@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/guiding/guide.h"
-#include "tests/support/bsdf_cases.h"
+#include "tests/support/methods/bsdf_cases.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
-#include "tests/support/random_values.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/random_values.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

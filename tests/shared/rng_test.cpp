@@ -2,7 +2,7 @@
 // samplers and the hash beneath them, also at the far end of the sample counter.
 #include "shared/rng.h"
 #include "shared/sampler.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 #include <gtest/gtest.h>
 #include <vector>

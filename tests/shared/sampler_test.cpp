@@ -1,7 +1,7 @@
 // The Sobol sampler: (0,2)-sequence property after shuffling and scrambling, unbiasedness over
 // scrambles, rates of convergence, and its arithmetic against a direct construction.
 #include "shared/sampler.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 #include <array>
 #include <bit>

@@ -2,7 +2,7 @@
 // its target), inverses, frames and packed directions.
 #include "shared/sampler.h"
 #include "shared/warp.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 #include <cmath>
 #include <functional>

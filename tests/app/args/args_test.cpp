@@ -13,7 +13,7 @@
 #include "app/base/nearest.h"
 #include "app/files/params_json.h"
 #include "core/base/check.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/text_search.h"
 
 namespace {
 

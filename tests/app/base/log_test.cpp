@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "app/base/log.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/text_search.h"
 
 namespace {
 

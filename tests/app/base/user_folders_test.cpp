@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/base/user_folders.h"
-#include "tests/support/environment_variable.h"
+#include "tests/support/process/environment_variable.h"
 
 namespace {
 

@@ -4,8 +4,8 @@
 
 #include "app/bench/flythrough/flight_pilot.h"
 #include "core/scene/world.h"
-#include "tests/support/program.h"
-#include "tests/support/reuse_flights.h"
+#include "tests/support/methods/reuse_flights.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

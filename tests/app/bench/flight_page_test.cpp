@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/bench/flythrough/flight_files.h"
-#include "tests/support/markup.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/markup.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/text_search.h"
 
 namespace app::flight {
 namespace {

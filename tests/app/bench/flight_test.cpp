@@ -15,9 +15,9 @@
 #include "app/report/text.h"
 #include "core/gltf/load.h"
 #include "core/trace/pick.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/text_search.h"
+#include "tests/support/scenes/instanced_scenes.h"
 
 namespace app::flight {
 namespace {

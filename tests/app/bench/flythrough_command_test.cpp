@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "core/methods/reuse_params.h"
-#include "tests/support/program.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/text_search.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

@@ -15,8 +15,8 @@
 #include "app/bench/guiding/guiding_measure.h"
 #include "app/bench/guiding/guiding_page.h"
 #include "core/base/check.h"
-#include "tests/support/markup.h"
-#include "tests/support/program.h"
+#include "tests/support/files/markup.h"
+#include "tests/support/process/program.h"
 
 namespace app::guiding {
 namespace {

@@ -12,9 +12,9 @@
 #include "app/bench/light/light_page.h"
 #include "app/bench/pair_error.h"
 #include "core/base/check.h"
-#include "tests/support/markup.h"
-#include "tests/support/program.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/files/markup.h"
+#include "tests/support/process/program.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace app::light {
 namespace {

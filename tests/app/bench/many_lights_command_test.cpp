@@ -4,8 +4,8 @@
 #include <csignal>
 #include <set>
 
-#include "tests/support/markup.h"
-#include "tests/support/program.h"
+#include "tests/support/files/markup.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

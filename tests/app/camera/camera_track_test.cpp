@@ -15,8 +15,8 @@
 #include "app/camera/navigation.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
-#include "tests/support/no_numbers.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/statistics/no_numbers.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Cameras moved by hand: what follows the cursor does so exactly, what is undone is undone, and
 // nothing breaks the axes.
 #include "app/camera/navigation.h"
-#include "tests/support/no_numbers.h"
+#include "tests/support/statistics/no_numbers.h"
 
 #include <cmath>
 #include <limits>

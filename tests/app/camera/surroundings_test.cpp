@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/gltf/gltf.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 // folder that cannot be had is no reason to say anything.
 #include "core/gltf/gltf.h"
 #include "core/trace/world_bvh.h"
-#include "tests/support/program.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // `rekindle render --frames` as a person or a script meets it: the real binary, and a file for
 // every frame.
-#include "tests/support/program.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

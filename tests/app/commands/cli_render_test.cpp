@@ -5,7 +5,7 @@
 #include <csignal>
 
 #include "core/image/metrics.h"
-#include "tests/support/program.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

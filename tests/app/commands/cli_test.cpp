@@ -1,7 +1,7 @@
 // The program as a person or a script meets it: the real binary, its exit codes, its streams, what
 // it refuses and what it tells of itself.
-#include "tests/support/pattern.h"
-#include "tests/support/program.h"
+#include "tests/support/files/pattern.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

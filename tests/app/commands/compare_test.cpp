@@ -11,7 +11,7 @@
 #include "core/image/flip.h"
 #include "core/image/image.h"
 #include "core/image/metrics.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
 
 namespace app {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <thread>
 
-#include "tests/support/gltf_fixture.h"
-#include "tests/support/picture_bytes.h"
-#include "tests/support/program.h"
+#include "tests/support/files/picture_bytes.h"
+#include "tests/support/process/program.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 #include "app/lab/functions.h"
 #include "app/lab/pairs.h"
-#include "tests/support/program.h"
+#include "tests/support/process/program.h"
 
 namespace {
 

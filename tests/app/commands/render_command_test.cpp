@@ -14,7 +14,7 @@
 
 #include "core/base/check.h"
 #include "core/image/image.h"
-#include "tests/support/fake_estimate.h"
+#include "tests/support/methods/fake_estimate.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/image/metrics.h"
-#include "tests/support/fake_estimate.h"
+#include "tests/support/methods/fake_estimate.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 
 #include "app/base/files.h"
 #include "core/base/output_file.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "app/files/folder_list.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
 
 namespace {
 

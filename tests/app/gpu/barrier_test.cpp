@@ -11,8 +11,8 @@
 #include "core/gltf/gltf.h"
 #include "spirv/accumulate.h"
 #include "spirv/bounce.h"
-#include "tests/support/barrier_watch.h"
-#include "tests/support/staged_memory.h"
+#include "tests/support/vulkan/barrier_watch.h"
+#include "tests/support/vulkan/staged_memory.h"
 
 namespace {
 

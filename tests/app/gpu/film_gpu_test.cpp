@@ -13,8 +13,8 @@
 #include "tests/kernels/film_check.h"
 
 #include "spirv/film_check.h"
-#include "tests/support/no_numbers.h"
-#include "tests/support/random_values.h"
+#include "tests/support/statistics/no_numbers.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include "app/gpu/base/api.h"
 #include "app/gpu/base/batch_pace.h"
 #include "app/gpu/methods/path.h"
-#include "tests/support/asset.h"
+#include "tests/support/scenes/asset.h"
 
 namespace {
 

@@ -7,13 +7,13 @@
 #include "app/gpu/methods/path.h"
 #include "core/methods/method.h"
 #include "core/scene/emitter_choice.h"
-#include "tests/support/asset.h"
-#include "tests/support/compare_films.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/kept_objects.h"
-#include "tests/support/sky_preparing.h"
-#include "tests/support/sky_rooms.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/sky_preparing.h"
+#include "tests/support/process/kept_objects.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/scenes/instanced_scenes.h"
+#include "tests/support/scenes/sky_rooms.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/compare_films.h"
 
 namespace {
 

@@ -6,9 +6,9 @@
 #include "app/gpu/rays.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
-#include "tests/support/asset.h"
-#include "tests/support/compare_films.h"
-#include "tests/support/deforming_scenes.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/scenes/deforming_scenes.h"
+#include "tests/support/statistics/compare_films.h"
 
 namespace {
 

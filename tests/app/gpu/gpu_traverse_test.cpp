@@ -11,10 +11,10 @@
 #include "app/gpu/rays.h"
 #include "core/trace/bvh.h"
 #include "core/trace/world_bvh.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/kept_objects.h"
-#include "tests/support/meshes.h"
-#include "tests/support/random_values.h"
+#include "tests/support/process/kept_objects.h"
+#include "tests/support/scenes/instanced_scenes.h"
+#include "tests/support/scenes/meshes.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 

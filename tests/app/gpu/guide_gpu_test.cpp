@@ -13,8 +13,8 @@
 #include "tests/kernels/guide_check.h"
 
 #include "spirv/guide_check.h"
-#include "tests/support/guide_kinds.h"
-#include "tests/support/random_values.h"
+#include "tests/support/methods/guide_kinds.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include "app/gpu/base/kernel.h"
 #include "app/gpu/window/display.h"
 #include "shared/virtual_light.h"
-#include "tests/support/vulkan_faults.h"
+#include "tests/support/vulkan/vulkan_faults.h"
 
 #include "spirv/accumulate.h"
 #include "spirv/bench_any.h"

@@ -4,9 +4,9 @@
 
 #include "app/gpu/methods/methods.h"
 #include "core/methods/method.h"
-#include "tests/support/asset.h"
-#include "tests/support/staged_memory.h"
-#include "tests/support/vulkan_faults.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/vulkan/staged_memory.h"
+#include "tests/support/vulkan/vulkan_faults.h"
 
 namespace core::many_lights {
 namespace {

@@ -5,10 +5,10 @@
 #include "app/gpu/base/kernel.h"
 #include "app/gpu/base/pipeline_cache.h"
 #include "spirv/accumulate.h"
-#include "tests/support/picture_bytes.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/vulkan_faults.h"
-#include "tests/support/whole_files.h"
+#include "tests/support/files/picture_bytes.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/whole_files.h"
+#include "tests/support/vulkan/vulkan_faults.h"
 
 namespace {
 

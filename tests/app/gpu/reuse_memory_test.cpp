@@ -1,7 +1,7 @@
 // Memory of the device that sample reuse takes: only what the strategy reads, and no more after a
 // change of strategy.
 #include "core/methods/reuse_params.h"
-#include "tests/support/reuse_flights.h"
+#include "tests/support/methods/reuse_flights.h"
 
 namespace {
 

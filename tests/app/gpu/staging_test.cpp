@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/gpu/base/memory.h"
-#include "tests/support/staged_memory.h"
+#include "tests/support/vulkan/staged_memory.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 
 #include "app/gpu/window/swapchain.h"
 #include "core/base/check.h"
-#include "tests/support/leak_on_purpose.h"
-#include "tests/support/window_fixture.h"
+#include "tests/support/session/window_fixture.h"
+#include "tests/support/vulkan/leak_on_purpose.h"
 
 namespace {
 

@@ -8,8 +8,8 @@
 
 #include "app/gpu/base/memory.h"
 #include "app/gpu/methods/path.h"
-#include "tests/support/asset.h"
-#include "tests/support/vulkan_faults.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/vulkan/vulkan_faults.h"
 
 namespace {
 

@@ -2,8 +2,8 @@
 // (V12, V13, V16, V18). Nothing here needs a GPU: the faults are planted in the table of functions.
 #include "app/gpu/base/memory.h"
 #include "shared/bindings.h"
-#include "tests/support/leak_on_purpose.h"
-#include "tests/support/vulkan_fails.h"
+#include "tests/support/vulkan/leak_on_purpose.h"
+#include "tests/support/vulkan/vulkan_fails.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 
 #include "app/gpu/base/memory.h"
 #include "shared/bindings.h"
-#include "tests/support/leak_on_purpose.h"
-#include "tests/support/vulkan_fails.h"
+#include "tests/support/vulkan/leak_on_purpose.h"
+#include "tests/support/vulkan/vulkan_fails.h"
 
 namespace {
 

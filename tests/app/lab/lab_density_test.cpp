@@ -3,7 +3,7 @@
 #include "app/lab/pairs.h"
 #include "app/lab/theory.h"
 #include "core/base/pcg32.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 #include <algorithm>
 #include <cmath>

@@ -23,11 +23,11 @@
 #include "app/report/map.h"
 #include "app/report/text.h"
 #include "core/image/png_file.h"
-#include "tests/support/lab_results.h"
-#include "tests/support/markup.h"
-#include "tests/support/pattern.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/markup.h"
+#include "tests/support/files/pattern.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/text_search.h"
+#include "tests/support/methods/lab_results.h"
 
 namespace app::lab {
 namespace {

@@ -12,9 +12,9 @@
 #include "app/lab/results.h"
 #include "app/report/svg.h"
 #include "app/report/text.h"
-#include "tests/support/markup.h"
-#include "tests/support/pattern.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/markup.h"
+#include "tests/support/files/pattern.h"
+#include "tests/support/files/text_search.h"
 
 namespace app::lab {
 namespace {

@@ -17,8 +17,8 @@
 #include "app/lab/report_data.h"
 #include "app/report/svg.h"
 #include "app/report/text.h"
-#include "tests/support/lab_results.h"
-#include "tests/support/text_search.h"
+#include "tests/support/files/text_search.h"
+#include "tests/support/methods/lab_results.h"
 
 namespace app::lab {
 namespace {

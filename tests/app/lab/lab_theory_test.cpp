@@ -1,7 +1,7 @@
 // What the formulas of the laboratory give, against closed forms and against the expected table.
 #include "app/lab/theory.h"
 #include "core/base/pcg32.h"
-#include "tests/support/lab_table.h"
+#include "tests/support/methods/lab_table.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "core/methods/method.h"
-#include "tests/support/every_picture.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/every_picture.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

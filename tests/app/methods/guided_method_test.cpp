@@ -9,8 +9,8 @@
 #include "app/methods/methods.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
-#include "tests/support/image_mean.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/image_mean.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

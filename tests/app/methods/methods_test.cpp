@@ -10,11 +10,11 @@
 #include "app/session/replay.h"
 #include "app/session/set_param.h"
 #include "core/base/check.h"
-#include "tests/support/asset.h"
-#include "tests/support/compare_films.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/kept_objects.h"
-#include "tests/support/stats.h"
+#include "tests/support/process/kept_objects.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/scenes/instanced_scenes.h"
+#include "tests/support/statistics/compare_films.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

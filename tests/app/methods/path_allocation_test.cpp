@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/methods/reuse_figures.h"
-#include "tests/support/reuse_flights.h"
-#include "tests/support/stats.h"
+#include "tests/support/methods/reuse_flights.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

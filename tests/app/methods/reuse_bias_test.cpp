@@ -7,10 +7,10 @@
 #include <glm/gtc/packing.hpp>
 
 #include "shared/warp.h"
-#include "tests/support/compare_films.h"
-#include "tests/support/reuse_flights.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/reuse_flights.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/compare_films.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/support/reuse_flights.h"
-#include "tests/support/stats.h"
+#include "tests/support/methods/reuse_flights.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

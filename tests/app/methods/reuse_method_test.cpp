@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/support/compare_films.h"
-#include "tests/support/reuse_flights.h"
-#include "tests/support/stats.h"
+#include "tests/support/methods/reuse_flights.h"
+#include "tests/support/statistics/compare_films.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

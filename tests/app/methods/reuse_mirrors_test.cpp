@@ -1,8 +1,8 @@
 // Light that comes to a first hit by a mirror, through glass, or from a lamp that also reflects:
 // flights keep it as they keep what a wall reflects, on every device, and the mean stays.
-#include "tests/support/reuse_flights.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/reuse_flights.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

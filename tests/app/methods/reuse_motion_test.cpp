@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/trace/world_bvh.h"
-#include "tests/support/animated_scenes.h"
-#include "tests/support/reuse_flights.h"
+#include "tests/support/methods/reuse_flights.h"
+#include "tests/support/scenes/animated_scenes.h"
 
 namespace {
 

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/every_picture.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/every_picture.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace {
 

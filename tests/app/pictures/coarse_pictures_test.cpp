@@ -2,7 +2,7 @@
 // sample and grow towards it, and those shown while the camera moves.
 #include <map>
 
-#include "tests/support/pretender.h"
+#include "tests/support/session/pretender.h"
 
 namespace {
 

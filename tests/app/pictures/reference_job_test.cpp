@@ -9,7 +9,7 @@
 #include "app/pictures/reference_job.h"
 #include "core/gltf/gltf.h"
 #include "core/image/metrics.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "core/base/check.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
-#include "tests/support/pretender.h"
+#include "tests/support/session/pretender.h"
 
 namespace {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "core/base/output_file.h"
-#include "tests/support/session_steps.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/session_steps.h"
 
 namespace {
 

@@ -21,7 +21,7 @@
 #include "core/image/film.h"
 #include "core/image/image_metadata.h"
 #include "core/methods/method.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
 
 namespace {
 

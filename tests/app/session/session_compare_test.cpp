@@ -8,9 +8,9 @@
 #include "app/view/picture_view.h"
 #include "core/base/check.h"
 #include "core/image/flip.h"
-#include "tests/support/pretender.h"
-#include "tests/support/session_steps.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/pretender.h"
+#include "tests/support/session/session_steps.h"
 
 namespace {
 

@@ -5,9 +5,9 @@
 
 #include "app/session/replay.h"
 #include "core/image/metrics.h"
-#include "tests/support/pretender.h"
-#include "tests/support/session_steps.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/pretender.h"
+#include "tests/support/session/session_steps.h"
 
 namespace {
 

@@ -15,8 +15,8 @@
 #include "app/view/random_walk.h"
 #include "core/base/check.h"
 #include "core/image/metrics.h"
-#include "tests/support/session_steps.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/session_steps.h"
 
 namespace {
 

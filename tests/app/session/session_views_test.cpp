@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/session/losses.h"
-#include "tests/support/session_steps.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/session_steps.h"
 
 namespace {
 

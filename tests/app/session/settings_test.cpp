@@ -15,8 +15,8 @@
 #include "app/files/params_json.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
-#include "tests/support/environment_variable.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/process/environment_variable.h"
 
 namespace {
 

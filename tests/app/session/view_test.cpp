@@ -4,8 +4,8 @@
 #include <fstream>
 
 #include "core/image/image.h"
-#include "tests/support/program.h"
-#include "tests/support/virtual_display.h"
+#include "tests/support/process/program.h"
+#include "tests/support/session/virtual_display.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "core/image/png_file.h"
-#include "tests/support/program.h"
-#include "tests/support/virtual_display.h"
+#include "tests/support/process/program.h"
+#include "tests/support/session/virtual_display.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "app/view/ui/ui_text.h"
-#include "tests/support/no_numbers.h"
+#include "tests/support/statistics/no_numbers.h"
 
 namespace {
 

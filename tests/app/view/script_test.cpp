@@ -6,7 +6,7 @@
 
 #include "core/base/check.h"
 #include "core/base/output_file.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
 
 namespace {
 

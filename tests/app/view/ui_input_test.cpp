@@ -7,8 +7,8 @@
 
 #include "app/view/imgui/windows.h"
 #include "app/view/ui/ui_parts.h"
-#include "tests/support/desk.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/desk.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <imgui_internal.h>
 
 #include "app/view/ui/ui_parts.h"
-#include "tests/support/desk.h"
+#include "tests/support/session/desk.h"
 
 namespace {
 

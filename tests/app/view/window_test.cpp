@@ -17,8 +17,8 @@
 #include "app/view/icon.h"
 #include "core/base/check.h"
 #include "core/image/display.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/window_fixture.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/window_fixture.h"
 
 namespace {
 

@@ -10,9 +10,9 @@
 #include <unistd.h>
 
 #include "core/base/cache_folder.h"
-#include "tests/support/picture_bytes.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/whole_files.h"
+#include "tests/support/files/picture_bytes.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/whole_files.h"
 
 namespace {
 

@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/check.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/whole_files.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/whole_files.h"
 
 namespace {
 

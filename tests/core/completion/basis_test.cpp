@@ -6,7 +6,7 @@
 #include "core/base/pcg32.h"
 #include "core/completion/basis.h"
 #include "core/completion/row_weights.h"
-#include "tests/support/visibility_matrices.h"
+#include "tests/support/methods/visibility_matrices.h"
 
 namespace core::many_lights {
 namespace {

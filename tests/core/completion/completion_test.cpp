@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "core/completion/completion.h"
-#include "tests/support/completion_runs.h"
-#include "tests/support/visibility_matrices.h"
+#include "tests/support/methods/completion_runs.h"
+#include "tests/support/methods/visibility_matrices.h"
 
 namespace core::many_lights {
 namespace {

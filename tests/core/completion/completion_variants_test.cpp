@@ -7,7 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/completion/bits.h"
-#include "tests/support/completion_runs.h"
+#include "tests/support/methods/completion_runs.h"
 
 namespace core::many_lights {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "core/completion/dense.h"
 #include "core/completion/gauss_jordan.h"
-#include "tests/support/completion_runs.h"
-#include "tests/support/stats.h"
-#include "tests/support/visibility_matrices.h"
+#include "tests/support/methods/completion_runs.h"
+#include "tests/support/methods/visibility_matrices.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::many_lights {
 namespace {

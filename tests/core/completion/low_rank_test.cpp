@@ -7,7 +7,7 @@
 
 #include "core/completion/low_rank.h"
 #include "core/completion/matrix_separation.h"
-#include "tests/support/completion_runs.h"
+#include "tests/support/methods/completion_runs.h"
 
 namespace core::many_lights {
 namespace {

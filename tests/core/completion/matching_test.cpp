@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "core/completion/row_weights.h"
-#include "tests/support/completion_runs.h"
-#include "tests/support/stats.h"
-#include "tests/support/visibility_matrices.h"
+#include "tests/support/methods/completion_runs.h"
+#include "tests/support/methods/visibility_matrices.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::many_lights {
 namespace {

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "core/completion/bits.h"
-#include "tests/support/completion_runs.h"
-#include "tests/support/stats.h"
+#include "tests/support/methods/completion_runs.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::many_lights {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/completion/bits.h"
 #include "core/completion/row_weights.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::many_lights {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/visibility_matrices.h"
+#include "tests/support/methods/visibility_matrices.h"
 
 namespace core::many_lights {
 namespace {

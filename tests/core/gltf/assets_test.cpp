@@ -13,9 +13,9 @@
 #include "core/gltf/gltf.h"
 #include "core/image/png_file.h"
 #include "core/scene/world.h"
-#include "tests/support/source_folder.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/whole_files.h"
+#include "tests/support/files/source_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/whole_files.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // Valid content becomes exactly the scene that it describes: geometry, materials, textures, nodes,
 // lights, animation.
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 #include <cmath>
 

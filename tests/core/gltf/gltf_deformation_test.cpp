@@ -4,8 +4,8 @@
 #include <random>
 
 #include "core/scene/world.h"
-#include "tests/support/gltf_fixture.h"
-#include "tests/support/no_numbers.h"
+#include "tests/support/scenes/gltf_fixture.h"
+#include "tests/support/statistics/no_numbers.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // Bad documents and containers (B1-B10, B12, B81-B83, B87).
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 

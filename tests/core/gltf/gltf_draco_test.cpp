@@ -1,6 +1,6 @@
 // KHR_draco_mesh_compression (B11, B102): files made with Draco's encoder load as uncompressed ones
 // do; streams that lie, are damaged or do not fit their accessors are refused.
-#include "tests/support/bumpy_grid.h"
+#include "tests/support/scenes/bumpy_grid.h"
 
 #include <random>
 

@@ -2,7 +2,7 @@
 // refused (B46).
 #include <set>
 
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 

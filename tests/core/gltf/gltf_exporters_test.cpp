@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 

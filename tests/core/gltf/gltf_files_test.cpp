@@ -1,6 +1,6 @@
 // What the loader may read from the file system (B28-B38, B85, B86), and cancelling it (B88).
 #include "core/base/progress.h"
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 #include <sys/stat.h>
 #include <unistd.h>

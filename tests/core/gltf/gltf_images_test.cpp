@@ -1,5 +1,5 @@
 // Images: what is decoded to which values, and what is repaired (B39-B45, B47-B49, N18).
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // Valid materials become exactly what they describe: factors, defaults, textures and their
 // transforms.
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 

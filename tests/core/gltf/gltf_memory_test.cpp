@@ -1,11 +1,11 @@
 // A million of something must not take more than half a gigabyte, the program's own 140 MiB
 // included: what a tenth of that takes, from the tree of the text to the world (B80).
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 #include <string>
 
 #include "core/scene/world.h"
-#include "tests/support/allocation_count.h"
+#include "tests/support/process/allocation_count.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // EXT_meshopt_compression and KHR_meshopt_compression (B100, B101): files made with meshoptimizer's
 // encoders load as uncompressed ones do, and what breaks the extension's rules is refused.
-#include "tests/support/bumpy_grid.h"
+#include "tests/support/scenes/bumpy_grid.h"
 
 #include <cmath>
 #include <random>

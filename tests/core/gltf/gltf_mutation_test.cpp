@@ -1,7 +1,7 @@
 // Thousands of damaged documents, always the same ones: each must load or be refused, nothing else.
 // Run under the address and undefined-behaviour sanitizers it is a small fuzzer; tests/fuzz has the
 // unbounded one.
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 #include <random>
 

@@ -1,5 +1,5 @@
 // EXT_mesh_gpu_instancing: nodes that show a mesh in many places (B99).
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 #include <cmath>
 

@@ -1,11 +1,11 @@
 // Faults of an asset's quality are repaired, counted and reported with their place (B57, B58, B61,
 // B64, B66-B68, B72-B74, B77, B78, B84, N7, N8, N17, N19).
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 #include <cmath>
 
 #include "shared/warp.h"
-#include "tests/support/no_numbers.h"
+#include "tests/support/statistics/no_numbers.h"
 
 namespace {
 

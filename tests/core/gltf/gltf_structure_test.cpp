@@ -1,6 +1,6 @@
 // Damaged structure is refused: buffers, views, accessors, primitives, nodes (B13-B27, B50-B56,
 // B59, B60, B62, B63, B65, B69-B71, B75, B76, B79, B80).
-#include "tests/support/gltf_fixture.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 

@@ -12,7 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/support/allocation_count.h"
+#include "tests/support/process/allocation_count.h"
 
 namespace core::gltf {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "core/base/pcg32.h"
 #include "core/reuse/ess.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
-#include "tests/support/guide_kinds.h"
-#include "tests/support/stats.h"
+#include "tests/support/methods/guide_kinds.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/base/pcg32.h"
 #include "core/guiding/lesson.h"
-#include "tests/support/guide_kinds.h"
+#include "tests/support/methods/guide_kinds.h"
 
 namespace {
 

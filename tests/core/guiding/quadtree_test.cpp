@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "core/guiding/guide_leaf.h"
 #include "core/guiding/learnt_share.h"
 #include "core/guiding/record_store.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

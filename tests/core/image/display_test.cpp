@@ -11,8 +11,8 @@
 
 #include "app/gpu/window/display.h"
 #include "core/image/display.h"
-#include "tests/support/no_numbers.h"
-#include "tests/support/vulkan_fails.h"
+#include "tests/support/statistics/no_numbers.h"
+#include "tests/support/vulkan/vulkan_fails.h"
 
 namespace {
 

@@ -10,9 +10,9 @@
 
 #include "core/base/check.h"
 #include "core/image/exr_header.h"
-#include "tests/support/exr_fixture.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/whole_files.h"
+#include "tests/support/files/exr_fixture.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/whole_files.h"
 
 namespace core {
 namespace {

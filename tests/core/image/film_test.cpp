@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core {
 namespace {

@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "core/image/metrics.h"
-#include "tests/support/image_mean.h"
+#include "tests/support/statistics/image_mean.h"
 
 namespace core {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/hdr_fixture.h"
-#include "tests/support/picture_bytes.h"
+#include "tests/support/files/hdr_fixture.h"
+#include "tests/support/files/picture_bytes.h"
 
 namespace {
 

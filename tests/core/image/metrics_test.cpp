@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/parallel.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/gltf_fixture.h"
-#include "tests/support/picture_bytes.h"
+#include "tests/support/files/picture_bytes.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 

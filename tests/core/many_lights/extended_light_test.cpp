@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/many_lights/light_radii.h"
-#include "tests/support/bsdf_cases.h"
+#include "tests/support/methods/bsdf_cases.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/many_lights/virtual_light.h"
-#include "tests/support/bsdf_cases.h"
+#include "tests/support/methods/bsdf_cases.h"
 
 namespace core::many_lights {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "core/base/check.h"
 #include "core/many_lights/frame.h"
-#include "tests/support/asset.h"
-#include "tests/support/light_frames.h"
-#include "tests/support/slice_twin.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/light_frames.h"
+#include "tests/support/methods/slice_twin.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace core::many_lights {
 namespace {

@@ -13,10 +13,10 @@
 #include "core/many_lights/sphere_bound.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
-#include "tests/support/asset.h"
-#include "tests/support/light_frames.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/light_frames.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::many_lights {
 namespace {

@@ -7,8 +7,8 @@
 #include "core/many_lights/slice_rows.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::many_lights {
 namespace {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "app/methods/methods.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

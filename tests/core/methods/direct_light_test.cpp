@@ -11,8 +11,8 @@
 
 #include "core/methods/method.h"
 #include "shared/warp.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

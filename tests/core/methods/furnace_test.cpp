@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

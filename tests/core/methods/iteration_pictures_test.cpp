@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/pcg32.h"
-#include "tests/support/image_mean.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/image_mean.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

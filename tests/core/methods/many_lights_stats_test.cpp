@@ -7,7 +7,7 @@
 #include "core/gltf/gltf.h"
 #include "core/methods/many_lights.h"
 #include "core/methods/method.h"
-#include "tests/support/slice_twin.h"
+#include "tests/support/methods/slice_twin.h"
 
 namespace {
 

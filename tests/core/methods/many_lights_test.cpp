@@ -6,11 +6,11 @@
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
 #include "shared/path.h"
-#include "tests/support/asset.h"
-#include "tests/support/completion_runs.h"
-#include "tests/support/light_frames.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/methods/completion_runs.h"
+#include "tests/support/methods/light_frames.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::many_lights {
 namespace {

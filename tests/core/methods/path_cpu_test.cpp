@@ -12,8 +12,8 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/methods/method.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "core/methods/method.h"
-#include "tests/support/compare_films.h"
-#include "tests/support/sky_preparing.h"
-#include "tests/support/sky_rooms.h"
+#include "tests/support/methods/sky_preparing.h"
+#include "tests/support/scenes/sky_rooms.h"
+#include "tests/support/statistics/compare_films.h"
 
 namespace {
 

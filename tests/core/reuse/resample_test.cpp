@@ -11,7 +11,7 @@
 #include "core/reuse/ess.h"
 #include "core/reuse/estimators.h"
 #include "core/reuse/resample.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::reuse {
 namespace {

@@ -9,7 +9,7 @@
 #include "core/reuse/estimators.h"
 #include "core/reuse/history.h"
 #include "core/reuse/solve_c.h"
-#include "tests/support/allocation_count.h"
+#include "tests/support/process/allocation_count.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include "core/reuse/history.h"
 #include "shared/microfacet.h"
 #include "shared/warp.h"
-#include "tests/support/stats.h"
+#include "tests/support/statistics/stats.h"
 
 namespace core::reuse {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/scene/animation.h"
 #include "shared/warp.h"
-#include "tests/support/deforming_scenes.h"
+#include "tests/support/scenes/deforming_scenes.h"
 
 namespace {
 

@@ -7,9 +7,9 @@
 #include "core/scene/emitter_choice.h"
 #include "core/scene/emitter_tree.h"
 #include "core/scene/shown_places.h"
-#include "tests/support/animated_scenes.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/animated_scenes.h"
+#include "tests/support/scenes/instanced_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace {
 

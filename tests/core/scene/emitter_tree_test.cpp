@@ -11,9 +11,9 @@
 #include "core/scene/emitter_tree.h"
 #include "core/trace/scene_view.h"
 #include "shared/lights.h"
-#include "tests/support/random_values.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/random_values.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

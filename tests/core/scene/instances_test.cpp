@@ -9,8 +9,8 @@
 #include "core/scene/instances.h"
 #include "core/trace/scene_view.h"
 #include "shared/instances.h"
-#include "tests/support/animated_scenes.h"
-#include "tests/support/instanced_scenes.h"
+#include "tests/support/scenes/animated_scenes.h"
+#include "tests/support/scenes/instanced_scenes.h"
 
 namespace {
 

@@ -10,8 +10,8 @@
 #include "core/scene/light_table.h"
 #include "core/trace/scene_view.h"
 #include "shared/lights.h"
-#include "tests/support/stats.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 #include "core/scene/moved_pieces.h"
 #include "shared/reuse_history.h"
-#include "tests/support/animated_scenes.h"
+#include "tests/support/scenes/animated_scenes.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include "core/gltf/gltf.h"
 #include "core/scene/animation.h"
-#include "tests/support/animated_scenes.h"
+#include "tests/support/scenes/animated_scenes.h"
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include "core/scene/features.h"
 #include "core/trace/accel.h"
 #include "core/trace/scene_view.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 
 #include "core/methods/method.h"
 #include "core/trace/accel.h"
-#include "tests/support/asset.h"
-#include "tests/support/deforming_scenes.h"
+#include "tests/support/scenes/asset.h"
+#include "tests/support/scenes/deforming_scenes.h"
 
 namespace {
 

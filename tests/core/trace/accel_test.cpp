@@ -12,8 +12,8 @@
 #include "core/trace/accel.h"
 #include "core/trace/scene_view.h"
 #include "shared/path.h"
-#include "tests/support/random_values.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/test_scenes.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 

@@ -6,10 +6,10 @@
 #include <fstream>
 
 #include "core/trace/world_bvh.h"
-#include "tests/support/animated_scenes.h"
-#include "tests/support/meshes.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/whole_files.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/files/whole_files.h"
+#include "tests/support/scenes/animated_scenes.h"
+#include "tests/support/scenes/meshes.h"
 
 namespace {
 

@@ -11,9 +11,9 @@
 #include "core/trace/bvh.h"
 #include "core/trace/bvh_traverse.h"
 #include "core/trace/embree_rays.h"
-#include "tests/support/bvh_walk.h"
-#include "tests/support/meshes.h"
-#include "tests/support/random_values.h"
+#include "tests/support/scenes/bvh_walk.h"
+#include "tests/support/scenes/meshes.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 

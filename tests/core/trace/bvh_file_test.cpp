@@ -11,9 +11,9 @@
 #include "core/trace/bvh_check.h"
 #include "core/trace/bvh_file.h"
 #include "core/trace/world_bvh.h"
-#include "tests/support/animated_scenes.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/meshes.h"
+#include "tests/support/scenes/animated_scenes.h"
+#include "tests/support/scenes/instanced_scenes.h"
+#include "tests/support/scenes/meshes.h"
 
 namespace {
 

@@ -8,8 +8,8 @@
 
 #include "core/trace/bvh.h"
 #include "core/trace/embree.h"
-#include "tests/support/meshes.h"
-#include "tests/support/random_values.h"
+#include "tests/support/scenes/meshes.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 

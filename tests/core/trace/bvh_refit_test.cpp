@@ -12,9 +12,9 @@
 #include "core/base/check.h"
 #include "core/gltf/gltf.h"
 #include "core/trace/world_bvh.h"
-#include "tests/support/bvh_walk.h"
-#include "tests/support/meshes.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/scenes/bvh_walk.h"
+#include "tests/support/scenes/meshes.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace {
 

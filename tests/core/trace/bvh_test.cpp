@@ -11,8 +11,8 @@
 #include <tbb/task_arena.h>
 
 #include "core/trace/bvh.h"
-#include "tests/support/bvh_walk.h"
-#include "tests/support/meshes.h"
+#include "tests/support/scenes/bvh_walk.h"
+#include "tests/support/scenes/meshes.h"
 
 namespace {
 

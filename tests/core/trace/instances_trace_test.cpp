@@ -16,9 +16,9 @@
 #include "core/trace/world_bvh.h"
 #include "shared/instances.h"
 #include "shared/surface.h"
-#include "tests/support/animated_scenes.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/random_values.h"
+#include "tests/support/scenes/animated_scenes.h"
+#include "tests/support/scenes/instanced_scenes.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 

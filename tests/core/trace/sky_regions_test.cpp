@@ -17,10 +17,10 @@
 #include "core/trace/sky_places.h"
 #include "core/trace/sky_regions.h"
 #include "shared/lights.h"
-#include "tests/support/instanced_scenes.h"
-#include "tests/support/random_values.h"
-#include "tests/support/sky_rooms.h"
-#include "tests/support/stats.h"
+#include "tests/support/scenes/instanced_scenes.h"
+#include "tests/support/scenes/sky_rooms.h"
+#include "tests/support/statistics/random_values.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 
