@@ -16,7 +16,7 @@ glm::vec3 valueOf(const Image* image, uint32_t pixel)
     return image->channels == 1 ? glm::vec3(*p) : glm::vec3(p[0], p[1], p[2]);
 }
 
-/// Of kShowPreview: the value of a, smooth between pixels that `alike` says are of one surface.
+/// Of kShowPreview: the colour of a, smooth between pixels that `alike` says are of one surface.
 glm::vec3 smoothed(const Image& a, const shared::DisplaySettings& s, uint32_t x, uint32_t y,
                    uint32_t alike)
 {
@@ -24,7 +24,8 @@ glm::vec3 smoothed(const Image& a, const shared::DisplaySettings& s, uint32_t x,
     glm::vec4 weights;
     shared::displayCorners(s, x, y, alike, pixels, weights);
     glm::vec3 sum(0);
-    for (int i = 0; i < 4; ++i) sum += weights[i] * valueOf(&a, pixels[i]);
+    for (int i = 0; i < 4; ++i)
+        sum += weights[i] * shared::displayEncoded(s, valueOf(&a, pixels[i]));
     return sum;
 }
 
@@ -62,6 +63,7 @@ shared::DisplaySettings displaySizes(shared::DisplaySettings s, uint32_t width, 
     place(a.y, height, places.a.y, places.a.w, s.stepAy, s.fromAy);
     place(b.x, width, places.b.x, places.b.z, s.stepBx, s.fromBx);
     place(b.y, height, places.b.y, places.b.w, s.stepBy, s.fromBy);
+    if (s.show == shared::kShowPreview && !shared::displayGuided(s)) s.show = shared::kShowRadiance;
     return s;
 }
 
@@ -101,8 +103,7 @@ std::vector<uint8_t> displayImage(const Image* a, const Image* b,
                 const uint32_t pixelA = a != nullptr ? shared::displayIndexA(s, x, y) : 0;
                 const uint32_t pixelB = b != nullptr ? shared::displayIndexB(s, x, y) : 0;
                 glm::vec3 value = valueOf(a, pixelA);
-                if (s.show == shared::kShowPreview && shared::displayGuided(s) &&
-                    pixelA != shared::kBeside)
+                if (s.show == shared::kShowPreview && pixelA != shared::kBeside)
                     value = smoothed(*a, s, x, y, static_cast<uint32_t>(valueOf(b, pixelB).x));
                 const glm::vec3 colour =
                     shared::displayColour(s, x, value, valueOf(b, pixelB),

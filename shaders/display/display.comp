@@ -22,6 +22,7 @@ layout(constant_id = kSpecializeShow + 7u) const uint kSwapped = 0u;
 
 layout(set = kSetKernel, binding = kBindImageA) uniform samplerBuffer imageA;  // a value of one channel is there thrice
 layout(set = kSetKernel, binding = kBindImageB) uniform samplerBuffer imageB;
+layout(set = kSetKernel, binding = kBindEncoded) uniform samplerBuffer encoded;  // of kShowPreview, by encode.comp
 layout(set = kSetKernel, binding = kBindDisplayed, scalar) writeonly buffer Output { uint outputPixels[]; };
 layout(push_constant, scalar) uniform SettingsBlock { DisplaySettings given; };
 
@@ -46,19 +47,21 @@ void main()
     if (settings.channelsA != 0u) {
         const uint pixel = displayIndexA(settings, p.x, p.y);
         besideA = pixel == kBeside;
-        a = texelFetch(imageA, besideA ? 0 : int(pixel)).rgb;
+        if (kShow != kShowPreview) {
+            a = texelFetch(imageA, besideA ? 0 : int(pixel)).rgb;
+        } else if (!besideA) {
+            const vec4 own = texelFetch(encoded, int(pixel));
+            uvec4 pixels;
+            vec4 weights;
+            displayCorners(settings, p.x, p.y, uint(own.a), pixels, weights);
+            a = weights.x * own.rgb;
+            for (int i = 1; i < 4; ++i) a += weights[i] * texelFetch(encoded, int(pixels[i])).rgb;
+        }
     }
     if (settings.channelsB != 0u) {
         const uint pixel = displayIndexB(settings, p.x, p.y);
         besideB = pixel == kBeside;
         b = texelFetch(imageB, besideB ? 0 : int(pixel)).rgb;
-    }
-    if (kShow == kShowPreview && displayGuided(settings) && !besideA) {
-        uvec4 pixels;
-        vec4 weights;
-        displayCorners(settings, p.x, p.y, uint(b.x), pixels, weights);
-        a *= weights.x;
-        for (int i = 1; i < 4; ++i) a += weights[i] * texelFetch(imageA, int(pixels[i])).rgb;
     }
     const uint packed = displayPack(displayColour(settings, p.x, a, b, besideA, besideB));
     outputPixels[p.y * settings.width + p.x] = kSwapped != 0u ? displaySwap(packed) : packed;

@@ -94,10 +94,11 @@ SHARED_CONST uint kBindRemaindersNow = 25u;
 SHARED_CONST uint kBindRays = 0u;  // texels, two per ray
 SHARED_CONST uint kBindHits = 1u;  // vec4 per ray
 
-// Set 2 of display.
+// Set 2 of display and encode.
 SHARED_CONST uint kBindImageA = 0u;
 SHARED_CONST uint kBindImageB = 1u;
 SHARED_CONST uint kBindDisplayed = 2u;
+SHARED_CONST uint kBindEncoded = 3u;  // of encode written, of display read: vec4 per pixel
 
 // Set 2 of gather: all but the first are texels, the last of one number each (virtual_light.h).
 SHARED_CONST uint kBindGathered = 0u;  // vec4 per lane

@@ -59,6 +59,17 @@ SHARED_FN bool displayIsNan(float x)
     return (floatAsUint(x) & 0x7fffffffu) > 0x7f800000u;  // isnan may be optimised away
 }
 
+SHARED_FN bool displayIsNan3(vec3 v)
+{
+    return displayIsNan(v.x) || displayIsNan(v.y) || displayIsNan(v.z);
+}
+
+/// Magenta, for what is NaN.
+SHARED_FN vec3 displayNoNumber()
+{
+    return vec3(1.0f, 0.0f, 1.0f);
+}
+
 /// Index of the pixel of an image of `w` x `h` that is shown at (x, y) of the output, or kBeside.
 SHARED_FN uint displayIndex(uint x, uint y, uint w, uint h, vec2 pace, vec2 from)
 {
@@ -176,6 +187,13 @@ SHARED_FN vec3 displayRadiance(DisplaySettings s, vec3 radiance)
     return toneEncode(expose(radiance, s.exposure), s.tone);
 }
 
+/// The colour of a pixel of radiance. Of kShowPreview it is what displayCorners weights: few pixels
+/// are encoded, many are shown.
+SHARED_FN vec3 displayEncoded(DisplaySettings s, vec3 radiance)
+{
+    return displayIsNan3(radiance) ? displayNoNumber() : displayRadiance(s, radiance);
+}
+
 /// Of kShowPreview: whether b is a guide to a. Bit 3 (dy + 1) + dx + 1 of its values says whether
 /// the pixel and its neighbour at (dx, dy) show one surface.
 SHARED_FN bool displayGuided(DisplaySettings s)
@@ -211,10 +229,10 @@ SHARED_FN void displayCorners(DisplaySettings s, uint x, uint y, uint alike, OUT
 }
 
 /// The sRGB-encoded colour of an output pixel of column x, from the values that the images have
-/// there (images of one channel: thrice the same); `besideA`, `besideB`: they have none there.
+/// there (images of one channel: thrice the same; of kShowPreview a is a colour already);
+/// `besideA`, `besideB`: they have none there.
 SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b, bool besideA, bool besideB)
 {
-    const vec3 magenta = vec3(1.0f, 0.0f, 1.0f);
     const vec3 background = vec3(0.07f, 0.075f, 0.085f);
     if (s.widthA == 0u) {
         return background;
@@ -242,10 +260,13 @@ SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b, bool bes
     if (besideA) {
         return background;
     }
+    if (show == kShowPreview) {
+        return a;
+    }
     float value = s.channel == 0u ? a.x : s.channel == 1u ? a.y : a.z;
     if (show == kShowScalar || show == kShowId || show == kShowDepth) {
         if (displayIsNan(value)) {
-            return magenta;
+            return displayNoNumber();
         }
         if (show == kShowDepth && !(value > 0.0f)) {
             return displayNothing();
@@ -254,8 +275,8 @@ SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b, bool bes
                    ? displayId(value)
                    : displayMap(s.map, displayScale(value, s.low, s.high, s.logarithmic));
     }
-    if (displayIsNan(a.x) || displayIsNan(a.y) || displayIsNan(a.z)) {
-        return magenta;
+    if (displayIsNan3(a)) {
+        return displayNoNumber();
     }
     if (show == kShowDirection) {
         return clamp(vec3(0.5f) + 0.5f * a, vec3(0.0f), vec3(1.0f));
@@ -269,7 +290,7 @@ SHARED_FN vec3 displayColour(DisplaySettings s, uint x, vec3 a, vec3 b, bool bes
         float d =
             show == kShowError ? displayError(image, reference, s.errorKind) : image - reference;
         if (displayIsNan(d)) {
-            return magenta;
+            return displayNoNumber();
         }
         return show == kShowError ? displayMap(s.map, displayScale(d, 0.0f, s.high, 0u))
                                   : displaySigned(d / max(s.high, 1.0e-30f));

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include <spirv/display.h>
+#include <spirv/encode.h>
 
 namespace gpu {
 
@@ -16,11 +17,10 @@ static_assert(sizeof(shared::DisplaySettings) <= 128);
 DisplayChoices choicesOf(const shared::DisplaySettings& s, bool swapped)
 {
     const bool two = s.show == shared::kShowDifference || s.show == shared::kShowError ||
-                     s.show == shared::kShowCompare || s.show == shared::kShowPreview;
+                     s.show == shared::kShowCompare;
     DisplayChoices c;
     c.show = two && s.widthB == 0 ? shared::kShowRadiance : s.show;
-    const bool radiance = c.show == shared::kShowRadiance || c.show == shared::kShowCompare ||
-                          c.show == shared::kShowPreview;
+    const bool radiance = c.show == shared::kShowRadiance || c.show == shared::kShowCompare;
     const bool mapped = c.show == shared::kShowScalar || c.show == shared::kShowError ||
                         c.show == shared::kShowDepth;
     if (radiance) c.tone = s.tone;
@@ -71,7 +71,8 @@ core::Image thinned(const core::Image& image, uint32_t step)
 }  // namespace
 
 Display::Display(Device& device)
-    : device_(device), kernel_(device, k_display), set_(device, kernel_.own())
+    : device_(device), kernel_(device, k_display), encode_(device, k_encode),
+      set_(device, kernel_.own()), encodeSet_(device, encode_.own())
 {}
 
 void Display::setImage(int which, const core::Image* image)
@@ -95,12 +96,29 @@ void Display::setImage(int which, const core::Image* image)
     if (input.buffer.bytes() < bytes.size()) {
         const uint32_t binding = which == 0 ? shared::kBindImageA : shared::kBindImageB;
         set_.unbind(binding);
+        encodeSet_.unbind(binding);
         input = {};  // before the new one: both at once may not fit
         input.buffer = Buffer(device_, "the picture", bytes.size(), VK_FORMAT_R32G32B32A32_SFLOAT);
         set_.bind(binding, input.buffer);
+        encodeSet_.bind(binding, input.buffer);
     }
     input.buffer.write(bytes);
     input.size = {image->width, image->height, image->channels};
+    makeRoomForColours();
+}
+
+/// Once both images of a kShowPreview are there.
+void Display::makeRoomForColours()
+{
+    const core::DisplaySize a = inputs_[0].size, b = inputs_[1].size;
+    const uint64_t bytes = uint64_t(a.x) * a.y * sizeof(glm::vec4);
+    if (a != core::DisplaySize(b.x, b.y, 3) || b.z != 1 || encoded_.bytes() >= bytes) return;
+    set_.unbind(shared::kBindEncoded);
+    encodeSet_.unbind(shared::kBindEncoded);
+    encoded_ = {};
+    encoded_ = Buffer(device_, "the colours", bytes, VK_FORMAT_R32G32B32A32_SFLOAT);
+    set_.bind(shared::kBindEncoded, encoded_);
+    encodeSet_.bind(shared::kBindEncoded, encoded_);
 }
 
 void Display::setSize(uint32_t width, uint32_t height)
@@ -124,6 +142,12 @@ void Display::record(VkCommandBuffer commands, shared::DisplaySettings settings,
         core::displaySizes(settings, width_, height_, inputs_[0].size, inputs_[1].size, places);
     const Pipeline& pipeline = kernel_.pipeline(choicesOf(settings, swapped));
     barrier(commands);
+    if (settings.show == shared::kShowPreview) {
+        encode_.dispatch(commands, encode_.pipeline({settings.tone}),
+                         {nullptr, nullptr, &encodeSet_}, settings,
+                         groupsFor(settings.widthA * settings.heightA));
+        barrier(commands);
+    }
     kernel_.dispatch(commands, pipeline, {nullptr, nullptr, &set_}, settings, (width_ + 7) / 8,
                      (height_ + 7) / 8);
     barrier(commands);

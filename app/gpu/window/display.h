@@ -1,5 +1,5 @@
 // The display kernel: two images of floats in, packed 8-bit colours out, in a buffer that is copied
-// to the window's image.
+// to the window's image. Small pictures are encoded before they are enlarged.
 #pragma once
 
 #include "app/gpu/base/kernel.h"
@@ -16,6 +16,12 @@ struct DisplayChoices {
     uint32_t swapped = 0;  // 1: red and blue are exchanged
 };
 
+/// What the kernel that encodes small pictures is specialised on.
+struct EncodeChoices {
+    static constexpr uint32_t kFirst = shared::kSpecializeShow;
+    uint32_t tone = 0;
+};
+
 class Display {
 public:
     explicit Display(Device& device);
@@ -28,7 +34,7 @@ public:
     /// Makes room for an output of that size. As setImage: nothing may be running.
     void setSize(uint32_t width, uint32_t height);
 
-    /// Runs the kernel; the sizes of `settings` are filled in. `swapped`: B8G8R8A8 instead of
+    /// Runs the kernels; the sizes of `settings` are filled in. `swapped`: B8G8R8A8 instead of
     /// R8G8B8A8. What follows may copy the output; a copy that an earlier command buffer makes of
     /// it comes first.
     void record(VkCommandBuffer commands, shared::DisplaySettings settings, bool swapped,
@@ -45,11 +51,15 @@ private:
         core::DisplaySize size{0};
     };
 
+    void makeRoomForColours();
+
     Device& device_;
     Kernel<shared::DisplaySettings, DisplayChoices> kernel_;
-    DescriptorSet set_;
+    Kernel<shared::DisplaySettings, EncodeChoices> encode_;
+    DescriptorSet set_, encodeSet_;
     std::array<Input, 2> inputs_;
     std::vector<glm::vec4> texels_;  // of the upload
+    Buffer encoded_;                 // of a picture that has a guide: its colours
     Buffer output_;
     uint32_t width_ = 0, height_ = 0;
 };

@@ -158,16 +158,17 @@ TEST_F(DisplayTest, PreviewsAreSmoothWithinASurfaceAndSharpBetweenSurfaces)
     DisplaySettings s = settingsOf(shared::kShowPreview, 40, 20);
     s.tone = shared::kToneLinear;
     const std::vector<uint8_t> bytes = core::displayImage(&a, &guide, s);
-    const auto at = [&](uint32_t x) {
-        return static_cast<double>(
-            shared::srgbDecode(static_cast<float>(bytes[(10 * 40 + x) * 4]) / 255));
-    };
-    for (uint32_t x = 0; x < 5; ++x) EXPECT_NEAR(at(x), 0.1, 0.005) << "the picture's edge";
+    const auto at = [&](uint32_t x) { return bytes[(10 * 40 + x) * 4] / 255.0; };
+    const auto encoded = [](float x) { return static_cast<double>(shared::srgbEncode(x)); };
+    const double first = encoded(0.1f), second = encoded(0.2f);
+    for (uint32_t x = 0; x < 5; ++x) EXPECT_NEAR(at(x), first, 0.003) << "the picture's edge";
     for (uint32_t x = 5; x < 15; ++x)
-        EXPECT_NEAR(at(x), 0.1 + 0.1 * (x + 0.5 - 5) / 10, 0.005) << "one surface: a ramp";
-    for (uint32_t x = 15; x < 20; ++x) EXPECT_NEAR(at(x), 0.2, 0.005) << "up to its edge";
-    for (uint32_t x = 20; x < 30; ++x) EXPECT_NEAR(at(x), 0.3, 0.005) << "another surface";
-    for (uint32_t x = 30; x < 40; ++x) EXPECT_NEAR(at(x), 0.4, 0.005);
+        EXPECT_NEAR(at(x), first + (second - first) * (x + 0.5 - 5) / 10, 0.003)
+            << "one surface: a ramp of colours";
+    for (uint32_t x = 15; x < 20; ++x) EXPECT_NEAR(at(x), second, 0.003) << "up to its edge";
+    for (uint32_t x = 20; x < 30; ++x)
+        EXPECT_NEAR(at(x), encoded(0.3f), 0.003) << "another surface";
+    for (uint32_t x = 30; x < 40; ++x) EXPECT_NEAR(at(x), encoded(0.4f), 0.003);
 
     gpu::Device device({.validation = true});
     gpu::Display display(device);
