@@ -1,5 +1,5 @@
-// The kernel sees neither scene nor frame: two images, the output, and its settings as push
-// constants.
+// The kernels see neither scene nor frame: two images, the colours of a small one, the output, and
+// their settings as push constants.
 #include "app/gpu/window/display.h"
 
 #include <algorithm>

@@ -94,7 +94,8 @@ void expectSameHits(const Mesh& mesh, size_t count, uint32_t seed)
                         (hit && hits[i].triangle != expected[i].triangle && !near) ||
                         (hit && hits[i].triangle == expected[i].triangle && !near);
     }
-    const size_t allowed = 1 + count / 20000;  // a device may fuse products and sums
+    // A graphics card found four in 100,000; it may fuse products and sums.
+    const size_t allowed = 1 + count / (device().isSoftware() ? 100000 : 20000);
     EXPECT_GT(found, count / 20);
     EXPECT_LE(unlikeEmbree, allowed) << "of " << count;
     EXPECT_LE(unlikeCpu, allowed) << "of " << count;
