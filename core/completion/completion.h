@@ -43,6 +43,9 @@ public:
     /// Bit i is 1 where visibility makes a difference at all: receiver and light face each other.
     /// Null: everywhere. Stays valid while the slice is completed.
     virtual const uint64_t* matters(uint32_t column) const = 0;
+
+    /// Light that a column brings where all rows see it, over the mean of the columns.
+    virtual float brightness(uint32_t /*column*/) const { return 1; }
 };
 
 /// What completing one slice took, or the sum over slices.

@@ -41,12 +41,13 @@ enum class OnMismatch : uint32_t {
 /// Row numbers and rates refer to the rows of a slice.
 struct CompletionParams {
     CompletionMethod method = CompletionMethod::matching;
-    float rowRate = 0.025f;           // alpha, to begin with in every octant
-    float rowIncrement = 0.025f;      // of alpha at a failed verification
-    float verificationRate = 0.025f;  // beta
-    float rowCap = 0.4f;              // of alpha
-    uint32_t rowMinimum = 24;         // and as many for verification
-    uint32_t smallSlice = 64;         // up to so many rows everything is traced
+    float rowRate = 0.015f;          // alpha, to begin with in every octant
+    float rowIncrement = 0.015f;     // of alpha at a failed verification
+    float verificationRate = 0.01f;  // beta
+    float rowCap = 0.4f;             // of alpha
+    uint32_t rowMinimum = 12;        // and as many for verification
+    bool rowsByLight = true;
+    uint32_t smallSlice = 64;  // up to so many rows everything is traced
     bool adaptiveRows = true;
     bool replacement = false;
     bool joint = true;
@@ -54,6 +55,7 @@ struct CompletionParams {
     bool dontCare = true;
     uint32_t block = 16;
     OnMismatch onMismatch = OnMismatch::full;
+    float stray = 0.03f;
     float bailOut = 0.75f;
     bool twoPhase = false;
     bool seedConstant = false;
@@ -66,10 +68,11 @@ struct CompletionParams {
     static CompletionParams authorPreset()
     {
         CompletionParams params;
+        params.rowRate = params.rowIncrement = params.verificationRate = 0.025f;
         params.rowMinimum = 1;
         params.smallSlice = 0;
         params.replacement = true;
-        params.joint = params.disambiguate = params.dontCare = false;
+        params.rowsByLight = params.joint = params.disambiguate = params.dontCare = false;
         params.guard = false;
         params.block = 1;
         params.bailOut = 1;
@@ -104,6 +107,10 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
     v(Field{"row-minimum", "rows traced of a column at least, and as many to verify", {1, 1024}},
       p.rowMinimum);
     v(Field{"small-slice", "slices of so few rows are traced in full", {0, 65536}}, p.smallSlice);
+    v(Field{"rows-by-light",
+            "matching: more rows of columns that may bring more light than others, "
+            "and fewer of those that bring less"},
+      p.rowsByLight);
     v(Field{"adaptive-rows", "draw rows at the borders of known shadows more often"},
       p.adaptiveRows);
     v(Field{"replacement", "draw rows with replacement, as the thesis does"}, p.replacement);
@@ -117,6 +124,11 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
             "a column without a match is traced in full, where the nearest known column disagrees "
             "(recursion), or, like all columns, there and at the borders of shadows (repair)"},
       p.onMismatch);
+    v(Field{"stray",
+            "repair: share of a column's traced rows away from known borders that may be wrong; "
+            "with more it is traced in full. Less for bright columns, more for dim ones",
+            {0, 1}},
+      p.stray);
     v(Field{"bail-out",
             "an octant of which a larger share was traced than this is traced in full; 1: never",
             {0, 1}},

@@ -15,6 +15,9 @@ constexpr uint64_t kWindow = 32;  // columns after which bailing out is consider
 constexpr size_t kMostCandidates = 255;
 constexpr double kNear =
     0.2;  // share of sampled rows in which a column may differ from the nearest
+// Of the rows that are sampled at the rates, in the dimmest and in the brightest columns.
+constexpr double kDimmest = 0.25, kBrightest = 6;
+constexpr uint32_t kFewestByLight = 8;
 
 size_t blockSize(const CompletionParams& params, size_t columns)
 {
@@ -78,17 +81,45 @@ void MatchingOctant::drawRows()
     std::ranges::fill(samples_, 0);
     std::ranges::fill(checks_, 0);
     std::ranges::fill(apart_, 0);
-    drawn_ = sampleCount();
+    rowFactor_ = rowFactor();
+    drawn_ = byLight(sampleCount());
+    checked_ = byLight(checkCount());
     drawSamples(drawn_, eligible, samples_);
     for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~samples_[w];
-    if (params_.joint && checkCount() > 0) {
-        drawUniform(checkCount(), eligible, random_, checks_);
+    if (params_.joint && checked_ > 0) {
+        drawUniform(checked_, eligible, random_, checks_);
         for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~checks_[w];
     }
     if (params_.residualRate > 0) {
         const auto count = static_cast<uint32_t>(std::ceil(double(params_.residualRate) * rows_));
         apartProbability_ = drawUniform(count, eligible, random_, apart_);
     }
+}
+
+/// What the number of rows at the rates is multiplied by. A wrong bit counts as much as its column
+/// is bright: where all columns are sampled alike, few bright ones make most of the error, and most
+/// rows are spent on columns whose errors nobody would see. The variance of the error is least for
+/// a given number of rows when these are in proportion to the light.
+double MatchingOctant::rowFactor() const
+{
+    if (!params_.rowsByLight || params_.twoPhase) return 1;
+    double brightest = 0;
+    for (size_t c = 0; c < block_.size(); ++c)
+        brightest = std::max(brightest, double(tracer_.brightness(block_.column(c))));
+    return std::clamp(brightest, kDimmest, kBrightest);
+}
+
+uint32_t MatchingOctant::byLight(uint32_t rows) const
+{
+    return std::max(static_cast<uint32_t>(std::lround(rowFactor_ * rows)),
+                    std::min(rows, kFewestByLight));
+}
+
+/// Which share of a column's traced rows repair may find wrong away from borders.
+double MatchingOctant::stray(size_t c) const
+{
+    const double brightness = double(tracer_.brightness(block_.column(c)));
+    return double(params_.stray) / std::max(brightness, 1e-6);
 }
 
 /// Of the columns that agree on the sampled rows, the first is traced in full, all of them at once.
@@ -121,7 +152,7 @@ void MatchingOctant::completeColumn(size_t c)
     basis_.makeKey(block_.visible(c), block_.traced(c), key_);
     basis_.match(key_, fewestRows(), candidates_);
     if (candidates_.empty()) {
-        if (params_.joint && checkCount() > 0 && basis_.matchesSamples(key_)) raiseRate();
+        if (params_.joint && checked_ > 0 && basis_.matchesSamples(key_)) raiseRate();
         return unmatched(c);
     }
     const Candidate candidate = choose(c);
@@ -137,12 +168,12 @@ void MatchingOctant::completeColumn(size_t c)
 /// candidate has compared few, which may prove too little.
 uint32_t MatchingOctant::checksLeft(size_t c, Candidate candidate) const
 {
-    if (!params_.joint || checkCount() == 0) return checkCount();
+    if (!params_.joint || checked_ == 0) return checked_;
     const auto traced = block_.traced(c), known = basis_.known(candidate.index);
     uint32_t compared = 0;
     for (size_t w = 0; w < known.size(); ++w)
         compared += static_cast<uint32_t>(std::popcount(traced[w] & known[w]));
-    const uint32_t wanted = drawn_ + checkCount();
+    const uint32_t wanted = drawn_ + checked_;
     return wanted > compared ? wanted - compared : 0;
 }
 
@@ -255,7 +286,7 @@ void MatchingOctant::take(size_t c, Candidate candidate)
         basis_.fill(candidate, block_.visible(c), rest_);
     }
     if (params_.onMismatch == OnMismatch::repair) {
-        const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate);
+        const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate, stray(c));
         if (outcome == RepairOutcome::hopeless) return traceFully(c);
         if (outcome == RepairOutcome::differs) return completeRepaired(c);
     } else {
@@ -286,7 +317,8 @@ void MatchingOctant::unmatched(size_t c)
     if (!nearest || nearest->differ > kNear * nearest->common) return traceFully(c);
     if (params_.onMismatch == OnMismatch::recursion)
         recurseColumn(block_, c, basis_, nearest->candidate);
-    else if (repairColumn(block_, c, basis_, nearest->candidate) == RepairOutcome::hopeless)
+    else if (repairColumn(block_, c, basis_, nearest->candidate, stray(c)) ==
+             RepairOutcome::hopeless)
         return traceFully(c);
     completeRepaired(c);
 }

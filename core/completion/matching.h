@@ -4,6 +4,7 @@
 // - a block of columns shares its sampled rows, whose rays make full packets, and the rows that
 //   verify a match are traced with them and take part in the match (`joint`);
 // - rows are drawn without replacement; rows where visibility makes no difference take no part;
+// - bright columns are sampled in more rows than dim ones (`rowsByLight`);
 // - of several matches, rays on rows where they disagree leave one (`disambiguate`).
 #pragma once
 
@@ -23,6 +24,9 @@ public:
 private:
     void runBlock(std::span<const uint32_t> columns);
     void drawRows();
+    double rowFactor() const;
+    uint32_t byLight(uint32_t rows) const;
+    double stray(size_t c) const;
     void traceRepresentatives();
     void completeColumn(size_t c);
     uint32_t checksLeft(size_t c, Candidate candidate) const;
@@ -43,7 +47,9 @@ private:
     Basis basis_;
     Words samples_, checks_, apart_;  // rows: matched, verified, kept for the residual
     double apartProbability_ = 0;     // of a row to be among the last
+    double rowFactor_ = 1;            // of the rows sampled of this block
     uint32_t drawn_ = 0;              // how many rows were drawn as samples
+    uint32_t checked_ = 0;            // and how many to verify
     ColumnKey key_;
     std::vector<Candidate> candidates_;
     Words scratch_, rest_;

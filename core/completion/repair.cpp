@@ -74,10 +74,11 @@ public:
           asked_(patches_), spread_(patches_), ask_(p_.words())
     {}
 
-    RepairOutcome run()
+    RepairOutcome run(double stray)
     {
         const uint32_t active = countBits(p_.block.matters(p_.c));
         markBorders();
+        if (wrongAwayFromBorders() > stray) return RepairOutcome::hopeless;
         markWrong(1);
         while (fetch()) {
             if (countBits(p_.block.traced(p_.c)) > kHopeless * active)
@@ -132,6 +133,23 @@ private:
                 lastIndex = k;
             }
         }
+    }
+
+    /// Share of the traced rows that are not as predicted, of patches neither marked nor beside one
+    /// that is.
+    double wrongAwayFromBorders() const
+    {
+        uint32_t traced = 0, wrong = 0;
+        for (uint32_t k = 0; k < patches_; ++k) {
+            const bool near = asked_[k] != 0 || (k > 0 && asked_[k - 1] != 0) ||
+                              (k + 1 < patches_ && asked_[k + 1] != 0);
+            if (near) continue;
+            const uint32_t w = k / kPatchesPerWord;
+            const uint64_t rows = rowsOf(k);
+            traced += static_cast<uint32_t>(std::popcount(p_.traced[w] & p_.common[w] & rows));
+            wrong += static_cast<uint32_t>(std::popcount(p_.wrong(w) & rows));
+        }
+        return traced > 0 ? double(wrong) / traced : 0;
     }
 
     static Patch look(uint64_t rows, uint64_t lit)
@@ -197,13 +215,14 @@ void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candida
     predict(block, c, basis, candidate);
 }
 
-RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate)
+RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate,
+                           double stray)
 {
     Prediction p(block, c, basis, candidate);
     Words unknown(p.words());
     for (size_t w = 0; w < unknown.size(); ++w) unknown[w] = ~p.common[w];
     block.fetch(c, unknown);
-    const RepairOutcome outcome = Repair(p).run();
+    const RepairOutcome outcome = Repair(p).run(stray);
     if (outcome != RepairOutcome::hopeless) predict(block, c, basis, candidate);
     return outcome;
 }

@@ -22,12 +22,15 @@ void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candida
 enum class RepairOutcome {
     agrees,    // everything traced is as the candidate has it
     differs,   // the column is complete, but not the candidate
-    hopeless,  // too much has been traced; the column is not complete
+    hopeless,  // too much has been traced, or it would be; the column is not complete
 };
 
 /// Traces the rows that the candidate does not know, the patches at the borders of the candidate's
 /// shadows and around traced rows that disagree with it, then their neighbours as long as any
-/// differs from the candidate. Completes the column unless that becomes most of it.
-RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate);
+/// differs from the candidate. Completes the column unless that becomes most of it, or more than
+/// the share `stray` of the traced rows away from those borders disagree: then light and shadow lie
+/// where no known border leads to them, as in hair, and what has not been traced is as wrong.
+RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate,
+                           double stray);
 
 }  // namespace core::many_lights

@@ -11,12 +11,13 @@ namespace core::many_lights {
 
 class SliceOracle final : public VisibilityOracle {
 public:
-    /// Everything is kept by reference. `matters` has a column for each of `columns`. Once `stop`
-    /// is requested the answers mean nothing.
+    /// Everything is kept by reference. `matters` has a column for each of `columns`, `brightness`
+    /// an entry, or none where all count alike. Once `stop` is requested the answers mean nothing.
     SliceOracle(const Accel& accel, const SliceRows& rows, std::span<const Column> columns,
-                const BitMatrix& matters, std::stop_token stop, bool packets = true)
-        : accel_(accel), rows_(rows), columns_(columns), matters_(matters), stop_(std::move(stop)),
-          packets_(packets)
+                const BitMatrix& matters, std::stop_token stop, bool packets = true,
+                std::span<const float> brightness = {})
+        : accel_(accel), rows_(rows), columns_(columns), matters_(matters), brightness_(brightness),
+          stop_(std::move(stop)), packets_(packets)
     {}
 
     void trace(std::span<const TraceRequest> requests) override;
@@ -24,12 +25,17 @@ public:
     {
         return matters_.column(column).data();
     }
+    float brightness(uint32_t column) const override
+    {
+        return brightness_.empty() ? 1 : brightness_[column];
+    }
 
 private:
     const Accel& accel_;
     const SliceRows& rows_;
     std::span<const Column> columns_;
     const BitMatrix& matters_;
+    std::span<const float> brightness_;
     std::stop_token stop_;
     bool packets_;
 };

@@ -44,7 +44,8 @@ bool SliceVisibility::run(const SliceJob& job, std::span<const Receiver> receive
                           const std::stop_token& stop, SliceStats& stats)
 {
     if (!prepare(job, receivers, chosen, slice, stop, stats)) return false;
-    SliceOracle oracle(*job.receivers.accel, rows_, ordered_, orderedMatters_, stop, job.packets);
+    SliceOracle oracle(*job.receivers.accel, rows_, ordered_, orderedMatters_, stop, job.packets,
+                       orderedBrightness_);
     complete(oracle, rows_.count(), ranges_, job.completion, frameSeed(job.receivers) ^ slice,
              completed_, stop);
     stats.completion += completed_.stats;
@@ -127,11 +128,16 @@ void SliceVisibility::orderColumns()
         return brightness_[a] != brightness_[b] ? brightness_[a] > brightness_[b] : a < b;
     });
     orderedMatters_.reset(rows_.count(), count);
+    double total = 0;
+    for (const float b : brightness_) total += double(b);
+    const double scale = total > 0 ? count / total : 0;
+    orderedBrightness_.clear();
     ordered_.clear();
     ranges_.clear();
     for (uint32_t j = 0; j < count; ++j) {
         const uint32_t from = order_[j];
         ordered_.push_back(columns_[from]);
+        orderedBrightness_.push_back(static_cast<float>(brightness_[from] * scale));
         std::ranges::copy(std::as_const(matters_).column(from), orderedMatters_.column(j).begin());
         if (j == 0 || octants_[order_[j - 1]] != octants_[from]) ranges_.push_back({j, j});
         ranges_.back().end = j + 1;

@@ -40,6 +40,7 @@ private:
     std::vector<LightCluster> clusters_;
     std::vector<Column> columns_, ordered_;
     std::vector<float> brightness_, weights_;
+    std::vector<float> orderedBrightness_;  // over the mean of the columns
     std::vector<uint32_t> octants_, order_;
     std::vector<ColumnRange> ranges_;
     BitMatrix matters_, orderedMatters_;

@@ -79,6 +79,36 @@ TEST(Repair, ColumnsThatAgreeWithNoneAreNotMatched)
     EXPECT_LE(tests::distinctColumns(slice.visible), slice.stats.full + slice.stats.repaired);
 }
 
+/// Shadows that no known border leads to: what has not been traced is as wrong as what has.
+TEST(Repair, WrongRowsAwayFromBordersMeanThatAllIsTraced)
+{
+    constexpr uint32_t kRows = 1000;
+    BitMatrix truth(kRows, 2);
+    for (uint32_t i = 0; i < kRows; ++i) {
+        truth.set(i, 0, true);
+        truth.set(i, 1, i % 100 != 50);
+    }
+    CompletionParams params;
+    params.onMismatch = OnMismatch::repair;
+    params.bailOut = 1;
+    params.stray = 0.01f;
+    uint32_t full = 0, mended = 0, wrong = 0;
+    for (uint64_t seed = 0; seed < 200; ++seed) {
+        const CompletedSlice strict = tests::completed(truth, params, seed);
+        full += strict.stats.full == 2;
+        EXPECT_EQ(strict.stats.repaired, 0u);
+        EXPECT_EQ(strict.visible == truth, strict.stats.full == 2);
+        CompletionParams lax = params;
+        lax.stray = 1;
+        const CompletedSlice repaired = tests::completed(truth, lax, seed);
+        mended += repaired.stats.repaired;
+        wrong += repaired.stats.repaired > 0 && repaired.visible != truth;
+    }
+    EXPECT_GT(full, 20u);
+    EXPECT_EQ(mended, full);
+    EXPECT_EQ(wrong, mended);
+}
+
 // --- the residual
 
 /// Sum over rows and columns of weight x bit, predicted and corrected.
