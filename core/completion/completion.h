@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -44,8 +45,9 @@ public:
     /// Null: everywhere. Stays valid while the slice is completed.
     virtual const uint64_t* matters(uint32_t column) const = 0;
 
-    /// Light that a column brings where all rows see it, over the mean of the columns.
-    virtual float brightness(uint32_t /*column*/) const { return 1; }
+    /// Light that a column brings where all rows see it, over the mean of the columns. Nothing
+    /// where that is not known of any column.
+    virtual std::optional<float> brightness(uint32_t /*column*/) const { return std::nullopt; }
 };
 
 /// What completing one slice took, or the sum over slices.

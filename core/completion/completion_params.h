@@ -41,11 +41,11 @@ enum class OnMismatch : uint32_t {
 /// Row numbers and rates refer to the rows of a slice.
 struct CompletionParams {
     CompletionMethod method = CompletionMethod::matching;
-    float rowRate = 0.015f;          // alpha, to begin with in every octant
-    float rowIncrement = 0.015f;     // of alpha at a failed verification
-    float verificationRate = 0.01f;  // beta
-    float rowCap = 0.4f;             // of alpha
-    uint32_t rowMinimum = 12;        // and as many for verification
+    float rowRate = 0.025f;           // alpha, to begin with in every octant
+    float rowIncrement = 0.025f;      // of alpha at a failed verification
+    float verificationRate = 0.025f;  // beta
+    float rowCap = 0.4f;              // of alpha
+    uint32_t rowMinimum = 24;         // and as many for verification
     bool rowsByLight = true;
     uint32_t smallSlice = 64;  // up to so many rows everything is traced
     bool adaptiveRows = true;
@@ -68,7 +68,6 @@ struct CompletionParams {
     static CompletionParams authorPreset()
     {
         CompletionParams params;
-        params.rowRate = params.rowIncrement = params.verificationRate = 0.025f;
         params.rowMinimum = 1;
         params.smallSlice = 0;
         params.replacement = true;
@@ -108,8 +107,8 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
       p.rowMinimum);
     v(Field{"small-slice", "slices of so few rows are traced in full", {0, 65536}}, p.smallSlice);
     v(Field{"rows-by-light",
-            "matching: more rows of columns that may bring more light than others, "
-            "and fewer of those that bring less"},
+            "matching: half of these rows for columns of mean brightness, more for those that may "
+            "bring more light, and fewer for those that bring less"},
       p.rowsByLight);
     v(Field{"adaptive-rows", "draw rows at the borders of known shadows more often"},
       p.adaptiveRows);

@@ -15,8 +15,8 @@ constexpr uint64_t kWindow = 32;  // columns after which bailing out is consider
 constexpr size_t kMostCandidates = 255;
 constexpr double kNear =
     0.2;  // share of sampled rows in which a column may differ from the nearest
-// Of the rows that are sampled at the rates, in the dimmest and in the brightest columns.
-constexpr double kDimmest = 0.25, kBrightest = 6;
+// Rows by light, of those at the rates: of a column of mean brightness, the dimmest, the brightest.
+constexpr double kMeanLight = 0.5, kDimmest = 0.125, kBrightest = 3;
 constexpr uint32_t kFewestByLight = 8;
 
 size_t blockSize(const CompletionParams& params, size_t columns)
@@ -104,9 +104,12 @@ double MatchingOctant::rowFactor() const
 {
     if (!params_.rowsByLight || params_.twoPhase) return 1;
     double brightest = 0;
-    for (size_t c = 0; c < block_.size(); ++c)
-        brightest = std::max(brightest, double(tracer_.brightness(block_.column(c))));
-    return std::clamp(brightest, kDimmest, kBrightest);
+    for (size_t c = 0; c < block_.size(); ++c) {
+        const std::optional<float> brightness = tracer_.brightness(block_.column(c));
+        if (!brightness) return 1;
+        brightest = std::max(brightest, double(*brightness));
+    }
+    return std::clamp(kMeanLight * brightest, kDimmest, kBrightest);
 }
 
 uint32_t MatchingOctant::byLight(uint32_t rows) const
@@ -118,7 +121,7 @@ uint32_t MatchingOctant::byLight(uint32_t rows) const
 /// Which share of a column's traced rows repair may find wrong away from borders.
 double MatchingOctant::stray(size_t c) const
 {
-    const double brightness = double(tracer_.brightness(block_.column(c)));
+    const double brightness = double(tracer_.brightness(block_.column(c)).value_or(1.0f));
     return double(params_.stray) / std::max(brightness, 1e-6);
 }
 

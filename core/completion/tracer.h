@@ -23,7 +23,7 @@ public:
         const uint64_t* mask = dontCare_ ? oracle_.matters(column) : nullptr;
         return {mask != nullptr ? mask : all_.data(), all_.size()};
     }
-    float brightness(uint32_t column) const { return oracle_.brightness(column); }
+    std::optional<float> brightness(uint32_t column) const { return oracle_.brightness(column); }
     std::span<const uint64_t> all() const { return all_; }
 
     /// Traces requests, which ask for each row once. Returns the rays.

@@ -12,7 +12,7 @@ namespace core::many_lights {
 class SliceOracle final : public VisibilityOracle {
 public:
     /// Everything is kept by reference. `matters` has a column for each of `columns`, `brightness`
-    /// an entry, or none where all count alike. Once `stop` is requested the answers mean nothing.
+    /// an entry, or none where it is not known. Once `stop` is requested the answers mean nothing.
     SliceOracle(const Accel& accel, const SliceRows& rows, std::span<const Column> columns,
                 const BitMatrix& matters, std::stop_token stop, bool packets = true,
                 std::span<const float> brightness = {})
@@ -25,9 +25,9 @@ public:
     {
         return matters_.column(column).data();
     }
-    float brightness(uint32_t column) const override
+    std::optional<float> brightness(uint32_t column) const override
     {
-        return brightness_.empty() ? 1 : brightness_[column];
+        return brightness_.empty() ? std::nullopt : std::optional(brightness_[column]);
     }
 
 private:
