@@ -137,7 +137,7 @@ void SliceVisibility::orderColumns()
     for (uint32_t j = 0; j < count; ++j) {
         const uint32_t from = order_[j];
         ordered_.push_back(columns_[from]);
-        orderedBrightness_.push_back(static_cast<float>(brightness_[from] * scale));
+        orderedBrightness_.push_back(static_cast<float>(double(brightness_[from]) * scale));
         std::ranges::copy(std::as_const(matters_).column(from), orderedMatters_.column(j).begin());
         if (j == 0 || octants_[order_[j - 1]] != octants_[from]) ranges_.push_back({j, j});
         ranges_.back().end = j + 1;

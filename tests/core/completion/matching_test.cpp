@@ -367,7 +367,7 @@ TEST(Matching, BrightColumnsAreComparedInMoreRows)
     CompletionParams params;
     params.adaptiveRows = false;
     params.rowRate = params.verificationRate = 0.04f;
-    for (const auto [brightness, rows] :
+    for (const auto& [brightness, rows] :
          {std::pair{0.01f, 16u}, {0.75f, 30u}, {2.0f, 80u}, {50.0f, 240u}}) {
         double expected = 1;
         for (uint32_t k = 0; k < rows; ++k) expected *= 1 - double(kDark) / (kRows - k);
