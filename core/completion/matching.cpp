@@ -99,7 +99,8 @@ void MatchingOctant::drawRows()
 /// What the number of rows at the rates is multiplied by. A wrong bit counts as much as its column
 /// is bright: where all columns are sampled alike, few bright ones make most of the error, and most
 /// rows are spent on columns whose errors nobody would see. The variance of the error is least for
-/// a given number of rows when these are in proportion to the light.
+/// a given number of rows when these are in proportion to the light. In two phases an octant is one
+/// block, whose columns have nothing in common.
 double MatchingOctant::rowFactor() const
 {
     if (!params_.rowsByLight || params_.twoPhase) return 1;
@@ -114,6 +115,7 @@ double MatchingOctant::rowFactor() const
 
 uint32_t MatchingOctant::byLight(uint32_t rows) const
 {
+    if (rows >= rows_) return rows;  // a rate of 1 is exact
     return std::max(static_cast<uint32_t>(std::lround(rowFactor_ * rows)),
                     std::min(rows, kFewestByLight));
 }

@@ -347,7 +347,7 @@ std::span<const MapInfo> manyLightsMaps()
 {
     static const std::array kMaps{
         MapInfo{"traced", "share of the visibility of a pixel's slice that rays have found", 1},
-        MapInfo{"rate", "share of the rows that is sampled of a column at the end", 0.4f},
+        MapInfo{"rate", "row-rate at the end; rows-by-light samples more or fewer rows", 0.4f},
         MapInfo{"basis", "known columns of the slice, of all octants together"},
         MapInfo{"slice", "points in the slice that a pixel belongs to"},
     };

@@ -310,7 +310,6 @@ TEST(ManyLights, CompletionOfAllRowsIsFullSamplingToTheBit)
     CompletionParams all;
     all.method = CompletionMethod::matching;
     all.rowRate = 1;
-    all.rowsByLight = false;
     all.rowCap = 1;
     EXPECT_EQ(frameOf(*renderer, *world, all, 1).pixels,
               frameOf(*renderer, *world, fullSampling(), 1).pixels);
