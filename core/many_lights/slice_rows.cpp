@@ -41,6 +41,41 @@ void scaleFrom(float* __restrict out, float to, const float* at, float near, con
     for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = (to - near * at[i]) * scale[i];
 }
 
+/// Cosines and distances of a contribution; `cosine(i, x, y, z)` is that at row i.
+template <class Cosine>
+void weighRows(const Column& column, float clampDistance, const RowTriple& position,
+               const Cosine& cosine, IndexRange rows, float* __restrict out)
+{
+    const VirtualLight& light = *column.light;
+    const vec3 p = light.position, n = light.normal;
+    if (light.kind == LightKind::directional) {
+        for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = cosine(i, -n.x, -n.y, -n.z);
+        return;
+    }
+    const float* px = position[0].data();
+    const float* py = position[1].data();
+    const float* pz = position[2].data();
+    if (light.kind == LightKind::point) {
+        for (uint32_t i = rows.begin; i < rows.end; ++i) {
+            const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
+            const float d2 = std::max(x * x + y * y + z * z, kTooNear2);
+            out[i] = cosine(i, x, y, z) / (d2 * std::sqrt(d2));
+        }
+        return;
+    }
+    const float b = std::max(clampDistance, column.radius), b2 = b * b;
+    const float behind = light.bothSides != 0 ? 1.0f : 0.0f;
+    for (uint32_t i = rows.begin; i < rows.end; ++i) {
+        const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
+        const float d2 = x * x + y * y + z * z;
+        const float facing = -(x * n.x + y * n.y + z * n.z);
+        const float leaves = std::max(facing, -behind * facing);
+        const float safe = std::max(d2, kTooNear2);
+        const float w = cosine(i, x, y, z) * leaves / (safe * std::max(safe, b2));
+        out[i] = w * static_cast<float>(d2 > kTooNear2);
+    }
+}
+
 }  // namespace
 
 void SliceRows::reset(const shared::SceneView& scene, std::span<const Receiver> receivers,
@@ -58,7 +93,8 @@ void SliceRows::reset(const shared::SceneView& scene, std::span<const Receiver> 
     gloss_.clear();
     otherSurfaces_ = 0;
     mean_ = meanNormal_ = vec3(0);
-    anyTransmits_ = false;
+    anyTransmits_ = anySideDiffers_ = false;
+    mostEvents_ = 0;
     for (uint32_t row = 0; row < count_; ++row) setRow(row, scene, receivers[chosen[row]]);
 }
 
@@ -95,6 +131,8 @@ void SliceRows::setRow(uint32_t row, const shared::SceneView& scene, const Recei
         origin_[i][size_t(count_) + row] = back[c];
     }
     events_[row] = static_cast<int>(receiver.events);
+    mostEvents_ = std::max(mostEvents_, events_[row]);
+    anySideDiffers_ = anySideDiffers_ || normal != receiver.normal;
     seeds_[row] = shared::hashUint(receiver.place);
     mean_ += v.surface.position;
     meanNormal_ += normal;
@@ -179,56 +217,41 @@ float SliceRows::largestResponse(uint32_t row, const LightNode& node, LightKind 
 void SliceRows::weigh(const Column& column, const GatherSettings& settings, IndexRange rows,
                       std::span<float> weights) const
 {
-    const VirtualLight& light = *column.light;
-    const float* px = position_[0].data();
-    const float* py = position_[1].data();
-    const float* pz = position_[2].data();
     const float* nx = normal_[0].data();
     const float* ny = normal_[1].data();
     const float* nz = normal_[2].data();
+    // Events before the receiver, at the receiver, and before the light are maxDepth at most.
+    const auto most =
+        static_cast<int>(settings.maxDepth - std::min(settings.maxDepth, column.light->bounces));
+    const auto weighWith = [&](const auto& cosine) {
+        weighRows(column, settings.clampDistance, position_, cosine, rows, weights.data());
+    };
     const float* gx = side_[0].data();
     const float* gy = side_[1].data();
     const float* gz = side_[2].data();
+    if (!anyTransmits_ && mostEvents_ < most) {
+        if (anySideDiffers_)
+            weighWith([=](uint32_t i, float x, float y, float z) {
+                const float a = x * nx[i] + y * ny[i] + z * nz[i];
+                const float g = x * gx[i] + y * gy[i] + z * gz[i];
+                return std::max(a, 0.0f) * static_cast<float>(g > 0);
+            });
+        else
+            weighWith([=](uint32_t i, float x, float y, float z) {
+                return std::max(x * nx[i] + y * ny[i] + z * nz[i], 0.0f);
+            });
+        return;
+    }
     const int* events = events_.data();
     const int* transmits = transmits_.data();
-    // Events before the receiver, at the receiver, and before the light are maxDepth at most.
-    const auto most =
-        static_cast<int>(settings.maxDepth - std::min(settings.maxDepth, light.bounces));
-    // Without the promise that nothing else lies there the loops would not become vectors.
-    float* __restrict out = weights.data();
     // The cosine at the receiver, both normals agreeing: 0 where light cannot go through.
-    const auto cosine = [=](uint32_t i, float x, float y, float z) {
+    weighWith([=](uint32_t i, float x, float y, float z) {
         const float a = x * nx[i] + y * ny[i] + z * nz[i];
         const float g = x * gx[i] + y * gy[i] + z * gz[i];
         // Products in place of branches, which end vectorization.
         const int passes = int(a * g > 0) & (int(a > 0) | transmits[i]) & int(events[i] < most);
         return std::abs(a) * static_cast<float>(passes);
-    };
-    if (light.kind == LightKind::directional) {
-        const float x = -light.normal.x, y = -light.normal.y, z = -light.normal.z;
-        for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = cosine(i, x, y, z);
-        return;
-    }
-    const vec3 p = light.position, n = light.normal;
-    if (light.kind == LightKind::point) {
-        for (uint32_t i = rows.begin; i < rows.end; ++i) {
-            const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
-            const float d2 = std::max(x * x + y * y + z * z, kTooNear2);
-            out[i] = cosine(i, x, y, z) / (d2 * std::sqrt(d2));
-        }
-        return;
-    }
-    const float b = std::max(settings.clampDistance, column.radius), b2 = b * b;
-    const float behind = light.bothSides != 0 ? 1.0f : 0.0f;
-    for (uint32_t i = rows.begin; i < rows.end; ++i) {
-        const float x = p.x - px[i], y = p.y - py[i], z = p.z - pz[i];
-        const float d2 = x * x + y * y + z * z;
-        const float facing = -(x * n.x + y * n.y + z * n.z);
-        const float leaves = std::max(facing, -behind * facing);
-        const float safe = std::max(d2, kTooNear2);
-        const float w = cosine(i, x, y, z) * leaves / (safe * std::max(safe, b2));
-        out[i] = w * static_cast<float>(d2 > kTooNear2);
-    }
+    });
 }
 
 void SliceRows::clear(IndexRange rows)

@@ -145,7 +145,9 @@ private:
     std::vector<Surface> surfaces_;
     size_t otherSurfaces_ = 0;  // those of them that are not in gloss_
     glm::vec3 mean_{0}, meanNormal_{0};
-    bool anyTransmits_ = false;
+    // What no row has, no column asks for.
+    bool anyTransmits_ = false, anySideDiffers_ = false;  // the latter: shading normals
+    int mostEvents_ = 0;
 };
 
 /// Direction to the light from a row (not unit) and, for lights at a place, distance squared.

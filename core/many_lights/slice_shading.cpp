@@ -95,9 +95,14 @@ bool SliceWorker::sum(const SliceJob& job, const std::stop_token& stop)
     std::ranges::stable_sort(residual_, {}, &ResidualEntry::column);
     auto residual = residual_.begin();
     weights_.resize(rows.count());
+    const bool asSeen = completed.coefficients.empty() && residual_.empty();
     for (uint32_t j = 0; j < columns.size(); ++j) {
         if (j % 256 == 0 && stop.stop_requested()) return false;
         const std::span<const uint64_t> visible = completed.visible.column(j);
+        if (asSeen) {
+            addVisible(job, columns[j], visible);
+            continue;
+        }
         rows.weigh(columns[j], job.gather, weights_);
         corrections_.clear();
         for (; residual != residual_.end() && residual->column == j; ++residual)
@@ -112,6 +117,24 @@ bool SliceWorker::sum(const SliceJob& job, const std::stop_token& stop)
     }
     for (uint32_t row = 0; row < rows.count(); ++row) radiance_[row] = rows.radiance(row);
     return true;
+}
+
+/// Runs of 64 rows of which the column lights none are left out.
+void SliceWorker::addVisible(const SliceJob& job, const Column& column,
+                             std::span<const uint64_t> visible)
+{
+    SliceRows& rows = visibility_.rows();
+    for (size_t begin = 0, end; begin < visible.size(); begin = end + 1) {
+        end = begin;
+        while (end < visible.size() && visible[end] != 0) ++end;
+        if (end == begin) continue;
+        const IndexRange lit{static_cast<uint32_t>(64 * begin),
+                             std::min(static_cast<uint32_t>(64 * end), rows.count())};
+        rows.weigh(column, job.gather, lit, weights_);
+        maskValues(visible.subspan(begin, end - begin),
+                   std::span(weights_).subspan(lit.begin, lit.size()));
+        rows.add(column, *job.lights, lit, weights_);
+    }
 }
 
 }  // namespace core::many_lights

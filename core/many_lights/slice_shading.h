@@ -27,6 +27,7 @@ public:
 
 private:
     bool sum(const SliceJob& job, const std::stop_token& stop);
+    void addVisible(const SliceJob& job, const Column& column, std::span<const uint64_t> visible);
     bool sumExtended(const SliceJob& job, std::span<const Receiver> receivers,
                      std::span<const uint32_t> chosen, const std::stop_token& stop);
     void addLost(const SliceJob& job, std::span<const Receiver> receivers,
