@@ -41,7 +41,8 @@ void scaleFrom(float* __restrict out, float to, const float* at, float near, con
     for (uint32_t i = rows.begin; i < rows.end; ++i) out[i] = (to - near * at[i]) * scale[i];
 }
 
-/// Cosines and distances of a contribution; `cosine(i, x, y, z)` is that at row i.
+/// Cosines and distances of a contribution; `cosine(i, x, y, z)` is that at row i. Without the
+/// promise that nothing else lies at `out` the loops would not become vectors.
 template <class Cosine>
 void weighRows(const Column& column, float clampDistance, const RowTriple& position,
                const Cosine& cosine, IndexRange rows, float* __restrict out)
@@ -220,15 +221,15 @@ void SliceRows::weigh(const Column& column, const GatherSettings& settings, Inde
     const float* nx = normal_[0].data();
     const float* ny = normal_[1].data();
     const float* nz = normal_[2].data();
+    const float* gx = side_[0].data();
+    const float* gy = side_[1].data();
+    const float* gz = side_[2].data();
     // Events before the receiver, at the receiver, and before the light are maxDepth at most.
     const auto most =
         static_cast<int>(settings.maxDepth - std::min(settings.maxDepth, column.light->bounces));
     const auto weighWith = [&](const auto& cosine) {
         weighRows(column, settings.clampDistance, position_, cosine, rows, weights.data());
     };
-    const float* gx = side_[0].data();
-    const float* gy = side_[1].data();
-    const float* gz = side_[2].data();
     if (!anyTransmits_ && mostEvents_ < most) {
         if (anySideDiffers_)
             weighWith([=](uint32_t i, float x, float y, float z) {

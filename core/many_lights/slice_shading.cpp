@@ -119,7 +119,7 @@ bool SliceWorker::sum(const SliceJob& job, const std::stop_token& stop)
     return true;
 }
 
-/// Runs of 64 rows of which the column lights none are left out.
+/// A column's light to the rows that see it. Words of 64 rows of which none does are left out.
 void SliceWorker::addVisible(const SliceJob& job, const Column& column,
                              std::span<const uint64_t> visible)
 {
