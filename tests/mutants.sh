@@ -55,7 +55,9 @@ completion-key-spill@core/completion/basis.cpp@filling = end > 64 ? bits >> (64 
 completion-residual-unpaid@core/completion/matching.cpp@static_cast<float>(1 / apartProbability_)@1.0f@Residual*
 completion-rate-stays@core/completion/matching.cpp@basis_.matchesSamples(key_)) raiseRate();@basis_.matchesSamples(key_)) {}@Matching*
 completion-rows-alike@core/completion/matching.cpp@return std::clamp(kMeanLight * brightest, kDimmest, kBrightest);@return kMeanLight;@Matching*
-completion-stray-trusted@core/completion/repair.cpp@if (wrongAwayFromBorders() > stray) return RepairOutcome::hopeless;@@Repair*
+completion-stray-trusted@core/completion/repair.cpp@if (strays()) return RepairOutcome::hopeless;@@Repair*
+completion-probes-trusted@core/completion/repair.cpp@return !findsWrong(true);@return true;@Repair*
+completion-never-probed@core/completion/repair.cpp@if (trust_.probes > 0 && !probe())@if (false)@Repair*
 completion-unknown-untraced@core/completion/matching.cpp@rest_[w] = matters[w] & ~known[w];@rest_[w] = 0;@Matching*
 completion-pivot-lost@core/completion/gauss_jordan.cpp@if (getBit(this->column(k), pivot))@if (false)@GaussJordan*
 bvh-no-way-back@core/trace/bvh_traverse.h@stack[++top] = back;@@BvhFar*

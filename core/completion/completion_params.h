@@ -54,8 +54,8 @@ struct CompletionParams {
     bool disambiguate = true;
     bool dontCare = true;
     uint32_t block = 16;
-    OnMismatch onMismatch = OnMismatch::full;
-    float stray = 0.03f;
+    OnMismatch onMismatch = OnMismatch::repair;
+    float stray = 0.02f;
     float bailOut = 0.75f;
     bool twoPhase = false;
     bool seedConstant = false;
@@ -70,6 +70,7 @@ struct CompletionParams {
         CompletionParams params;
         params.rowMinimum = 1;
         params.smallSlice = 0;
+        params.onMismatch = OnMismatch::full;
         params.replacement = true;
         params.rowsByLight = params.joint = params.disambiguate = params.dontCare = false;
         params.guard = false;

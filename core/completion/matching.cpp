@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/completion/repair.h"
-
 namespace core::many_lights {
 
 namespace {
@@ -31,7 +29,7 @@ MatchingOctant::MatchingOctant(Tracer& tracer, std::span<const uint32_t> columns
     : Octant(tracer, columns, params, seed, blockSize(params, columns.size()), out),
       blockSize_(blockSize(params, columns.size())), basis_(rows_), samples_(tracer.all().size()),
       checks_(samples_.size()), apart_(samples_.size()), scratch_(samples_.size()),
-      rest_(samples_.size())
+      rest_(samples_.size()), memory_(samples_.size())
 {
     if (params.seedConstant) basis_.push(tracer.all(), tracer.all());
 }
@@ -120,11 +118,13 @@ uint32_t MatchingOctant::byLight(uint32_t rows) const
                     std::min(rows, kFewestByLight));
 }
 
-/// Which share of a column's traced rows repair may find wrong away from borders.
-double MatchingOctant::stray(size_t c) const
+/// How far repair trusts a column's candidate: the less, the brighter the column is. One that all
+/// sampled rows agree with has been probed by these.
+RepairTrust MatchingOctant::trust(size_t c, bool matched) const
 {
     const double brightness = double(tracer_.brightness(block_.column(c)).value_or(1.0f));
-    return double(params_.stray) / std::max(brightness, 1e-6);
+    return {.stray = double(params_.stray) / std::max(brightness, 1e-6),
+            .probes = matched ? 0 : brightness};
 }
 
 /// Of the columns that agree on the sampled rows, the first is traced in full, all of them at once.
@@ -291,7 +291,8 @@ void MatchingOctant::take(size_t c, Candidate candidate)
         basis_.fill(candidate, block_.visible(c), rest_);
     }
     if (params_.onMismatch == OnMismatch::repair) {
-        const RepairOutcome outcome = repairColumn(block_, c, basis_, candidate, stray(c));
+        const RepairOutcome outcome =
+            repairColumn(block_, c, basis_, candidate, trust(c, true), random_, memory_);
         if (outcome == RepairOutcome::hopeless) return traceFully(c);
         if (outcome == RepairOutcome::differs) return completeRepaired(c);
     } else {
@@ -321,9 +322,9 @@ void MatchingOctant::unmatched(size_t c)
     const auto nearest = basis_.nearest(key_, fewestRows());
     if (!nearest || nearest->differ > kNear * nearest->common) return traceFully(c);
     if (params_.onMismatch == OnMismatch::recursion)
-        recurseColumn(block_, c, basis_, nearest->candidate);
-    else if (repairColumn(block_, c, basis_, nearest->candidate, stray(c)) ==
-             RepairOutcome::hopeless)
+        recurseColumn(block_, c, basis_, nearest->candidate, memory_);
+    else if (repairColumn(block_, c, basis_, nearest->candidate, trust(c, false), random_,
+                          memory_) == RepairOutcome::hopeless)
         return traceFully(c);
     completeRepaired(c);
 }

@@ -10,6 +10,7 @@
 
 #include "core/completion/basis.h"
 #include "core/completion/octant.h"
+#include "core/completion/repair.h"
 
 namespace core::many_lights {
 
@@ -26,7 +27,7 @@ private:
     void drawRows();
     double rowFactor() const;
     uint32_t byLight(uint32_t rows) const;
-    double stray(size_t c) const;
+    RepairTrust trust(size_t c, bool matched) const;
     void traceRepresentatives();
     void completeColumn(size_t c);
     uint32_t checksLeft(size_t c, Candidate candidate) const;
@@ -54,6 +55,7 @@ private:
     std::vector<Candidate> candidates_;
     Words scratch_, rest_;
     std::vector<Words> counters_;
+    RepairMemory memory_;
     uint64_t windowColumns_ = 0, windowActive_ = 0;  // since bailing out was considered last
 };
 

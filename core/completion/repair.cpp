@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/completion/row_weights.h"
+
 namespace core::many_lights {
 
 namespace {
@@ -20,9 +22,10 @@ uint64_t rangeInWord(uint32_t begin, uint32_t end, size_t w)
 
 /// One column and its candidate, for both ways of repair.
 struct Prediction {
-    Prediction(Block& b, size_t column, const Basis& basis, Candidate candidate)
+    Prediction(Block& b, size_t column, const Basis& basis, Candidate candidate,
+               RepairMemory& memory)
         : block(b), c(column), visible(b.visible(column)), traced(b.traced(column)),
-          common(visible.size()), bits(visible.size())
+          common(memory.common), bits(memory.bits)
     {
         const auto matters = b.matters(column), known = basis.known(candidate.index);
         const auto source = basis.bits(candidate.index);
@@ -40,9 +43,17 @@ struct Prediction {
     Block& block;
     size_t c;
     std::span<const uint64_t> visible, traced;
-    Words common;  // rows that matter and that the candidate knows
-    Words bits;    // what it predicts there
+    std::span<uint64_t> common, bits;  // RepairMemory's
 };
+
+/// Traces the rows that matter and that the candidate does not know, and those of `ask`.
+void fetchUnknown(const Prediction& p, Words& ask)
+{
+    const auto matters = p.block.matters(p.c);
+    uint64_t any = 0;
+    for (size_t w = 0; w < ask.size(); ++w) any |= (ask[w] |= matters[w] & ~p.common[w]);
+    if (any != 0) p.block.fetch(p.c, ask);
+}
 
 /// Collects in `ask` what recursion traces of the rows begin..end.
 void recurse(const Prediction& p, uint32_t begin, uint32_t end, Words& ask)
@@ -69,28 +80,83 @@ enum class Patch : uint8_t { empty, dark, lit, mixed };
 
 class Repair {
 public:
-    explicit Repair(Prediction& prediction)
-        : p_(prediction), patches_(kPatchesPerWord * static_cast<uint32_t>(p_.words())),
-          asked_(patches_), spread_(patches_), ask_(p_.words())
-    {}
-
-    RepairOutcome run(double stray)
+    Repair(const Prediction& prediction, RepairTrust trust, Pcg32& random, RepairMemory& memory)
+        : p_(prediction), trust_(trust), random_(random),
+          most_(kHopeless * countBits(p_.block.matters(p_.c))),
+          patches_(kPatchesPerWord * static_cast<uint32_t>(p_.words())), asked_(memory.asked),
+          spread_(memory.spread), ask_(memory.ask)
     {
-        const uint32_t active = countBits(p_.block.matters(p_.c));
+        asked_.assign(patches_, 0);
+        spread_.assign(patches_, 0);
+        std::ranges::fill(ask_, 0);
+    }
+
+    RepairOutcome run()
+    {
         markBorders();
-        if (wrongAwayFromBorders() > stray) return RepairOutcome::hopeless;
+        if (strays()) return RepairOutcome::hopeless;
+        if (countBits(ask_) > most_)
+            return wrongRows() > 0 ? RepairOutcome::hopeless : RepairOutcome::agrees;
         markWrong(1);
-        while (fetch()) {
-            if (countBits(p_.block.traced(p_.c)) > kHopeless * active)
-                return RepairOutcome::hopeless;
-            markWrong(2);
-        }
-        bool differs = false;
-        for (size_t w = 0; w < p_.words(); ++w) differs |= p_.wrong(w) != 0;
-        return differs ? RepairOutcome::differs : RepairOutcome::agrees;
+        if (!spread()) return RepairOutcome::hopeless;
+        if (trust_.probes > 0 && !probe()) return RepairOutcome::hopeless;
+        return wrongRows() > 0 ? RepairOutcome::differs : RepairOutcome::agrees;
     }
 
 private:
+    /// Traces what is marked, and the neighbours of what turns out wrong. False: it becomes most of
+    /// the column.
+    bool spread()
+    {
+        while (fetch()) {
+            if (countBits(p_.block.traced(p_.c)) > most_) return false;
+            markWrong(2);
+        }
+        return true;
+    }
+
+    /// Looks for what repair was not led to. False: there is too much of it.
+    bool probe()
+    {
+        const auto findsWrong = [&](bool everywhere) {
+            const uint32_t before = wrongRows();
+            askProbes(everywhere);
+            return fetch() && wrongRows() > before;
+        };
+        if (findsWrong(false)) {
+            if (strays()) return false;
+            markWrong(2);
+            if (!spread()) return false;
+        }
+        return !findsWrong(true);
+    }
+
+    /// Asks for a row, not yet traced, of patches drawn at random; unless `everywhere`, of those of
+    /// which no row has been traced.
+    void askProbes(bool everywhere)
+    {
+        for (uint32_t k = 0; k < patches_; ++k) {
+            const uint32_t w = k / kPatchesPerWord;
+            const uint64_t patch = p_.common[w] & rowsOf(k);
+            uint64_t rows = patch & ~p_.traced[w];
+            if (rows == 0 || (rows != patch && !everywhere)) continue;
+            if (double(random_()) >= trust_.probes) continue;
+            for (uint32_t skip = drawBelow(static_cast<uint32_t>(std::popcount(rows)), random_);
+                 skip > 0; --skip)
+                rows &= rows - 1;
+            ask_[w] |= rows & (~rows + 1);
+            waiting_ = true;
+        }
+    }
+
+    uint32_t wrongRows() const
+    {
+        uint32_t count = 0;
+        for (size_t w = 0; w < p_.words(); ++w)
+            count += static_cast<uint32_t>(std::popcount(p_.wrong(w)));
+        return count;
+    }
+
     static uint64_t rowsOf(uint32_t patch)
     {
         return ((uint64_t(1) << kPatch) - 1) << (kPatch * (patch % kPatchesPerWord));
@@ -135,10 +201,11 @@ private:
         }
     }
 
-    /// Share of the traced rows that are not as predicted, of patches neither marked nor beside one
-    /// that is.
-    double wrongAwayFromBorders() const
+    /// Whether too many of the traced rows are not as predicted, of patches neither marked nor
+    /// beside one that is.
+    bool strays() const
     {
+        if (wrongRows() == 0) return false;
         uint32_t traced = 0, wrong = 0;
         for (uint32_t k = 0; k < patches_; ++k) {
             const bool near = asked_[k] != 0 || (k > 0 && asked_[k - 1] != 0) ||
@@ -149,7 +216,7 @@ private:
             traced += static_cast<uint32_t>(std::popcount(p_.traced[w] & p_.common[w] & rows));
             wrong += static_cast<uint32_t>(std::popcount(p_.wrong(w) & rows));
         }
-        return traced > 0 ? double(wrong) / traced : 0;
+        return wrong > trust_.stray * traced;
     }
 
     static Patch look(uint64_t rows, uint64_t lit)
@@ -186,10 +253,13 @@ private:
         return true;
     }
 
-    Prediction& p_;
+    const Prediction& p_;
+    RepairTrust trust_;
+    Pcg32& random_;
+    double most_;  // rows traced before a column is given up
     uint32_t patches_;
-    std::vector<uint8_t> asked_, spread_;
-    Words ask_;
+    std::vector<uint8_t>&asked_, &spread_;
+    Words& ask_;
     bool waiting_ = false;
 };
 
@@ -205,24 +275,23 @@ void predict(Block& block, size_t c, const Basis& basis, Candidate candidate)
         visible[w] |= (bits[w] ^ flip) & known[w] & matters[w] & ~traced[w];
 }
 
-void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candidate)
+void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candidate,
+                   RepairMemory& memory)
 {
-    const Prediction p(block, c, basis, candidate);
-    Words ask(p.words());
-    recurse(p, 0, static_cast<uint32_t>(64 * p.words()), ask);
-    for (size_t w = 0; w < ask.size(); ++w) ask[w] |= ~p.common[w];
-    block.fetch(c, ask);
+    const Prediction p(block, c, basis, candidate, memory);
+    std::ranges::fill(memory.ask, 0);
+    recurse(p, 0, static_cast<uint32_t>(64 * p.words()), memory.ask);
+    fetchUnknown(p, memory.ask);
     predict(block, c, basis, candidate);
 }
 
 RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate,
-                           double stray)
+                           RepairTrust trust, Pcg32& random, RepairMemory& memory)
 {
-    Prediction p(block, c, basis, candidate);
-    Words unknown(p.words());
-    for (size_t w = 0; w < unknown.size(); ++w) unknown[w] = ~p.common[w];
-    block.fetch(c, unknown);
-    const RepairOutcome outcome = Repair(p).run(stray);
+    const Prediction p(block, c, basis, candidate, memory);
+    std::ranges::fill(memory.ask, 0);
+    fetchUnknown(p, memory.ask);
+    const RepairOutcome outcome = Repair(p, trust, random, memory).run();
     if (outcome != RepairOutcome::hopeless) predict(block, c, basis, candidate);
     return outcome;
 }

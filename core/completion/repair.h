@@ -4,10 +4,21 @@
 // of their sampled rows are traced in full, in recursion too; the thesis has no such limit.
 #pragma once
 
+#include "core/base/pcg32.h"
 #include "core/completion/basis.h"
 #include "core/completion/block.h"
 
 namespace core::many_lights {
+
+/// What both ways of repair write to, for columns of so many words, one after the other.
+struct RepairMemory {
+    explicit RepairMemory(size_t words) : common(words), bits(words), ask(words) {}
+
+    Words common;                        // rows that matter and that the candidate knows
+    Words bits;                          // what it predicts there
+    Words ask;                           // rows to be traced next
+    std::vector<uint8_t> asked, spread;  // of each patch
+};
 
 /// Writes a candidate's bits to every row of column c of the block that is known to it and has not
 /// been traced.
@@ -17,7 +28,17 @@ void predict(Block& block, size_t c, const Basis& basis, Candidate candidate);
 /// section 5.6.4): ranges are halved down to patches; one without a traced row, or a patch with a
 /// row that disagrees with the candidate, is traced, one whose traced rows all agree is predicted.
 /// Completes the column.
-void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candidate);
+void recurseColumn(Block& block, size_t c, const Basis& basis, Candidate candidate,
+                   RepairMemory& memory);
+
+/// How far a prediction is trusted.
+struct RepairTrust {
+    /// Share of the traced rows away from the borders of the candidate's shadows that may be wrong.
+    double stray = 0;
+    /// Probability that a row of a patch that repair has not led to is traced to see whether it
+    /// should have; twice. 0: never, 1 or more: of every such patch.
+    double probes = 0;
+};
 
 enum class RepairOutcome {
     agrees,    // everything traced is as the candidate has it
@@ -27,10 +48,11 @@ enum class RepairOutcome {
 
 /// Traces the rows that the candidate does not know, the patches at the borders of the candidate's
 /// shadows and around traced rows that disagree with it, then their neighbours as long as any
-/// differs from the candidate. Completes the column unless that becomes most of it, or more than
-/// the share `stray` of the traced rows away from those borders disagree: then light and shadow lie
-/// where no known border leads to them, as in hair, and what has not been traced is as wrong.
+/// differs from the candidate. Then probes: what the first of them find wrong is repaired in the
+/// same way. Completes the column unless that becomes most of it, more than `stray` of the traced
+/// rows away from the borders are wrong, or the second probes find anything: then light and shadow
+/// lie where no known border leads to them, as in hair, and what has not been traced is as wrong.
 RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate,
-                           double stray);
+                           RepairTrust trust, Pcg32& random, RepairMemory& memory);
 
 }  // namespace core::many_lights

@@ -49,10 +49,10 @@ void matchingSmallSlices(ManyLightsParams& p)
     p.completion = {};
 }
 
-void repair(ManyLightsParams& p)
+void matchingWhole(ManyLightsParams& p)
 {
     matching(p);
-    p.completion.onMismatch = OnMismatch::repair;
+    p.completion.onMismatch = OnMismatch::full;
 }
 
 void thesis(ManyLightsParams& p)
@@ -85,8 +85,9 @@ constexpr std::array kMethods{
     Method{"full-2000", "all visibility traced, in packets, in slices of 2000 points",
            fullLargeSlices},
     Method{"matching-1000", "the same in slices of the common size", matchingSmallSlices},
-    Method{"repair", "as matching, but what is wrong at shadow borders is traced patch by patch",
-           repair},
+    Method{"matching-whole",
+           "as matching, but a column without a match is traced in full, and no borders of shadows",
+           matchingWhole},
     Method{"thesis", "BAMC as its author's tables were made", thesis},
     Method{"thesis-single", "the same, ray by ray", thesis, Sweep::clusters, false},
     Method{"thesis-full-single",

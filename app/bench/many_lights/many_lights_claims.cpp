@@ -180,8 +180,7 @@ void othersNeedMore(Finder& f)
     const uint32_t clusters = f.row("thesis", wanted) != nullptr ? wanted : f.main();
     for (const Method& method : methodTable()) {
         const std::string name = method.name;
-        const bool completes =
-            name.starts_with("thesis") || name.starts_with("matching") || name == "repair";
+        const bool completes = name.starts_with("thesis") || name.starts_with("matching");
         if (!isCurve(method) || completes || !method.packets) continue;
         f.add(name + ": time to the error of BAMC with " + atClusters(clusters) + ", over its time",
               equalErrorRatio(f.scene(), name, clusters), 1, kAny);

@@ -317,7 +317,7 @@ TEST(ManyLightsCases, AreOneOfEachKind)
     for (const Case& c : casesOf(o))
         EXPECT_TRUE(std::string(c.method->name) == "full" ||
                     std::string(c.method->name) == "matching");
-    EXPECT_NO_THROW(requireMethods({"full", "repair"}));
+    EXPECT_NO_THROW(requireMethods({"full", "matching-whole"}));
     try {
         requireMethods({"fool"});
         FAIL();

@@ -100,8 +100,8 @@ TEST_F(ManyLightsCommand, WritesAPageAndItsNumbers)
             EXPECT_EQ(row.at("rmse_8bit_to_full"), 0);
         }
     }
-    for (const char* method : {"full", "full-single", "matching", "repair", "thesis", "fixed-amc",
-                               "lightslice", "lightcuts", "illumination-cut"})
+    for (const char* method : {"full", "full-single", "matching", "matching-whole", "thesis",
+                               "fixed-amc", "lightslice", "lightcuts", "illumination-cut"})
         EXPECT_TRUE(methods.contains(method)) << method;
     EXPECT_FALSE(json.at("claims").empty());
 

@@ -323,7 +323,7 @@ TEST(Matching, ColumnsAreConfusedAsOftenAsTheLawSays)
         for (const bool author : {false, true}) {
             BitMatrix truth(kRows, 2);
             for (uint32_t i = 0; i < d; ++i) truth.set(i * (kRows / d), 1, true);
-            CompletionParams params = author ? fixedRate(0.05f) : CompletionParams{};
+            CompletionParams params = author ? fixedRate(0.05f) : tests::wholeColumns();
             params.adaptiveRows = false;
             double expected = 1;
             for (uint32_t k = 0; k < 50; ++k)
@@ -342,21 +342,6 @@ TEST(Matching, ColumnsAreConfusedAsOftenAsTheLawSays)
         }
 }
 
-/// Column 1 is so many times as bright as the mean.
-class BrightOracle : public MatrixOracle {
-public:
-    BrightOracle(const BitMatrix& truth, float brightness)
-        : MatrixOracle(truth), brightness_(brightness)
-    {}
-    std::optional<float> brightness(uint32_t column) const override
-    {
-        return column == 1 ? brightness_ : 1;
-    }
-
-private:
-    float brightness_;
-};
-
 // The law of above, with rows in proportion to the light that the column may bring: half of those
 // at the rates at the mean, three times as many at most, and no fewer than eight.
 TEST(Matching, BrightColumnsAreComparedInMoreRows)
@@ -364,7 +349,7 @@ TEST(Matching, BrightColumnsAreComparedInMoreRows)
     constexpr uint32_t kRows = 1000, kDark = 10, kTrials = 20000;
     BitMatrix truth(kRows, 2);
     for (uint32_t i = 0; i < kDark; ++i) truth.set(i * (kRows / kDark), 1, true);
-    CompletionParams params;
+    CompletionParams params = tests::wholeColumns();
     params.adaptiveRows = false;
     params.rowRate = params.verificationRate = 0.04f;
     for (const auto& [brightness, rows] :
@@ -373,7 +358,7 @@ TEST(Matching, BrightColumnsAreComparedInMoreRows)
         for (uint32_t k = 0; k < rows; ++k) expected *= 1 - double(kDark) / (kRows - k);
         uint32_t confused = 0;
         for (uint32_t t = 0; t < kTrials; ++t) {
-            BrightOracle oracle(truth, brightness);
+            tests::BrightOracle oracle(truth, brightness);
             CompletedSlice slice;
             complete(oracle, kRows, std::vector<ColumnRange>{{0, 2}}, params, t, slice);
             confused += slice.stats.matched;
@@ -394,7 +379,7 @@ TEST(Matching, ColumnsThatMatterInFewRowsAreConfusedNoMoreOften)
             matters.set(i, j, j < 2 || i < kFew);
             truth.set(i, j, j < 2 || (i < kFew && i % (kFew / kDark) != 0));
         }
-    CompletionParams params;
+    CompletionParams params = tests::wholeColumns();
     params.adaptiveRows = false;
     double expected = 1;
     for (uint32_t k = 0; k < 50; ++k) expected *= 1 - double(kDark) / (kFew - k);
@@ -433,7 +418,7 @@ TEST(Matching, LateRowsThatFailRaiseTheRateToo)
             matters.set(i, j, j < 2 || i < kFew);
             truth.set(i, j, j < 2 || (i < kFew && i % (kFew / kDark) != 0));
         }
-    CompletionParams params;
+    CompletionParams params = tests::wholeColumns();
     params.adaptiveRows = false;
     uint32_t late = 0;
     for (uint64_t seed = 0; seed < 200; ++seed) {

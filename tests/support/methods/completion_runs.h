@@ -31,6 +31,14 @@ inline CompletionParams fullSampling()
     return params;
 }
 
+/// Matching alone: columns without a match are traced in full, and no borders of shadows are.
+inline CompletionParams wholeColumns()
+{
+    CompletionParams params;
+    params.onMismatch = core::many_lights::OnMismatch::full;
+    return params;
+}
+
 /// The author's preset with a fixed rate and without verification.
 inline CompletionParams fixedRate(float rate)
 {
@@ -83,12 +91,11 @@ inline std::vector<Variant> variants()
         p.joint = false;
     });
     add("residual", [](CompletionParams& p) { p.residualRate = 0.05f; });
-    add("residual and repair", [](CompletionParams& p) {
+    add("whole columns", [](CompletionParams& p) { p = wholeColumns(); });
+    add("residual, whole columns", [](CompletionParams& p) {
+        p = wholeColumns();
         p.residualRate = 0.05f;
-        p.onMismatch = core::many_lights::OnMismatch::repair;
     });
-    add("repair",
-        [](CompletionParams& p) { p.onMismatch = core::many_lights::OnMismatch::repair; });
     add("recursion",
         [](CompletionParams& p) { p.onMismatch = core::many_lights::OnMismatch::recursion; });
     add("no bail-out", [](CompletionParams& p) { p.bailOut = 1; });

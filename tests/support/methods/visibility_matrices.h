@@ -38,6 +38,21 @@ private:
     uint64_t rays_ = 0, calls_ = 0;
 };
 
+/// Column 1 is so many times as bright as the mean.
+class BrightOracle : public MatrixOracle {
+public:
+    BrightOracle(const BitMatrix& truth, float brightness)
+        : MatrixOracle(truth), brightness_(brightness)
+    {}
+    std::optional<float> brightness(uint32_t column) const override
+    {
+        return column == 1 ? brightness_ : 1;
+    }
+
+private:
+    float brightness_;
+};
+
 /// Every bit set with probability p.
 BitMatrix randomMatrix(uint32_t rows, uint32_t columns, double p, core::Pcg32& random);
 
