@@ -2,12 +2,18 @@
 #include "app/base/read_value.h"
 
 #include <cstdio>
+#include <iterator>
 
 namespace app {
 
 std::string numberText(double value)
 {
     char text[32];
+    const auto single = static_cast<float>(value);
+    if (double(single) == value && value != std::floor(value)) {
+        const auto end = std::to_chars(text, std::end(text), single, std::chars_format::general);
+        return {text, end.ptr};
+    }
     std::snprintf(text, sizeof text, "%.10g", value);
     return text;
 }

@@ -15,7 +15,8 @@
 
 namespace app {
 
-/// "%g" of a number.
+/// "%.10g" of a number; of a fraction that a float holds, the shortest text that reads as that
+/// float.
 std::string numberText(double value);
 
 /// "a whole number from 1 to 8", "a number", ...: what `range` and, for whole numbers, the type

@@ -82,6 +82,8 @@ TEST(Args, HelpShowsEveryParameterWithItsRangeAndBias)
     });
     EXPECT_TRUE(contains(text, "mis|bsdf|light"));
     EXPECT_TRUE(contains(words, "(1 to 4096, default 2)"));
+    EXPECT_TRUE(contains(words, "(0.0001 to 1, default 0.005)")) << "as they are written, not as "
+                                                                    "doubles that floats are";
     EXPECT_TRUE(contains(text, "[biased]"));
     EXPECT_TRUE(contains(text, "Example: "));
 }
