@@ -57,7 +57,12 @@ completion-rate-stays@core/completion/matching.cpp@basis_.matchesSamples(key_)) 
 completion-rows-alike@core/completion/matching.cpp@return std::clamp(kMeanLight * brightest, kDimmest, kBrightest);@return kMeanLight;@Matching*
 completion-stray-trusted@core/completion/repair.cpp@if (strays()) return RepairOutcome::hopeless;@@Repair*
 completion-probes-trusted@core/completion/repair.cpp@return !findsWrong(true);@return true;@Repair*
+completion-borders-everywhere@core/completion/repair.cpp@if (countBits(ask_) > most_)@if (false)@Repair*
 completion-never-probed@core/completion/repair.cpp@if (trust_.probes > 0 && !probe())@if (false)@Repair*
+slice-sides-alike@core/many_lights/slice_rows.cpp@if (anySideDiffers_)@if (false)@SliceRows*
+slice-opaque@core/many_lights/slice_rows.cpp@if (!anyTransmits_ && mostEvents_ < most)@if (mostEvents_ < most)@SliceRows*
+slice-never-deep@core/many_lights/slice_rows.cpp@if (!anyTransmits_ && mostEvents_ < most)@if (!anyTransmits_)@SliceRows*
+slice-first-word@core/many_lights/slice_shading.cpp@visible.subspan(begin, end - begin)@visible.subspan(0, end - begin)@SliceQueue*
 completion-unknown-untraced@core/completion/matching.cpp@rest_[w] = matters[w] & ~known[w];@rest_[w] = 0;@Matching*
 completion-pivot-lost@core/completion/gauss_jordan.cpp@if (getBit(this->column(k), pivot))@if (false)@GaussJordan*
 bvh-no-way-back@core/trace/bvh_traverse.h@stack[++top] = back;@@BvhFar*
