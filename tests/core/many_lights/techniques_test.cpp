@@ -1,4 +1,4 @@
-// M9, M16, M17, M18, M20. Techniques of lighting a frame against the sum over all lights: exact
+// M16, M17, M18, M20. Techniques of lighting a frame against the sum over all lights: exact
 // where they are to be, unbiased where they say so, within their error where they have one.
 #include "core/many_lights/technique.h"
 
@@ -7,13 +7,9 @@
 #include <thread>
 
 #include "core/many_lights/illumination_cut.h"
-#include "core/many_lights/lightcuts.h"
 #include "core/many_lights/mat_sep.h"
-#include "core/many_lights/slice_shading.h"
-#include "core/many_lights/sphere_bound.h"
 #include "core/methods/method.h"
-#include "core/trace/scene_view.h"
-#include "tests/support/methods/light_frames.h"
+#include "tests/support/methods/light_stage.h"
 #include "tests/support/scenes/asset.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/stats.h"
@@ -26,38 +22,6 @@ using glm::vec3;
 
 constexpr std::array kAll{Technique::clusters,  Technique::lightslice,      Technique::rowColumn,
                           Technique::lightcuts, Technique::illuminationCut, Technique::matSep};
-
-/// The same lights and points for all techniques.
-struct Stage {
-    std::shared_ptr<const core::World> world;
-    core::Accel accel;
-    FrameSettings settings;
-    LightPlan plan;
-    std::shared_ptr<const FrameLights> lights;
-
-    Stage(std::shared_ptr<const core::World> of, uint32_t size, uint32_t lightCount)
-        : world(std::move(of)), accel(world), settings(frameSettings(*world, size))
-    {
-        settings.lights = lightCount;
-        settings.clamp = 0.5f;
-        settings.centred = true;
-        settings.sliceSize = 100;
-        plan = planLights(accel, settings);
-        lights = makeFrameLights(accel, settings, plan, 0, {});
-    }
-
-    core::Image image(Technique technique, uint32_t clusters, float error, uint32_t seed = 1,
-                      FrameStats* stats = nullptr) const
-    {
-        FrameSettings s = settings;
-        s.technique = technique;
-        s.clusters = clusters;
-        s.error = error;
-        return frameImage(accel, s, plan, lights, seed, stats);
-    }
-    /// The sum over all lights.
-    core::Image all() const { return image(Technique::clusters, 1u << 30, 0); }
-};
 
 /// Of the sum of all pixels, what the sum of the differences is.
 double difference(const core::Image& a, const core::Image& b)
@@ -74,7 +38,7 @@ double difference(const core::Image& a, const core::Image& b)
 TEST(Techniques, AreThePlainSumWhereNothingIsLeftToApproximate)
 {
     for (const char* name : {"cornell-diffuse", "cornell-glossy", "sky", "lights"}) {
-        const Stage stage(asset(name), 20, 400);
+        const LightStage stage(asset(name), 20, 400);
         const core::Image all = stage.all();
         for (const Technique technique : kAll) {
             if (technique == Technique::matSep) continue;  // keeps no more than a low rank
@@ -88,7 +52,7 @@ TEST(Techniques, AreThePlainSumWhereNothingIsLeftToApproximate)
 
 /// Means over seeds of the drawing, by pixel and channel and of the whole picture, in the worst
 /// pixel's standard errors; `uncertainty` gets the largest of the picture's mean, relative.
-double largestScore(const Stage& stage, Technique technique, uint32_t clusters, uint32_t seeds,
+double largestScore(const LightStage& stage, Technique technique, uint32_t clusters, uint32_t seeds,
                     double& uncertainty)
 {
     const core::Image exact = stage.all();
@@ -122,7 +86,7 @@ double largestScore(const Stage& stage, Technique technique, uint32_t clusters, 
 /// Lights that no sampled point sees included.
 TEST(Techniques, WeightsOfRepresentativesAreUnbiased)
 {
-    const Stage stage(asset("cornell-diffuse"), 12, 250);
+    const LightStage stage(asset("cornell-diffuse"), 12, 250);
     for (const Technique technique : {Technique::lightslice, Technique::rowColumn}) {
         double uncertainty = 0;
         // One score of 435 is expected beyond 3; all are correlated.
@@ -136,7 +100,7 @@ TEST(Techniques, WeightsOfRepresentativesAreUnbiased)
 /// picture, and so under the middles of pixels.
 TEST(Techniques, PointsOnTheEdgesOfWallsSeeLight)
 {
-    const Stage stage(asset("cornell-diffuse"), 128, 300);
+    const LightStage stage(asset("cornell-diffuse"), 128, 300);
     const core::Image image = stage.all();
     const auto at = [&](uint32_t x, uint32_t y) { return double(image.at(x, y)[1]); };
     uint32_t edges = 0;
@@ -155,7 +119,7 @@ TEST(Techniques, PointsOnTheEdgesOfWallsSeeLight)
 /// What the points of a few neighbours see says little of corners: there the error did not fall.
 TEST(LightSlice, ErrsLessWithMoreClusters)
 {
-    Stage stage(asset("cornell-diffuse"), 96, 1200);
+    LightStage stage(asset("cornell-diffuse"), 96, 1200);
     stage.settings.clamp = 0.1f;
     stage.settings.sliceSize = 60;
     const core::Image exact = stage.all();
@@ -176,163 +140,10 @@ TEST(LightSlice, ErrsLessWithMoreClusters)
     EXPECT_LT(error(800), 0.25 * few);
 }
 
-/// The receivers of a frame, as rows.
-struct Rows {
-    std::vector<Receiver> receivers;
-    std::vector<uint32_t> chosen;
-    SliceRows rows;
-    SliceJob job;
-
-    explicit Rows(const Stage& stage)
-    {
-        const uint32_t size = stage.settings.path.imageWidth;
-        job.receivers = {&stage.accel, stage.settings.path, stage.settings.camera, 1, 0, true};
-        job.lights = &stage.lights->set;
-        job.gather = {stage.settings.path.maxDepth, stage.plan.clampDistance};
-        std::vector<vec3> direct(size_t(size) * size);
-        traceReceivers(job.receivers, {0, 0, size, size}, receivers, direct);
-        for (uint32_t i = 0; i < receivers.size(); ++i) chosen.push_back(i);
-        rows.reset(core::sceneView(*stage.world), receivers, chosen);
-    }
-};
-
-/// Mean squared error over rows and trees of what a cut of 100 clusters adds, nothing in between.
-double cutError(Rows& r, const CutQuery& query)
-{
-    const std::vector<VirtualLight>& lights = r.job.lights->lights;
-    std::vector<float> weights(r.rows.count());
-    const auto add = [&](uint32_t light, float scale) {
-        const Column column = columnOf(lights[light], scale, 0, 0);
-        r.rows.weigh(column, r.job.gather, weights);
-        r.rows.add(column, *r.job.lights, weights);
-    };
-    const auto sums = [&] {
-        std::vector<double> found;
-        for (uint32_t row = 0; row < r.rows.count(); ++row)
-            found.push_back(double(shared::luminance(r.rows.radiance(row))));
-        r.rows.clear({0, r.rows.count()});
-        return found;
-    };
-    for (uint32_t i = 0; i < lights.size(); ++i) add(i, 1);
-    const std::vector<double> exact = sums();
-    Moments errors;
-    CutMemory memory;
-    std::vector<LightCluster> cut;
-    for (uint32_t seed = 0; seed < 20; ++seed) {
-        cutLightTree(*makeLightTree(lights, {0.1f, seed}), query, 100, memory, cut);
-        for (const LightCluster& c : cut) add(c.light, c.scale);
-        const std::vector<double> found = sums();
-        for (size_t row = 0; row < found.size(); ++row)
-            errors.add((found[row] - exact[row]) * (found[row] - exact[row]));
-    }
-    return errors.mean();
-}
-
-/// One slice around a corner: lights that its mean does not face matter to some of its rows.
-TEST(Slices, CutsCountLightsThatOnlySomeRowsFace)
-{
-    for (const char* name : {"cornell-diffuse", "lights"}) {
-        const Stage stage(asset(name), 16, 500);
-        Rows r(stage);
-        const CutQuery query = r.rows.query(r.job.gather);
-        EXPECT_GT(query.spread, 0);
-        EXPECT_LT(query.cosHalf, 0.98f);
-        CutQuery mean = query;
-        mean.cosHalf = 1;
-        mean.sinHalf = mean.spread = 0;
-        EXPECT_LT(2 * cutError(r, query), cutError(r, mean)) << name;
-    }
-}
-
-/// The luminance of all lights below a node, with nothing in between.
-double open(Rows& r, const LightTree& tree, uint32_t index, uint32_t row)
-{
-    const LightNode& node = tree.nodes[index];
-    if (!node.isLeaf()) return open(r, tree, index + 1, row) + open(r, tree, node.right, row);
-    const Column column = columnOf(r.job.lights->lights[node.representative], 1, 0, 0);
-    std::vector<float> weights(r.rows.count());
-    const core::IndexRange range{row, row + 1};
-    r.rows.weigh(column, r.job.gather, range, weights);
-    r.rows.clear(range);
-    r.rows.add(column, *r.job.lights, range, weights);
-    return double(shared::luminance(r.rows.radiance(row)));
-}
-
-/// A cut ends where no node can err by more than a part of the sum, unless it may have no more
-/// nodes; every light is in one node.
-TEST(Lightcuts, NoNodeMayErrByMoreThanItsPart)
-{
-    const Stage stage(asset("cornell-diffuse"), 8, 400);
-    Rows r(stage);
-    const LightTree& tree = stage.lights->tree;
-    const float error = 0.02f;
-    LightcutGroup group(r.job, tree, 1u << 30, error);
-    size_t nodes = 0, inner = 0;
-    for (uint32_t begin = 0; begin + LightcutGroup::kRows <= r.rows.count();
-         begin += LightcutGroup::kRows) {
-        ASSERT_TRUE(group.run(r.rows, {begin, begin + LightcutGroup::kRows}, {}));
-        for (uint32_t k = 0; k < LightcutGroup::kRows; ++k) {
-            const double total = double(shared::luminance(group.radiance(k)));
-            uint32_t lights = 0;
-            for (const CutEntry& entry : group.cut(k)) {
-                const LightNode& node = tree.nodes[entry.node];
-                lights += node.count;
-                ++nodes;
-                if (node.isLeaf()) continue;
-                ++inner;
-                EXPECT_LE(double(entry.bound), double(error) * total * 1.0001);
-                EXPECT_LE(open(r, tree, entry.node, begin + k),
-                          double(entry.bound) * 1.0001 + 1e-12);
-            }
-            EXPECT_EQ(lights, stage.lights->set.lights.size());
-        }
-    }
-    EXPECT_GT(inner, nodes / 20) << "there is nothing to see";
-    EXPECT_LT(nodes, r.rows.count() * stage.lights->set.lights.size() * 3 / 4);
-}
-
-/// The bound by distance alone is never below that by distance and cosines, nor, for receivers
-/// anywhere in a sphere, below that of any of them.
-TEST(Lightcuts, BoundsByDistanceAreTheLooser)
-{
-    for (const char* name : {"cornell-diffuse", "sky", "lights"}) {
-        const Stage stage(asset(name), 8, 200);
-        Rows r(stage);
-        const LightTree& tree = stage.lights->tree;
-        size_t finite = 0;
-        for (uint32_t index = 0; index < tree.nodes.size(); ++index) {
-            const LightNode& node = tree.nodes[index];
-            const LightKind kind = stage.lights->set.lights[node.representative].kind;
-            for (uint32_t row = 0; row + 1 < r.rows.count(); row += 5) {
-                const CutQuery a = r.rows.queryAt(row, r.job.gather),
-                               b = r.rows.queryAt(row + 1, r.job.gather);
-                const float radius = glm::distance(a.position, b.position);
-                const float loose =
-                    sphereBound(node, kind, a.position, radius, r.job.gather.clampDistance);
-                ASSERT_GE(loose, 0.999f * clusterBound(node, kind, a));
-                ASSERT_GE(loose, 0.999f * clusterBound(node, kind, b));
-                finite += std::isfinite(loose) ? 1u : 0u;
-            }
-        }
-        EXPECT_GT(finite, tree.nodes.size()) << name;
-    }
-}
-
-TEST(Lightcuts, HaveNoMoreNodesThanAllowed)
-{
-    const Stage stage(asset("cornell-glossy"), 8, 400);
-    Rows r(stage);
-    for (const uint32_t most : {1u, 2u, 9u, 100u}) {
-        LightcutGroup group(r.job, stage.lights->tree, most, 1e-4f);
-        ASSERT_TRUE(group.run(r.rows, {0, LightcutGroup::kRows}, {}));
-        for (uint32_t k = 0; k < LightcutGroup::kRows; ++k) EXPECT_EQ(group.cut(k).size(), most);
-    }
-}
-
 /// With nothing in between, the error of the picture is that of the clusters, which is bounded.
 TEST(Techniques, ErrorsFollowWhatIsAllowed)
 {
-    const Stage stage(asset("cornell-diffuse"), 24, 1500);
+    const LightStage stage(asset("cornell-diffuse"), 24, 1500);
     const core::Image all = stage.all();
     for (const Technique technique : {Technique::lightcuts, Technique::illuminationCut}) {
         double last = 1;
@@ -359,7 +170,7 @@ TEST(IlluminationCut, IsExactForFewRaysWhereAllIsVisible)
     b.box({-1, -1, -1}, {1, 1, 1}, walls, true);
     b.quad({-0.3f, 0.99f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, b.material(emitter(vec3(9))));
     b.camera({0, 0, 0.9}, {0, 0, -1}, 1.2);
-    Stage stage(b.world(), 48, 1500);
+    LightStage stage(b.world(), 48, 1500);
     stage.settings.sliceSize = 1000;
     FrameStats stats;
     const core::Image found = stage.image(Technique::illuminationCut, 0, 0.05f, 1, &stats);
@@ -370,8 +181,8 @@ TEST(IlluminationCut, IsExactForFewRaysWhereAllIsVisible)
 /// With all rows traced it is the sum over the same clusters, but for what the separation takes.
 TEST(MatSep, IsThePlainSumWhereAllIsTraced)
 {
-    const Stage stage(asset("cornell-diffuse"), 16, 600);
-    Rows r(stage);
+    const LightStage stage(asset("cornell-diffuse"), 16, 600);
+    StageRows r(stage);
     const auto cut = [&] {
         return std::make_unique<TreeCut>(stage.lights->tree, r.job.gather, 150);
     };
@@ -405,7 +216,7 @@ TEST(MatSep, IsThePlainSumWhereAllIsTraced)
 /// Clusters that are all traced, and all lights, are the references; part of the rays is traced.
 TEST(MatSep, LightsAPictureForAPartOfTheRays)
 {
-    Stage stage(asset("cornell-diffuse"), 24, 1000);
+    LightStage stage(asset("cornell-diffuse"), 24, 1000);
     stage.settings.sliceSize = 300;
     FrameStats full, found;
     const core::Image all = stage.all();
@@ -421,7 +232,7 @@ TEST(MatSep, LightsAPictureForAPartOfTheRays)
 
 TEST(Techniques, DoNotDependOnThreads)
 {
-    const Stage stage(asset("cornell-rough"), 32, 800);
+    const LightStage stage(asset("cornell-rough"), 32, 800);
     for (const Technique technique : kAll) {
         const core::Image many = stage.image(technique, 60, 0.05f);
         const core::ThreadLimit one(1);
@@ -467,7 +278,7 @@ TEST(Techniques, EmptyPicturesAndDarkScenesAreNoTrouble)
     away.quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, away.material(emitter(vec3(1), vec3(0.5f))));
     away.camera({0, 1, 5}, {0, 1, 9}, 1.2);
     for (const auto& world : {dark.world(), away.world()}) {
-        const Stage stage(world, 12, 100);
+        const LightStage stage(world, 12, 100);
         for (const Technique technique : kAll)
             for (const float x : stage.image(technique, 10, 0.02f).pixels)
                 EXPECT_EQ(x, 0) << core::enumName(technique);
@@ -477,7 +288,7 @@ TEST(Techniques, EmptyPicturesAndDarkScenesAreNoTrouble)
 /// A stop is obeyed before the first slice and in the middle of one.
 TEST(Techniques, ObeyStops)
 {
-    const Stage stage(asset("cornell-diffuse"), 16, 400);
+    const LightStage stage(asset("cornell-diffuse"), 16, 400);
     std::stop_source stop;
     stop.request_stop();
     for (const Technique technique : kAll) {
@@ -500,8 +311,8 @@ TEST(Techniques, ObeyStops)
 /// Whenever a slice is given up, the next one on that thread knows nothing of it.
 TEST(IlluminationCut, ASliceThatIsGivenUpLeavesNothingToTheNext)
 {
-    const Stage stage(asset("cornell-diffuse"), 40, 2000);
-    const Rows r(stage);
+    const LightStage stage(asset("cornell-diffuse"), 40, 2000);
+    const StageRows r(stage);
     const IlluminationCut cut(stage.lights->tree, 0.02f);
     const std::span<const uint32_t> all(r.chosen), few = all.first(64);
     std::vector<vec3> radiance;
