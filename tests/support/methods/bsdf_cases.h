@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 namespace tests {
 
@@ -147,6 +149,49 @@ inline double albedoTable(double cosine, double alpha, int n = 400)
         }
     }
     return sum / n / n;
+}
+
+/// Of directions to the normal, in degrees.
+inline constexpr double kAngles[] = {0, 30, 60, 75, 85, 89.5};
+
+/// Materials that cover all of the model, white where colour is possible.
+inline std::vector<BsdfInputs> everyMaterial()
+{
+    std::vector<BsdfInputs> all = {matte()};
+    for (float roughness : {0.0f, 0.1f, 0.25f, 0.5f, 0.75f, 1.0f}) {
+        all.push_back(plastic(roughness));
+        all.push_back(metal(roughness * roughness));
+        for (Wall wall : {Wall::thin, Wall::outside, Wall::inside}) {
+            all.push_back(glass(roughness * roughness, wall));
+            all.push_back(all.back());
+            all.back().transmission = 0.5f;
+            all.back().metallic = 0.3f;
+        }
+    }
+    std::size_t plain = all.size();
+    for (std::size_t i = 0; i < plain; ++i) {
+        for (float roughness : {0.0f, 0.4f, 1.0f}) {
+            all.push_back(all[i]);
+            all.back().clearcoat = 1;
+            all.back().clearcoatRoughness = roughness;
+        }
+        all.push_back(all[i]);
+        all.back().specularColor = vec3(0);
+        all.push_back(all[i]);
+        all.back().specular = 0.5f;
+        all.back().specularColor = vec3(25, 2, 0.3f);
+        all.back().ior = 2.4f;
+    }
+    return all;
+}
+
+inline std::string describe(const BsdfInputs& m)
+{
+    return "metallic " + std::to_string(m.metallic) + " roughness " + std::to_string(m.roughness) +
+           " ior " + std::to_string(m.ior) + " transmission " + std::to_string(m.transmission) +
+           " specular " + std::to_string(m.specular) + " of " + std::to_string(m.specularColor.x) +
+           " coat " + std::to_string(m.clearcoat) + "/" + std::to_string(m.clearcoatRoughness) +
+           " flags " + std::to_string(m.flags) + " back " + std::to_string(m.backFace);
 }
 
 }  // namespace tests
