@@ -52,6 +52,8 @@ enum class RepairOutcome {
 /// same way. Completes the column unless that becomes most of it, more than `stray` of the traced
 /// rows away from the borders are wrong, or the second probes find anything: then light and shadow
 /// lie where no known border leads to them, as in hair, and what has not been traced is as wrong.
+/// A candidate with borders nearly everywhere shows no shadows that could be mended: it is taken as
+/// it is where every traced row agrees, and not at all where one does not.
 RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate candidate,
                            RepairTrust trust, Pcg32& random, RepairMemory& memory);
 
