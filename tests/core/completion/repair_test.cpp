@@ -32,7 +32,7 @@ TEST(Repair, MendsTheBordersOfShadows)
     EXPECT_LT(mended.rays, 0.8 * plain.rays);
     const Mean plainRoom = meanOf(params, room), mendedRoom = meanOf(repair, room);
     EXPECT_LT(mendedRoom.error, 0.5 * plainRoom.error);
-    EXPECT_LT(mendedRoom.rays, 1.05 * plainRoom.rays);
+    EXPECT_LT(mendedRoom.rays, 1.05 * plainRoom.rays);  // probes cost what borders save
     // Recursion saves rays and multiplies the error.
     const Mean recursed = meanOf(recursion, room);
     EXPECT_LT(recursed.rays, plainRoom.rays);
@@ -77,9 +77,9 @@ TEST(Repair, ColumnsThatAgreeWithNoneAreNotMatched)
 }
 
 /// Of 200 seeds: how often column 1 of two was traced in full after its samples had matched none,
-/// how often it was repaired, and how often wrongly.
+/// how often it was repaired, and how often wrongly; and how often both columns are as they should.
 struct Repaired {
-    uint32_t full = 0, repaired = 0, wrong = 0;
+    uint32_t full = 0, repaired = 0, wrong = 0, exact = 0;
 };
 
 /// Brightness of column 1 at which no patch is probed, and each.
@@ -97,6 +97,7 @@ Repaired repairedOf(const BitMatrix& truth, CompletionParams params, float brigh
         result.full += slice.stats.full == 2;
         result.repaired += slice.stats.repaired;
         result.wrong += slice.stats.repaired > 0 && slice.visible != truth;
+        result.exact += slice.visible == truth;
     }
     return result;
 }
@@ -115,10 +116,11 @@ TEST(Repair, WrongRowsAwayFromBordersMeanThatAllIsTraced)
     const Repaired strict = repairedOf(truth, params, 1);
     EXPECT_GT(strict.full, 20u);
     EXPECT_EQ(strict.repaired, 0u);
+    EXPECT_EQ(strict.exact, strict.full);
     params.stray = 1;
     const Repaired lax = repairedOf(truth, params, kUnprobed);
     EXPECT_EQ(lax.full, 0u);
-    EXPECT_GT(lax.repaired, 20u);
+    EXPECT_EQ(lax.repaired, strict.full);
     EXPECT_EQ(lax.wrong, lax.repaired);
     // Where the second probes find some still, there is more.
     const Repaired probed = repairedOf(truth, params, kProbedEverywhere);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/many_lights/sphere_bound.h"
 #include "tests/support/methods/light_stage.h"
 #include "tests/support/scenes/asset.h"
@@ -13,6 +15,7 @@ namespace core::many_lights {
 namespace {
 
 using namespace tests;
+
 /// Mean squared error over rows and trees of what a cut of 100 clusters adds, nothing in between.
 double cutError(StageRows& r, const CutQuery& query)
 {
