@@ -152,7 +152,7 @@ private:
 
     static bool isFloat(double number)
     {
-        return std::abs(number) <= double{std::numeric_limits<float>::max()} &&
+        return std::abs(number) <= double(std::numeric_limits<float>::max()) &&
                static_cast<double>(static_cast<float>(number)) == number;
     }
 
