@@ -24,7 +24,7 @@ template <class C> void oldSamples(benchmark::State& state)
 {
     const C change;
     const std::vector<typename C::Point> old = change.oldSamples(kOld);
-    const reuse::MinimumFraction<typename C::Real> fraction{0.6f};
+    const reuse::MinimumFraction<typename C::Real> fraction{typename C::Real(0.6)};
     for (auto _ : state) {
         reuse::EstimateOf<C> estimate;
         reuse::addOld(estimate, change, std::span<const typename C::Point>(old),
@@ -63,7 +63,7 @@ template <class C> void residualSample(benchmark::State& state)
 {
     const C change;
     Pcg32 candidates(1), selection(2);
-    const reuse::MinimumFraction<typename C::Real> fraction{0.6f};
+    const reuse::MinimumFraction<typename C::Real> fraction{typename C::Real(0.6)};
     const auto k = static_cast<uint32_t>(state.range(0));
     reuse::EstimateOf<C> estimate;
     for (auto _ : state) {
@@ -128,7 +128,7 @@ template <class C> void wholeEstimate(benchmark::State& state)
 {
     const C change;
     const std::vector<typename C::Point> old = change.oldSamples(32);
-    const reuse::MinimumFraction<typename C::Real> fraction{0.6f};
+    const reuse::MinimumFraction<typename C::Real> fraction{typename C::Real(0.6)};
     Pcg32 candidates(1), selection(2);
     for (auto _ : state) {
         auto estimate = reuse::reweightingAugmentation(

@@ -25,7 +25,6 @@ TEST_P(ReuseFull, TakesAsManyPathsAsTheHistoryStandsFor)
          {Case{1, 5, 8}, Case{4, 64, 20}, Case{2.5f, 1023, 4}, Case{0.25f, 10, 20}}) {
         ReuseParams params = with(ReuseStrategy::full, 3, rays);
         params.cap = cap;
-        double all = 0;  // paths that were due to a pixel so far
         float nominal = 0;
         for (uint32_t view = 0; view < views; ++view) {
             SCOPED_TRACE("rays " + std::to_string(rays) + ", view " + std::to_string(view));
@@ -33,7 +32,6 @@ TEST_P(ReuseFull, TakesAsManyPathsAsTheHistoryStandsFor)
             const bool few = rays < 1 && nominal >= 8;  // those below take turns
             const float due = nominal + (few ? rays : std::max(rays, 1.0f));
             nominal = std::min(due, cap);
-            all += double(due);
             const std::vector<core::Image> maps = renderer_->maps();
             double taken = 0, scatter = 0;
             for (size_t i = 0; i < maps[0].pixels.size(); ++i) {

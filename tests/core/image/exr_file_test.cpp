@@ -63,7 +63,7 @@ double errorOf(const ExrPicture& picture)
     double worst = 0;
     const std::vector<size_t> order{3, 2, 1, 0};  // R, G, B, A among A, B, G, R
     for (size_t i = 0; i < image.pixels.size(); ++i) {
-        const double expected = picture.planes[order[i % count]].values[i / count];
+        const double expected = double(picture.planes[order[i % count]].values[i / count]);
         worst = std::max(worst, std::abs(double(image.pixels[i]) - expected) / expected);
     }
     return worst;
