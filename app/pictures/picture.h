@@ -111,6 +111,7 @@ struct Picture {
     bool shaded = false;   // first hits lit from the camera, for the display at exposure 0
     std::shared_ptr<const core::Image> guide;  // of a preview: see surfaceGuide()
     bool finished = false;                     // a limit is reached
+    bool black = false;  // every pixel has had a sample, and none has brought any light
     core::FilmCounters counters;
     core::RenderStats stats;
     // From the start of the picture; thinned, at most a few hundred points

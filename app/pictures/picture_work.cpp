@@ -279,6 +279,8 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     picture->fraction = fraction_;
     picture->seconds = seconds_;
     picture->preview = coarse_ != Coarse::no || holes;
+    picture->black = !picture->preview &&
+                     std::ranges::none_of(picture->mean.pixels, [](float x) { return x > 0; });
     picture->finished = finished_;
     picture->curve = curve_;
     published_ = samples_;

@@ -299,7 +299,9 @@ void RenderThread::Loop::beginPicture()
 {
     const Coarse coarse = choosePicture();
     if (!showsCoarse()) work_.dropBackdrop();
-    enter(RenderPhase::building, "prepare");
+    // On a device that is what takes long, if anything does: the first view with a method.
+    const bool compiles = request_.params.device == DeviceKind::vulkan;
+    enter(RenderPhase::building, compiles ? "compiling kernels" : "prepare");
     if (coarse == Coarse::first) lookFirst();
     const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;

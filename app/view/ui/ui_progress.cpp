@@ -44,9 +44,7 @@ std::vector<Strip> presentStrips(const UiContext& c)
     }
     const RenderThreadStatus status = c.session.rendering();
     const bool quiet = status.stage.empty() || status.stage == "idle" || status.stage == "render";
-    // A camera that moves begins a picture many times a second.
-    if (!quiet && !status.rendering && status.error.empty() && !c.session.isMoving() &&
-        status.stageSeconds >= kShortest) {
+    if (!quiet && !status.rendering && status.error.empty() && status.stageSeconds >= kShortest) {
         strips.push_back({"renderer", status.stage, status.fraction, status.stageSeconds, false});
     }
     return strips;

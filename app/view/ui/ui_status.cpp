@@ -115,6 +115,11 @@ std::vector<StatusItem> statusItems(const UiContext& c)
                          "of a surface  [" +
                              keyOf("previous-view") + ", " + keyOf("home") + "]",
                          kWarningColour, 9});
+    } else if (picture->black) {
+        items.push_back({"all black",
+                         "no light comes from what the camera sees, if it sees anything  [" +
+                             keyOf("previous-view") + ", " + keyOf("home") + "]",
+                         kWarningColour, 9});
     }
     const ImVec4 text = textColour(), dim = dimColour();
     std::string samples = countText(static_cast<double>(picture->samples)) + " spp";

@@ -16,6 +16,23 @@ using namespace tests;
 
 using Work = std::array<int, 3>;
 
+TEST_F(RenderThread, ABlackPictureSaysSo)
+{
+    start();
+    order.camera.position.x = 0;
+    post();
+    EXPECT_TRUE(finished()->black);
+    order.moving = true;
+    order.camera.position.y = 1;
+    post();
+    ASSERT_TRUE(until([&] { return newest()->generation == generation; }));
+    EXPECT_FALSE(newest()->black) << "few paths of few pixels prove nothing";
+    order.moving = false;
+    order.camera.position.x = 0.5;
+    post();
+    EXPECT_FALSE(finished()->black);
+}
+
 TEST_F(RenderThread, RendersUpToTheLimitAndRests)
 {
     start();
