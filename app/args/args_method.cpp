@@ -124,16 +124,17 @@ core::AnyParams MethodArguments::params() const
 {
     core::AnyParams params =
         method.empty() ? core::methods().front().defaults : core::methodNamed(method).defaults;
-    for (const auto& [name, text] : values) {
+    for (const auto& given : values) {
+        // No structured binding: clang 14 has no lambda that captures one.
+        const std::string &name = given.first, &text = given.second;
         bool found = false;
-        core::AnyParams::visit(
-            params, [&, &name = name, &text = text](const core::Field& field, auto& member) {
-                if (name != field.name) return;
-                found = true;
-                const std::string problem = readValue(text, field.range, member);
-                if (!problem.empty())
-                    badCommandLine("--" + name + ": '" + text + "' is not " + problem);
-            });
+        core::AnyParams::visit(params, [&](const core::Field& field, auto& member) {
+            if (name != field.name) return;
+            found = true;
+            const std::string problem = readValue(text, field.range, member);
+            if (!problem.empty())
+                badCommandLine("--" + name + ": '" + text + "' is not " + problem);
+        });
         if (!found)
             badCommandLine("--" + name + " is a parameter of --method " +
                            joined(ownersOf(name), " and ") + ", not of " +
