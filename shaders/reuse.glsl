@@ -127,6 +127,7 @@ bool firstVertex(uvec2 pixel, uint lane, SampleStream stream, uvec4 here, inout 
     PathState ray = pixelRay(frame.camera, path, push.settings, pixel, stream);
     const ReusePixel found = unpackReusePixel(here);
     uint bounces = 0u;
+    towardsBefore = vec3(0.0);
     if (FEATURE(kFeatureDelta) && (here.w & kChained) != 0u) {
         const ReuseChain chain = loadChain(lane);
         ray = rayOfChain(scene, chain, found);
@@ -135,7 +136,7 @@ bool firstVertex(uvec2 pixel, uint lane, SampleStream stream, uvec4 here, inout 
         L += chain.seen;
     }
     const bool scatters = beginReuse(scene, path, ray, found, v, L);
-    if (bounces == 0u) {
+    if (bounces == 0u && found.slot != kNone) {
         const CameraData cameraBefore = movedCamera(push.cameraBefore, motionOf(found));
         towardsBefore = towardsCamera(cameraBefore, v.vertex.surface.position);
     }

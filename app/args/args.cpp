@@ -139,7 +139,7 @@ Subcommand renderCommandLine(CLI::App& root)
              "name or index of a camera of the scene, or a JSON file (default: the first)");
     addValue(app, view, "--path", o->path, "camera path, a JSON file");
     addRead(app, view, "--frames", "A-B", o->frames, readFrames,
-            "frames to render: of --path, or else of the scene's first animation");
+            "frames to render: of --path, or else of the scene's animation");
     addValue(app, view, "--fps", o->framesPerSecond, "frames per second of the scene's animation",
              {0.001, 100000});
     const auto method = addMethod(app);

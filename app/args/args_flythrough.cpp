@@ -74,9 +74,9 @@ void addFlightOptions(CLI::App& app, FlightBenchOptions& o, FlythroughArguments&
              "camera path, a JSON file; flights end where it ends (default: a circle that ends at "
              "the scene's camera)");
     addValue(app, group, "--fps", o.framesPerSecond,
-             "the scene's first animation runs while the camera flies, so many frames per second: "
-             "the longest flight begins at --at, and all end at the same instant (default 0: it "
-             "stands still)",
+             "the scene's animation runs while the camera flies, so many frames per second: the "
+             "longest flight begins at --at, and all end at the same instant (default 0: it stands "
+             "still)",
              {0, 100000});
     addValue(app, group, "--camera", o.camera,
              "where flights end: name or index of a camera of the scene, or a JSON file");

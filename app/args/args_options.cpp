@@ -139,7 +139,7 @@ void addSceneOptions(CLI::App& app, SceneOptions& scene)
 void addLoadingOptions(CLI::App& app, SceneOptions& scene)
 {
     const std::string group = "Loading";
-    addValue(app, group, "--at", scene.at, "instant of the scene's first animation, in seconds",
+    addValue(app, group, "--at", scene.at, "instant of the scene's animation, in seconds",
              {0, 1e9});
     app.add_flag("--strict", scene.load.strict, "refuse a scene with any warning")->group(group);
     app.add_flag("--allow-outside", scene.load.allowOutside,

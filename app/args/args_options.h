@@ -29,7 +29,9 @@ template <class T> std::string typeName()
         const auto names = core::enumNames<T>();
         std::vector<std::string> known(names.begin(), names.end());
         return CLI::detail::join(known, "|");
-    } else if constexpr (std::is_integral_v<T>)
+    } else if constexpr (std::is_same_v<T, bool>)
+        return "true|false";
+    else if constexpr (std::is_integral_v<T>)
         return "N";
     else if constexpr (std::is_floating_point_v<T>)
         return "X";
@@ -46,6 +48,8 @@ template <class T> std::string defaultText(const T& value)
         return value ? defaultText(*value) : std::string();
     else if constexpr (std::is_enum_v<T>)
         return std::string(core::enumName(value));
+    else if constexpr (std::is_same_v<T, bool>)
+        return value ? "true" : "false";
     else if constexpr (std::is_arithmetic_v<T>)
         return numberText(static_cast<double>(value));
     else

@@ -16,6 +16,9 @@ Interrupt::Interrupt()
     sigemptyset(&signals_);
     sigaddset(&signals_, SIGINT);
     sigaddset(&signals_, SIGTERM);
+    struct sigaction hangup {};  // nohup has it ignored
+    if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
+        sigaddset(&signals_, SIGHUP);
     CHECK(pthread_sigmask(SIG_BLOCK, &signals_, &previous_) == 0);
     thread_ = std::thread([this] { wait(); });
 }

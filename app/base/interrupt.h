@@ -8,9 +8,10 @@
 
 namespace app {
 
-/// While one exists, SIGINT and SIGTERM stop the work in order. Construct it before other threads
-/// start: they inherit the blocked signals. A signal that arrives while there is no result to keep,
-/// or a second one, ends the program at once with exit code 130.
+/// While one exists, SIGINT, SIGTERM and SIGHUP (unless it is ignored, as after nohup) stop the
+/// work in order. Construct it before other threads start: they inherit the blocked signals. A
+/// signal that arrives while there is no result to keep, or a second one, ends the program at once
+/// with exit code 130.
 class Interrupt {
 public:
     Interrupt();

@@ -135,10 +135,11 @@ nlohmann::ordered_json CameraTrack::json(const core::Placement& placement) const
     return {{"frames_per_second", saneRate(framesPerSecond)}, {"loop", loop}, {"keys", keys}};
 }
 
-void CameraTrack::save(const std::filesystem::path& file, const core::Placement& placement) const
+void CameraTrack::save(const std::filesystem::path& file, const core::Placement& placement)
 {
     if (empty()) throw core::Error(file.string() + ": there are no keys to save");
     core::writeFile(file, jsonText(json(placement), 1) + '\n');
+    file_ = file;
 }
 
 void CameraTrack::load(const std::filesystem::path& file, const core::Camera& defaults,
@@ -161,6 +162,7 @@ void CameraTrack::load(const std::filesystem::path& file, const core::Camera& de
         wraps = json["loop"].get<bool>();
     }
     path_ = std::move(path);
+    file_ = file;
     framesPerSecond = rate;
     loop = wraps;
     stop();

@@ -52,17 +52,21 @@ public:
     nlohmann::ordered_json json(const core::Placement& placement) const;
 
     /// Throws core::Error, also when there are no keys.
-    void save(const std::filesystem::path& file, const core::Placement& placement) const;
+    void save(const std::filesystem::path& file, const core::Placement& placement);
 
     /// Takes the place of what there is, when it can be read. What was saved comes back to the bit
     /// as far as the file's own space can hold it: see cameraJson. Throws core::Error.
     void load(const std::filesystem::path& file, const core::Camera& defaults,
               const core::Placement& placement);
 
+    /// Where the keys were saved or came from last; empty: nowhere.
+    const std::filesystem::path& file() const { return file_; }
+
 private:
     void settle();
 
     CameraPath path_;
+    std::filesystem::path file_;
     double frame_ = 0;
     bool playing_ = false;
 };

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "app/files/path_completion.h"
 #include "app/session/actions.h"
 #include "core/base/check.h"
 
@@ -57,6 +59,13 @@ inline std::string text(const ActionContext& c, const char* name,
     }
     if (!found->is_string()) refuse(name, "a text");
     return found->get<std::string>();
+}
+
+/// The name of a file as a user types it: `~` is the home folder.
+inline std::string fileName(const ActionContext& c, const char* name,
+                            std::optional<std::string> otherwise = {})
+{
+    return expandHome(text(c, name, std::move(otherwise)));
 }
 
 }  // namespace app

@@ -140,13 +140,16 @@ void dolly(const ActionContext& c)
 
 void screenshotAction(const ActionContext& c)
 {
-    c.app.screenshot = text(c, "file", stamped(".png").string());
+    c.app.screenshot = fileName(c, "file", stamped(".png").string());
     c.app.screenshotWithPanel = truth(c, "panel", true);
 }
 
 void slot(const ActionContext& c, int side)
 {
+    if (!c.session.picture()) return;
     c.session.storeSlot(side);
+    c.session.notices.tell(Severity::news,
+                           std::string("the picture is kept as ") + (side == 0 ? "A" : "B"));
 }
 
 void tone(const ActionContext& c)
@@ -168,6 +171,9 @@ void addKey(const ActionContext& c)
         c.session.track.addAt(number(c, "frame"), c.session.navigation.camera());
     else
         c.session.track.add(c.session.navigation.camera());
+    const size_t keys = c.session.track.keys().size();
+    c.session.notices.tell(Severity::news, "the camera path has " + std::to_string(keys) +
+                                               (keys == 1 ? " key" : " keys"));
 }
 
 void playPath(const ActionContext& c)
@@ -185,7 +191,7 @@ void loadPath(const ActionContext& c)
 {
     if (!c.session.document()) return;
     try {
-        c.session.track.load(text(c, "file"), c.session.navigation.camera(),
+        c.session.track.load(fileName(c, "file"), c.session.navigation.camera(),
                              c.session.document()->world->placement);
     } catch (const core::Error& error) {
         if (error.code() == core::ExitCode::commandLine) throw;
@@ -197,8 +203,17 @@ void savePath(const ActionContext& c)
 {
     if (!c.session.document()) return;
     try {
-        c.session.track.save(text(c, "file"), c.session.document()->world->placement);
-        const fs::path file = text(c, "file");
+        const fs::path file = fileName(c, "file");
+        std::error_code unknown;
+        if (file.extension() != ".json")
+            throw core::Error(file.string() + ": the name of a camera path ends in .json");
+        if (fs::exists(file, unknown) && file != c.session.track.file() &&
+            !truth(c, "replace", false)) {
+            c.session.notices.tell(Severity::warning,
+                                   file.string() + " is there already: Save again replaces it");
+            return;
+        }
+        c.session.track.save(file, c.session.document()->world->placement);
         c.session.notices.tell(Severity::news, wholePath(file) + ": path saved", file);
     } catch (const core::Error& error) {
         if (error.code() == core::ExitCode::commandLine) throw;
@@ -215,6 +230,8 @@ void removeKey(const ActionContext& c)
 void animation(const ActionContext& c)
 {
     AnimationPlayer& player = c.session.player;
+    if (c.arguments.empty() && c.session.document() && !(player.duration > 0))
+        c.session.notices.tell(Severity::news, "this scene has no animation");
     if (c.arguments.contains("time"))
         player.time = std::clamp(number(c, "time"), 0.0, player.duration);
     player.speed = std::clamp(number(c, "speed", player.speed), 0.01, 100.0);
@@ -302,7 +319,10 @@ std::span<const Action> actions()
         Action{"remove-saved-camera", "", "index", "forget a view",
                [](C c) { c.session.removeSavedCamera(count(c, "index")); }},
         Action{"copy-camera", "Ctrl+C", "", "the view as JSON to the clipboard",
-               [](C c) { c.app.toClipboard = c.session.cameraText(); }},
+               [](C c) {
+                   c.app.toClipboard = c.session.cameraText();
+                   c.session.notices.tell(Severity::news, "the view is in the clipboard");
+               }},
         Action{"paste-camera", "Ctrl+V", "json", "a view from the clipboard",
                [](C c) {
                    if (c.arguments.contains("json"))
@@ -315,10 +335,11 @@ std::span<const Action> actions()
         Action{"clear-path", "", "", "remove all keys", [](C c) { c.session.track.clear(); }},
         Action{"play-path", "L", "", "play the camera path, or stop", playPath},
         Action{"load-path", "", "file", "read a camera path", loadPath},
-        Action{"save-path", "", "file", "write the camera path", savePath},
-        Action{
-            "export-path", "", "file, spp", "render the path's frames to files (%04d)",
-            [](C c) { c.session.exportTrack(text(c, "file"), std::max(count(c, "spp", 64), 1u)); }},
+        Action{"save-path", "", "file, replace", "write the camera path", savePath},
+        Action{"export-path", "", "file, spp", "render the path's frames to files (%04d)",
+               [](C c) {
+                   c.session.exportTrack(fileName(c, "file"), std::max(count(c, "spp", 64), 1u));
+               }},
         Action{"animation", "N", "play, time, speed", "play the scene's animation, or stop",
                animation},
         // comparison
@@ -347,7 +368,7 @@ std::span<const Action> actions()
         Action{"keep-reference", "Shift+B", "", "keep the picture as the reference",
                [](C c) { c.session.keepAsReference(); }},
         Action{"load-reference", "", "file", "a reference from a file",
-               [](C c) { c.session.loadReference(text(c, "file")); }},
+               [](C c) { c.session.loadReference(fileName(c, "file")); }},
         Action{"drop-reference", "", "", "forget the reference",
                [](C c) { c.session.dropReference(); }},
         Action{"clear-curves", "", "", "forget the curves of earlier pictures",
@@ -356,13 +377,13 @@ std::span<const Action> actions()
         Action{"open", "Ctrl+O", "", "look for a scene to open",
                [](C c) { c.app.openPathBox = true; }},
         Action{"load", "", "file", "load a scene",
-               [](C c) { c.session.load(fs::path(text(c, "file"))); }},
+               [](C c) { c.session.load(fs::path(fileName(c, "file"))); }},
         Action{"environment", "", "what", "a panorama around the scene; or plain, none, own, auto",
                [](C c) { c.session.setEnvironment(text(c, "what")); }},
         Action{"replay", "", "file", "the view of a saved picture",
-               [](C c) { c.session.replay(text(c, "file")); }},
+               [](C c) { c.session.replay(fileName(c, "file")); }},
         Action{"save", "Ctrl+S", "file", "save the picture (EXR, or PNG by its name)",
-               [](C c) { c.session.save(text(c, "file", stamped(".exr").string())); }},
+               [](C c) { c.session.save(fileName(c, "file", stamped(".exr").string())); }},
         Action{"screenshot", "F12", "file, panel", "the window as PNG", screenshotAction},
         Action{"screenshot-picture", "Shift+F12", "", "the picture's area alone as PNG",
                [](C c) {
@@ -401,7 +422,7 @@ std::span<const Action> actions()
         Action{"quit-now", "", "", "quit, whatever is lost", [](C c) { c.app.quit = true; }},
         Action{"save-and-quit", "", "file", "save the picture (EXR) and quit",
                [](C c) {
-                   c.session.save(text(c, "file", stamped(".exr").string()));
+                   c.session.save(fileName(c, "file", stamped(".exr").string()));
                    c.app.quitWhenSaved = true;
                }},
     };

@@ -46,7 +46,7 @@ std::vector<std::string> lossesOf(const Session& session)
     if (job.active() && job.seconds > kMuch)
         losses.push_back("what runs in the background (" + job.name +
                          "): " + spanText(job.seconds));
-    else if (reference && reference->seconds > kMuch)
+    if (reference && reference->seconds > kMuch)
         losses.push_back("the reference: " + spanText(reference->seconds) + " of rendering");
     return losses;
 }

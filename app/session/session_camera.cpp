@@ -95,6 +95,7 @@ void Session::saveCamera(const std::string& name)
     SavedCamera saved{name, navigation.camera()};
     if (saved.name.empty()) saved.name = "view " + std::to_string(savedCameras_.size() + 1);
     saved.camera.name = saved.name;
+    notices.tell(Severity::news, saved.name + " is kept with the scene");
     savedCameras_.push_back(std::move(saved));
 }
 

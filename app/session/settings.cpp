@@ -222,7 +222,10 @@ Settings readSettings(const fs::path& file, std::string& problem)
     try {
         text = readText(file);
     } catch (const core::Error& unreadable) {
-        problem = std::string(unreadable.what()) + " — the defaults are used";
+        // A file that stayed would be replaced when the program ends.
+        problem =
+            unreadable.what() +
+            (status.type() == fs::file_type::regular ? setAside(file) : " — the defaults are used");
         return {};
     }
     Json json;

@@ -214,7 +214,8 @@ void FrameLoop::draw(double seconds)
     frame.scale = pictureView_.scale();
     frame.problem = pictureView_.problem();
     ui_->draw(*session_, requests_, frame);
-    gui_->setUiScale(session_->settings.panels.uiScale);
+    // Not while the slider is held: it would grow and move away under the cursor.
+    if (!ui_->isHeld()) gui_->setUiScale(session_->settings.panels.uiScale);
     if (!isDue(inputs)) return;
     exposed_ = false;
     present(inputs);

@@ -88,8 +88,10 @@ void setColours(ImVec4* c)
 const ImWchar* glyphs()
 {
     static const ImWchar ranges[] = {
-        0x0020, 0x017f,  // Latin
+        0x0020, 0x024f,  // Latin
         0x0370, 0x03ff,  // Greek
+        0x0400, 0x052f,  // Cyrillic, in names of files
+        0x1e00, 0x1eff,  // Latin, as of Vietnam
         0x2010, 0x205e,  // dashes, quotes, ellipsis
         0x2070, 0x209f,  // superscripts, subscripts
         0x2190, 0x21ff,  // arrows

@@ -72,13 +72,20 @@ bool fly(Session& session, double seconds)
     return true;
 }
 
+/// Whether a key steers while one flies. With Ctrl, which slows down, two of them save and quit.
+bool isFlyKey(UiKey key, bool ctrl)
+{
+    const FlyKeys& keys = flyKeys();
+    return keys.contains(key) && !(ctrl && (key == keys.back || key == keys.down));
+}
+
 bool runKeys(Session& session, AppRequests& app)
 {
     const ImGuiIO& io = ImGui::GetIO();
     bool any = false;
     for (const Binding& binding : bindings()) {
         if (binding.chord.ctrl != io.KeyCtrl || binding.chord.shift != io.KeyShift) continue;
-        if (session.flying && !io.KeyCtrl && flyKeys().contains(*binding.chord.key)) continue;
+        if (session.flying && isFlyKey(*binding.chord.key, io.KeyCtrl)) continue;
         if (!ImGui::IsKeyPressed(*binding.chord.key, false)) continue;
         runAction(binding.action->name, session, app);
         any = true;

@@ -67,6 +67,14 @@ bool leave(const ReceiverJob& job, const shared::SceneView& scene, const Receive
     return true;
 }
 
+/// Whether a surface shows its colour, but lights nothing: to the path tracer a walk would be the
+/// eye, for it has no density where it leaves the receiver.
+bool isUnlit(const shared::SceneView& scene, shared::SurfacePoint surface, const vec3& direction)
+{
+    const shared::Shading shading = shared::evaluateMaterial(scene, surface, direction);
+    return (shading.inputs.flags & shared::kMaterialUnlit) != 0;
+}
+
 /// One surface of a walk: adds what it emits, sets the connection to an emitter, draws the way on.
 /// Of the first surface all but its mirror image has the weight `near`.
 bool meetSurface(const ReceiverJob& job, const shared::SceneView& scene, const shared::Hit& hit,
@@ -75,8 +83,9 @@ bool meetSurface(const ReceiverJob& job, const shared::SceneView& scene, const s
     shared::Vertex v;
     vec3 emitted(0);
     const bool goes = shared::prepareVertex(scene, job.settings, hit, walk.path, v, emitted);
-    found += near * emitted;
     shadow = shared::noShadowRay(walk.path.origin);
+    if (!goes && emitted != vec3(0) && isUnlit(scene, v.surface, walk.path.direction)) return false;
+    found += near * emitted;
     if (!goes) return false;
     const shared::VertexNumbers n = shared::drawVertexNumbers(walk.stream, walk.path.depth);
     shadow = shared::connect(scene, job.settings, n, walk.path, v);

@@ -41,6 +41,9 @@ constexpr double kMuchGain = 1.6, kLeastGain = 0.95, kLittleGain = 0.8;
 constexpr uint32_t kLessonsOfTrial = 6;
 constexpr double kLeastWeight = 0.02;  // of the samples before
 constexpr uint32_t kMostStride = 64;   // a tile of the device has as many paths
+// Recorded paths wait for their lesson, at some 370 bytes each; iterations of practical path
+// guiding are as long as all that came before.
+constexpr uint64_t kMostPathsOfLesson = 1u << 21;
 
 uint32_t kindOf(GuideKind kind)
 {
@@ -64,6 +67,12 @@ guiding::GuideOptions optionsOf(const GuidedParams& params, const guiding::Guide
     options.depth = params.depth;
     options.box = box;
     return options;
+}
+
+/// Samples from lesson to lesson, steadily.
+uint64_t stepAt(uint64_t samples)
+{
+    return std::max<uint64_t>(std::bit_floor(std::max<uint64_t>(samples, 1)) / 4, 1);
 }
 
 /// One path in so many, in the first samples of a view.
@@ -148,8 +157,17 @@ uint64_t GuideTraining::nextLesson(uint64_t samples) const
         return isTried_ || next >= trainingEnd() ? kNever : next;
     }
     if (params_.schedule == GuideSchedule::doubling) return 2 * std::bit_floor(samples + 1) - 1;
-    const uint64_t step = std::max<uint64_t>(std::bit_floor(std::max<uint64_t>(samples, 1)) / 4, 1);
+    const uint64_t step = stepAt(samples);
     return std::min<uint64_t>((samples / step + 1) * step, params_.training);
+}
+
+/// The samples of the view at which the lesson that `samples` belong to begins, where there is a
+/// next one.
+uint64_t GuideTraining::lastLesson(uint64_t samples) const
+{
+    if (params_.schedule == GuideSchedule::doubling) return std::bit_floor(samples + 1) - 1;
+    const uint64_t step = stepAt(samples);
+    return samples / step * step;
 }
 
 /// Recorded paths of a pixel between two lessons, of which the first is at `samples`.
@@ -177,11 +195,20 @@ uint32_t GuideTraining::rulesAfter(uint64_t samples) const
         params_.nee == GuidedNee::mixture ? shared::kNeeMixture : shared::kNeeBsdf, followers());
 }
 
-/// One path in so many is recorded; 0: none any more. At first every path is wanted, later fewer
-/// do, for recording and learning cost a fifth of a path.
+/// One path in so many is recorded; 0: none any more.
 uint32_t GuideTraining::strideAfter(uint64_t samples) const
 {
     if (samples >= trainingEnd() || state_ == State::doesNotPay) return 0;
+    uint32_t stride = wantedStride(samples);
+    const uint64_t passes = nextLesson(samples) - lastLesson(samples);
+    while (stride < kMostStride && passes * (pixels_ / stride) > kMostPathsOfLesson) stride *= 2;
+    return std::min(stride, kMostStride);
+}
+
+/// The same, as far as passes alone decide. At first every path is wanted, later fewer do, for
+/// recording and learning cost a fifth of a path.
+uint32_t GuideTraining::wantedStride(uint64_t samples) const
+{
     if (params_.recordOneIn > 0) return firstStride_;
     uint32_t stride = firstStride_;
     const auto thin = [&](uint64_t least) {
@@ -195,7 +222,7 @@ uint32_t GuideTraining::strideAfter(uint64_t samples) const
     } else {
         for (int k = 0; k < 2; ++k) thin(kTriedPaths);
     }
-    return std::min(stride, kMostStride);
+    return stride;
 }
 
 void GuideTraining::advance(const Budget& budget, const std::stop_token& stop,
@@ -243,7 +270,13 @@ void GuideTraining::learn(std::span<guiding::PathRecords> parts, uint64_t sample
         decide();
     }
     estimates_ = guiding::pixelEstimates(mean.pixels, mean.width, mean.height);
-    for (guiding::PathRecords& part : parts) part.clear();
+    const bool isLast = nextLesson(samples) == std::numeric_limits<uint64_t>::max();
+    for (guiding::PathRecords& part : parts) {
+        if (isLast)
+            part = {};  // with its memory
+        else
+            part.clear();
+    }
     seconds_ += secondsSince(start);
 }
 

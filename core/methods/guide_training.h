@@ -89,7 +89,9 @@ private:
     uint64_t trainingEnd() const;
     double recordsAfter(uint64_t samples) const;
     uint32_t strideAfter(uint64_t samples) const;
+    uint32_t wantedStride(uint64_t samples) const;
     uint64_t nextLesson(uint64_t samples) const;
+    uint64_t lastLesson(uint64_t samples) const;
 
     guiding::PathCosts costs_;
     guiding::Guide guide_;

@@ -21,7 +21,10 @@ class SampleReuse : public TiledRenderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
-        if (!before_.world || !sameTopology(*before_.world, *world)) before_ = {};
+        if (!before_.world || !sameTopology(*before_.world, *world)) {
+            before_ = {};
+            moved_.clear();
+        }
         world_ = world;
         TiledRenderer::setWorld(std::move(world), progress);
     }
@@ -36,6 +39,7 @@ public:
         figures_ = {};
         if (start == Start::anew || !(last == params_) || !takeMotion()) {
             before_ = {};
+            moved_.clear();  // of the pose before, whose pass may have been cut short
             visibility_ = askedVisibility(params_, 0, {});
             perDeviation_ = 0;
         }

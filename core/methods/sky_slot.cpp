@@ -2,6 +2,7 @@
 #include "core/methods/sky_slot.h"
 
 #include "core/base/check.h"
+#include "core/scene/moved_pieces.h"
 
 namespace core {
 
@@ -15,7 +16,7 @@ void SkySlot::forget()
 bool SkySlot::isWanted(SkySampling sampling, const World& world)
 {
     if (sampling == SkySampling::whole || world.environmentEmitter == shared::kNone) return false;
-    return sampling == SkySampling::regions || world.movingTriangles.empty();
+    return sampling == SkySampling::regions || !mayMove(world);
 }
 
 /// Where regions pay, they are those that are made in any case; those that were made in any case

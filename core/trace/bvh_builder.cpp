@@ -70,7 +70,8 @@ RangeBounds Builder::makeReferences()
     const size_t n = subset_.count;
     capacity_ =
         n + static_cast<size_t>(std::max(0.0f, options_.duplicateBudget) * static_cast<float>(n));
-    if (capacity_ > kMaxReferences) throw tooLarge(n);
+    if (n > kMaxReferences) throw tooLarge(n);
+    capacity_ = std::min<size_t>(capacity_, kMaxReferences);
     // Not value-initialised: the room for duplicates should cost memory only once it is used.
     references_.reset(static_cast<Reference*>(::operator new (
         std::max<size_t>(capacity_, 1) * sizeof(Reference), std::align_val_t{alignof(Reference)})));

@@ -201,15 +201,23 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         if (kappa > 0.0 && !reuseKeep(sum, weights[i], kappa, xi)) continue;
         const int at = int(recordIndex(sizeBefore(), source, min(i, most - 1u)));
         const uint which = fresh.first + i - most;
-        uvec4 place = i < most ? texelFetch(placesBefore, at) : newWord(which, 0u);
-        if (i < most) place = uvec4(slotNow(place.x), placed[min(i, most - 1u)], place.zw);
+        uvec4 place;
+        if (i < most) {
+            place = texelFetch(placesBefore, at);
+            place = uvec4(slotNow(place.x), placed[i], place.zw);
+        } else {
+            place = newWord(which, 0u);
+        }
         const float scale = kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0;
         place.z = floatBitsToUint(places[i] * scale);
         sums.remainder -= scale * brings[i];
         const uint to = recordIndex(sizeNow(), pixel, kept++);
         placesNow[to] = place;
         if (place.w != kReuseEvaluated || !hasArrivingWords(push.settings)) continue;
-        arrivingNow[to] = i < most ? texelFetch(arrivingBefore, at) : newWord(which, 1u);
+        if (i < most)
+            arrivingNow[to] = texelFetch(arrivingBefore, at);
+        else
+            arrivingNow[to] = newWord(which, 1u);
     }
     for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
 }
@@ -251,8 +259,11 @@ void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool loo
     for (uint i = 0u; i < all && kept < most; ++i) {
         if (!usableDensity(scores[i])) continue;
         if (kappa > 0.0 && !reuseKeep(sum, scores[i], kappa, xi)) continue;
-        const uvec4 old = texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, min(i, most - 1u))));
-        uvec4 light = i < most ? old : newWord(fresh.first + i - most, 2u);
+        uvec4 light;
+        if (i < most)
+            light = texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i)));
+        else
+            light = newWord(fresh.first + i - most, 2u);
         const float scale = kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0;
         light.z = floatBitsToUint(weights[i] * scale);
         sums.remainder -= (carries * scale) * brings[i];

@@ -290,7 +290,8 @@ SHARED_FN float rejectionNumber(SampleStream stream, uint i)
 /// A history's credit where there is none yet.
 SHARED_FN float firstCredit(SampleStream stream)
 {
-    return streamFloat(decisionStream(stream, kPurposeResampling), 2u);
+    // As it is stored: a number nearer to 1 than that would be a path too many.
+    return unpackCredit(packCredit(streamFloat(decisionStream(stream, kPurposeResampling), 2u)));
 }
 
 /// Keeps a connection of the first hit that is open.

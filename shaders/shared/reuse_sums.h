@@ -142,7 +142,9 @@ SHARED_FN vec3 reusedRadiance(IN(ReuseSums) s)
 SHARED_FN vec3 remainderNow(IN(ReuseSums) s)
 {
     const vec3 sum = s.carried + s.remainder;
-    return maxComponent(abs(sum)) < kInfinity ? sum : vec3(0.0f);
+    // Each component: a maximum may pass over a NaN.
+    const bool finite = abs(sum.x) < kInfinity && abs(sum.y) < kInfinity && abs(sum.z) < kInfinity;
+    return finite ? sum : vec3(0.0f);
 }
 
 /// Radiance by the new paths alone, where there are any.

@@ -155,6 +155,11 @@ bool closeSomething(const UiContext& c)
 Ui::Ui() : state_(std::make_unique<UiState>()) {}
 Ui::~Ui() = default;
 
+bool Ui::isHeld() const
+{
+    return ImGui::IsAnyItemActive() && ImGui::IsMouseDown(ImGuiMouseButton_Left);
+}
+
 const std::vector<std::string>& Ui::unknownActions() const
 {
     return state_->unknownActions;

@@ -44,6 +44,9 @@ public:
     /// `escape` and clears them.
     void draw(Session& session, AppRequests& app, const UiFrame& frame);
 
+    /// Whether the mouse holds a control: it should not move away meanwhile.
+    bool isHeld() const;
+
     /// Where the hand has put the windows goes to the settings; before the end `now`.
     void keepPlaces(Session& session, bool now = false);
 

@@ -56,6 +56,7 @@ struct SceneBrowser {
 /// What lives from frame to frame and belongs to nobody else.
 struct UiState {
     PathBox scene, reference, path, picture, environment;
+    std::string pathToReplace;  // the camera path's file that Save would replace if pressed again
     std::string cameraName, presetName, exportPattern = "frames/frame-%04d.exr";
     uint64_t referenceSamples = 1024, exportSamples = 64;
     std::string referenceMethod;  // empty: the picture's
@@ -67,7 +68,6 @@ struct UiState {
     std::vector<Toast> toasts;
     uint64_t seenNotices = 0;
     SceneBrowser browser;
-    bool inspector = false, logAtEnd = true;
     uint64_t loggedNotices = 0;
     std::vector<std::string> unknownActions;
     bool recalled = false;            // the places of windows

@@ -185,12 +185,17 @@ void drawExport(const UiContext& c)
 
 void drawFiles(const UiContext& c)
 {
-    pathInput(c.state.path, "path file", "path file, .json", {".json"});
+    if (pathInput(c.state.path, "path file", "path file, .json", {".json"}))
+        c.act("load-path", {{"file", c.state.path.text}});
     const std::string unnamed = c.state.path.text.empty() ? "type a file's name first" : "";
     actionButton(c, "Load", "load-path", unnamed, {{"file", c.state.path.text}});
     sameLineIfRoom(buttonWidth("Save"));
     const std::string empty = c.session.track.empty() ? "the path has no keys" : unnamed;
-    actionButton(c, "Save", "save-path", empty, {{"file", c.state.path.text}});
+    // What is there already is replaced when it is asked for twice.
+    const bool again = c.state.pathToReplace == c.state.path.text;
+    if (actionButton(c, "Save", "save-path", empty,
+                     {{"file", c.state.path.text}, {"replace", again}}))
+        c.state.pathToReplace = again ? "" : c.state.path.text;
 }
 
 }  // namespace

@@ -119,7 +119,11 @@ void drawSaveSection(const UiContext& c)
     if (pathInput(c.state.picture, "picture", "name.exr or .png", {".exr", ".png"})) {
         c.act("save", {{"file", c.state.picture.text}});
     }
-    actionButton(c, "Save EXR", "save", none);
+    // What has been typed counts without Enter, too.
+    if (c.state.picture.text.empty())
+        actionButton(c, "Save EXR", "save", none);
+    else
+        actionButton(c, "Save", "save", none, {{"file", c.state.picture.text}});
     sameLineIfRoom(buttonWidth("Screenshot"));
     actionButton(c, "Screenshot", "screenshot");
     sameLineIfRoom(buttonWidth("Without panel"));

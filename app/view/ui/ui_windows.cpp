@@ -191,8 +191,13 @@ void drawQuitQuestion(const UiContext& c)
     for (const std::string& loss : c.state.losses) ImGui::BulletText("%s", loss.c_str());
     ImGui::PopTextWrapPos();
     ImGui::Spacing();
-    const std::string saved = c.session.unsavedSeconds() > 0 ? "" : "the picture is saved already";
-    actionButton(c, "Save and quit", "save-and-quit", saved);
+    const std::shared_ptr<const Picture> picture = c.session.picture();
+    const bool isWhole = picture != nullptr && !picture->preview;
+    std::string saved;
+    if (c.session.unsavedSeconds() <= 0)
+        saved = isWhole ? "the picture is saved already" : "there is no whole picture yet";
+    const bool alone = c.state.losses.size() == 1;
+    actionButton(c, alone ? "Save and quit" : "Save the picture and quit", "save-and-quit", saved);
     sameLineIfRoom(6 * c.em);
     actionButton(c, "Quit", "quit-now", {}, nlohmann::ordered_json::object(), 6 * c.em);
     sameLineIfRoom(6 * c.em);

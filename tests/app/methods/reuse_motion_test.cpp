@@ -355,6 +355,32 @@ TEST_P(ReuseMotion, WhoAsksForABoundBeginsAnew)
     EXPECT_GT(detail("history"), 0.9);
 }
 
+/// A pass over a new pose that is cut short, and then another start: nothing of what had moved is
+/// left to look back to.
+TEST_P(ReuseMotion, AnInterruptedPoseLeavesNothingBehind)
+{
+    start(Moves{.ball = true}, 4);
+    size_ = {64, 64};
+    for (const core::Start again : {core::Start::anew, core::Start::moved}) {
+        const auto other = paramsOf(ReuseStrategy::ra, again == core::Start::anew ? 5 : 6);
+        pose(0.5);
+        look(swung(*world_, 0), paramsOf(ReuseStrategy::ra, 5), core::Start::anew);
+        pose(0.6);
+        renderer_->setView({swung(*world_, 0), size_, paramsOf(ReuseStrategy::ra, 5)},
+                           core::Start::moved);
+        renderer_->advance({.samples = 1, .seconds = 0}, {});
+        if (GetParam() == app::DeviceKind::cpu) {
+            ASSERT_EQ(renderer_->progress().samples, 0u) << "else this proves nothing";
+        }
+        look(swung(*world_, 0), other, again);
+        EXPECT_EQ(detail("history"), 0);
+        if (again == core::Start::moved) continue;  // its random numbers go on
+        const core::Image found = renderer_->read(core::Reading::mean).mean;
+        look(swung(*world_, 0), other, core::Start::anew);
+        EXPECT_EQ(renderer_->read(core::Reading::mean).mean.pixels, found.pixels);
+    }
+}
+
 /// A pose in which nothing lies elsewhere is no reason to lose anything, and neither is one that
 /// was never rendered.
 TEST_P(ReuseMotion, OnlyWhatHasMovedCounts)

@@ -1,6 +1,9 @@
 // Surfaces without lighting (KHR_materials_unlit) in every method that renders light, on every
 // device: they show their colour, light nothing, and are cut out by their alpha.
 #include <array>
+#include <map>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -43,6 +46,29 @@ TEST(Unlit, SurfacesLightNothing)
     forEachPicture(b.world(), {8, 8}, 4, [](const PictureTaken& picture) {
         for (const float value : picture.estimate.mean.pixels) ASSERT_EQ(value, 0) << picture.where;
     });
+}
+
+/// Nor where paths look for the light that virtual lights near a surface lose: a wall with a board
+/// on it that cannot be seen, for the camera lies in its plane, is as if the board were black.
+TEST(Unlit, SurfacesLightNothingNearBy)
+{
+    std::map<std::string, std::vector<float>> found[2];
+    for (const bool black : {false, true}) {
+        SceneBuilder b;
+        b.quad({-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, b.material(lambert(glm::vec3(0.8f))));
+        const core::Material board = black ? lambert(glm::vec3(0)) : unlit(glm::vec3(1));
+        b.quad({0, -9, 0}, {0, 18, 0}, {0, 0, 2}, b.material(board));
+        b.quad({-1, -1, 6}, {2, 0, 0}, {0, 2, 0},
+               b.material(emitter(glm::vec3(20), glm::vec3(0.3f), true)));
+        b.camera({0, 0, 4}, {0, 0, 0}, 0.6);
+        forEachPicture(b.world(), {8, 8}, 4, [&](const PictureTaken& picture) {
+            if (picture.where.find("manylights") != std::string::npos)
+                found[black][picture.where] = picture.estimate.mean.pixels;
+        });
+    }
+    ASSERT_FALSE(found[0].empty());
+    EXPECT_GT(found[0].begin()->second[0], 0);
+    EXPECT_EQ(found[0], found[1]);
 }
 
 TEST(Unlit, SurfacesAreCutOutByTheirAlpha)

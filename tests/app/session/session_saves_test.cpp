@@ -39,6 +39,31 @@ struct SessionSaves : testing::Test {
     Book book;
 };
 
+TEST_F(SessionSaves, ACameraPathReplacesNoFileUnasked)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "add-key");
+    EXPECT_TRUE(told(session, "the camera path has 1 key"));
+    const auto savePath = [&](const char* name, bool replace) {
+        act(session, "save-path", {{"file", (folder / name).string()}, {"replace", replace}});
+    };
+    savePath("scene.gltf", true);
+    EXPECT_TRUE(told(session, "ends in .json"));
+    EXPECT_FALSE(fs::exists(folder / "scene.gltf"));
+
+    core::writeFile(folder / "old.json", "precious");
+    savePath("old.json", false);
+    EXPECT_TRUE(told(session, "is there already"));
+    EXPECT_EQ(app::readText(folder / "old.json"), "precious");
+    savePath("old.json", true);
+    const std::string one = app::readText(folder / "old.json");
+    EXPECT_NE(one, "precious");
+    act(session, "add-key");
+    savePath("old.json", false);
+    EXPECT_NE(app::readText(folder / "old.json"), one) << "its own file is no other one's";
+}
+
 TEST_F(SessionSaves, WhatWasOnShowIsSavedThoughTheCameraMoves)
 {
     Session session(options("cornell-diffuse.gltf"));

@@ -230,6 +230,10 @@ TEST(Settings, FoldersThatRefuse)
     EXPECT_TRUE(fs::is_directory(folder.path()));  // a folder of that name is not set aside
     EXPECT_EQ(read("", true), Settings());
     if (geteuid() == 0) return;  // may write everywhere
+    core::writeFile(folder / "private.json", R"({"version": 1})");
+    fs::permissions(folder / "private.json", fs::perms::none);
+    EXPECT_EQ(read(folder / "private.json", true), Settings());
+    EXPECT_TRUE(fs::exists(folder / "private.json.bad")) << "else it would be replaced at the end";
     const fs::path sealed = folder / "sealed";
     fs::create_directory(sealed);
     core::writeFile(sealed / "settings.json", "{");
