@@ -21,10 +21,7 @@ class SampleReuse : public TiledRenderer {
 public:
     void setWorld(std::shared_ptr<const World> world, const Progress& progress) override
     {
-        if (!before_.world || !sameTopology(*before_.world, *world)) {
-            before_ = {};
-            moved_.clear();
-        }
+        if (!before_.world || !sameTopology(*before_.world, *world)) forget();
         world_ = world;
         TiledRenderer::setWorld(std::move(world), progress);
     }
@@ -38,8 +35,7 @@ public:
         passes_ = 0;
         figures_ = {};
         if (start == Start::anew || !(last == params_) || !takeMotion()) {
-            before_ = {};
-            moved_.clear();  // of the pose before, whose pass may have been cut short
+            forget();
             visibility_ = askedVisibility(params_, 0, {});
             perDeviation_ = 0;
         }
@@ -81,6 +77,14 @@ public:
 
 private:
     void setParams(const AnyParams& params) override { params_ = params.as<ReuseParams>(); }
+
+    /// The history, and what has moved since: a pass that was to take it up may have been cut
+    /// short.
+    void forget()
+    {
+        before_ = {};
+        moved_.clear();
+    }
 
     /// Finds what has moved since the last whole pass; false where nothing of it may be kept.
     bool takeMotion()

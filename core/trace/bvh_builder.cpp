@@ -34,7 +34,7 @@ Error tooLarge(size_t triangles)
 {
     return Error("the scene has " + std::to_string(triangles) +
                  " triangles: more than the acceleration structure can address (" +
-                 std::to_string(kMaxReferences) + " with duplicates) — use a smaller scene");
+                 std::to_string(kMaxReferences) + ") — use a smaller scene");
 }
 
 void BuildProgress::add(size_t references)
