@@ -46,7 +46,9 @@ std::vector<std::string> lossesOf(const Session& session)
     if (job.active() && job.seconds > kMuch)
         losses.push_back("what runs in the background (" + job.name +
                          "): " + spanText(job.seconds));
-    if (reference && reference->seconds > kMuch)
+    // One that is being rendered is the work that has been told.
+    const bool isTold = job.active() && job.name == "reference";
+    if (reference && !isTold && reference->seconds > kMuch)
         losses.push_back("the reference: " + spanText(reference->seconds) + " of rendering");
     return losses;
 }
