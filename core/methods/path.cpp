@@ -4,6 +4,7 @@
 
 #include "core/methods/method.h"
 #include "core/methods/path_kernel.h"
+#include "core/methods/path_settings.h"
 #include "core/methods/tiled_renderer.h"
 
 namespace core {
@@ -60,12 +61,7 @@ private:
     shared::PathSettings pathSettings() const
     {
         shared::PathSettings s = frameSettings();
-        s.seed = params_.seed;
-        s.samplerKind = static_cast<uint32_t>(params_.sampler);
-        s.strategy = static_cast<uint32_t>(params_.strategy);
-        s.maxDepth = params_.maxDepth;
-        s.rouletteDepth = params_.rouletteDepth;
-        s.clampIndirect = params_.clampIndirect;
+        setPathSettings(params_, s);
         return s;
     }
 

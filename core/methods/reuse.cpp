@@ -1,11 +1,14 @@
 // Path tracing that keeps its samples when the camera moves, on all cores: views, passes, figures
 // and maps. A pass takes one new path per pixel (reuse_estimator.h); the first one of a view looks
 // at the samples of the view before. Two stores take turns: one is read, one is written, and they
-// change places only after a whole pass.
+// change places only after a whole pass. Once a view that rests has filled its history, the path
+// tracer's kernel goes on.
 #include <array>
 #include <mutex>
 
 #include "core/methods/method.h"
+#include "core/methods/path_kernel.h"
+#include "core/methods/path_settings.h"
 #include "core/methods/reuse_estimator.h"
 #include "core/methods/reuse_figures.h"
 #include "core/methods/reuse_maps.h"
@@ -31,6 +34,7 @@ public:
         const ReuseParams last = params_;
         visibility_ = askedVisibility(last, visibility_, figures_);
         perDeviation_ = partPerDeviation(last, perDeviation_, figures_);
+        samplesBefore_ += plainSamples();
         TiledRenderer::setView(view, start);
         passes_ = 0;
         figures_ = {};
@@ -48,6 +52,7 @@ public:
         for (uint32_t i = 0; i < std::max(budget.samples, 1u); ++i) {
             const double left = budget.seconds - secondsSince(begin);
             if (i > 0 && (left <= 0 || stop.stop_requested())) return;
+            if (isSettled()) return takePlainPaths({budget.samples - i, left}, stop);
             const uint64_t had = film_.progress().samples;
             pass({std::min(budget.samples, 1u), left}, stop);
             if (film_.progress().samples == had) return;
@@ -59,10 +64,10 @@ public:
         RenderStats stats = TiledRenderer::stats();
         const std::lock_guard lock(figuresMutex_);
         // Figures are of the pass under way, too.
-        const double pixels =
-            double(film_.size().x) * film_.size().y * (passes_ + film_.progress().fraction);
+        const double part = isSettled() ? 0 : film_.progress().fraction;
+        const double pixels = double(film_.size().x) * film_.size().y * (passes_ + part);
         stats.details = figures_.details(params_, world_ && mayMove(*world_), visibility_,
-                                         recordsKept(params_), pixels);
+                                         recordsKept(params_), pixels, plainSamples());
         return stats;
     }
 
@@ -95,6 +100,32 @@ private:
         std::optional<std::vector<shared::MovedPiece>> moved = movedPieces(*before_.world, *world_);
         if (moved) moved_ = std::move(*moved);
         return moved.has_value();
+    }
+
+    /// Whether the history of this view has all that it can hold.
+    bool isSettled() const { return passes_ >= passesOfHistory(params_); }
+
+    /// Samples of this view that have left the history alone.
+    uint32_t plainSamples() const
+    {
+        return static_cast<uint32_t>(film_.progress().samples) - passes_;
+    }
+
+    void takePlainPaths(const Budget& budget, const std::stop_token& stop)
+    {
+        PathJob job{.accel = accel_.get(),
+                    .scene = frameScene(),
+                    .settings = frameSettings(),
+                    .camera = frameCamera()};
+        setPathSettings(plainPaths(params_), job.settings);
+        const PathKernel kernel = leastAble(pathVariants(), frameFeatures()).kernel;
+        film_.advance(budget, stop,
+                      [&](const Tile& tile, uint32_t first, uint32_t count, Film& film) {
+                          PathJob part = job;
+                          part.firstSample = samplesBefore_ + first - passes_;
+                          part.sampleCount = count;
+                          return kernel(part, tile, film);
+                      });
     }
 
     /// One pass over the picture, or what a budget allows of it.
@@ -173,7 +204,7 @@ private:
     std::vector<shared::MovedPiece> moved_;  // from that of `before_`
     float visibility_ = 0;
     float perDeviation_ = 0;
-    uint32_t passes_ = 0;         // of this view
+    uint32_t passes_ = 0;         // of this view, as far as they go to the history
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     mutable std::mutex figuresMutex_;
     ReuseFigures figures_;  // of this view

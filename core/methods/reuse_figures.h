@@ -47,16 +47,18 @@ struct ReuseFigures {
         return visibility > 0 ? lost / std::max(asked, 1.0) / visibility : 0;
     }
 
-    /// What is told of a view of so many pixels; `mayMove`: the scene has other poses.
+    /// What is told of a view of so many pixels; `mayMove`: the scene has other poses; `plain`:
+    /// samples of a pixel that were taken after its history was full.
     std::vector<StatsDetail> details(const ReuseParams& params, bool mayMove, float visibility,
-                                     uint32_t records, double pixels) const
+                                     uint32_t records, double pixels, uint32_t plain) const
     {
         std::vector<StatsDetail> details{{"bias", std::string(biasOf(params, mayMove))},
                                          {"history", withHistory / count()},
                                          {"c", shares / count()},
                                          {"n", paths / std::max(pixels, 1.0)},
                                          {"weights", weights / count()},
-                                         {"records", double(records)}};
+                                         {"records", double(records)},
+                                         {"plain", double(plain)}};
         if (visibility > 0) {
             details.push_back({"visibility", double(visibility)});
             details.push_back({"leak", leak(double(visibility))});

@@ -81,6 +81,25 @@ inline uint32_t samplesOfPass(const ReuseParams& params, uint32_t pass)
     return pass > 0 ? 1 : static_cast<uint32_t>(std::ceil(std::max(params.rays, 1.0f)));
 }
 
+/// Passes of a view after which its history has all that it can hold: it weighs the last two `cap`
+/// of them about evenly, and more would put new samples in the place of equally good ones. Plain
+/// paths go on then, at less cost, and leave it alone. Those are spread over their pixels: never
+/// where first hits shall stay at the centres.
+inline uint32_t passesOfHistory(const ReuseParams& params)
+{
+    if (params.jitter == PixelJitter::never) return ~0u;
+    return 2 * static_cast<uint32_t>(std::ceil(reuseSettings(params).cap));
+}
+
+/// The plain paths that go on from there.
+inline PathParams plainPaths(const ReuseParams& params)
+{
+    return {.maxDepth = params.maxDepth,
+            .rouletteDepth = params.rouletteDepth,
+            .seed = params.seed,
+            .sampler = params.sampler};
+}
+
 /// New paths that a pixel may take in one pass.
 inline uint32_t mostPathsOfPixel(const ReuseParams& params)
 {

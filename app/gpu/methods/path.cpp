@@ -4,7 +4,7 @@
 #include "app/gpu/path_batches.h"
 #include "app/gpu/tiled_film.h"
 #include "core/base/check.h"
-#include "core/methods/path_params.h"
+#include "core/methods/path_settings.h"
 #include "core/methods/sky_slot.h"
 
 namespace gpu {
@@ -15,12 +15,7 @@ shared::FrameData frameFor(const core::World& world, const GpuScene& scene, cons
                            const core::PathParams& params)
 {
     shared::FrameData frame = frameOf(world, scene, view);
-    frame.settings.seed = params.seed;
-    frame.settings.samplerKind = static_cast<uint32_t>(params.sampler);
-    frame.settings.strategy = static_cast<uint32_t>(params.strategy);
-    frame.settings.maxDepth = params.maxDepth;
-    frame.settings.rouletteDepth = params.rouletteDepth;
-    frame.settings.clampIndirect = params.clampIndirect;
+    core::setPathSettings(params, frame.settings);
     return frame;
 }
 

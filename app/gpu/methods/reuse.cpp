@@ -1,9 +1,12 @@
 // Path tracing that keeps its samples when the camera moves: the kernels of reuse_passes.h go to
-// the film (tiled_film.h), one sample per pixel and round.
+// the film (tiled_film.h), one sample per pixel and round. Once a view that rests has filled its
+// history, batches of plain paths (path_batches.h) go on.
 #include "app/gpu/methods/methods.h"
+#include "app/gpu/path_batches.h"
 #include "app/gpu/reuse_passes.h"
 #include "core/base/check.h"
 #include "core/base/time.h"
+#include "core/methods/path_settings.h"
 #include "core/methods/reuse_settings.h"
 #include "core/scene/moved_pieces.h"
 
@@ -14,13 +17,14 @@ namespace {
 class SampleReuse final : public core::Renderer {
 public:
     explicit SampleReuse(const DeviceOptions& options)
-        : context_(options), film_(context_), passes_(context_)
+        : context_(options), film_(context_), passes_(context_), plain_(context_)
     {}
 
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
         film_.drop();
         if (takeWorld(scene_, world_, std::move(world), context_, progress)) return;
+        plain_.forgetScene();
         passes_.forget();
         kept_ = {};
         batchPace_.restart();
@@ -30,16 +34,18 @@ public:
     {
         CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
         const core::ReuseParams& params = view.params.as<core::ReuseParams>();
-        if (start == core::Start::anew) samplesBefore_ = 0;
         visibility_ = core::askedVisibility(params_, visibility_, film_.counts().reuse);
         perDeviation_ = core::partPerDeviation(params_, perDeviation_, film_.counts().reuse);
+        samplesBefore_ += plainSamples();
+        if (start == core::Start::anew) samplesBefore_ = 0;
         if (start == core::Start::anew || !(params == params_) || !takeMotion(params)) {
             passes_.forget();
             visibility_ = core::askedVisibility(params, 0, {});
             perDeviation_ = 0;
         }
         params_ = params;
-        shared::FrameData frame = frameOf(*world_, *scene_, view);
+        frame_ = frameOf(*world_, *scene_, view);
+        shared::FrameData frame = frame_;
         core::setPathSettings(params, frame.settings);
         film_.reset(frame);
         shared::ReuseSettings settings = core::reuseSettings(params);
@@ -61,6 +67,7 @@ public:
         if (passes_.compile(*scene_, film_.frame(), constants_))
             compileSeconds_ += core::secondsSince(begin);
         rounds_ = 0;
+        goesPlain_ = false;
         batchPace_.again();
     }
 
@@ -68,12 +75,16 @@ public:
 
     void advance(const core::Budget& budget, std::stop_token stop) override
     {
-        // One sample per pixel and round: each round looks at what the one before has kept.
-        const uint32_t most =
-            std::min(passes_.mostLanes(), film_.frame().tileCount() * shared::kGroupSize);
-        film_.advance(
-            budget, stop, [this, most] { return batchPace_.lanes(pace_.dispatchSeconds, most); },
-            [this](const shared::Batch& batch, const TiledFilm::Then&) { trace(batch); });
+        const core::Clock::time_point begin = core::Clock::now();
+        uint32_t samples = budget.samples;
+        if (const uint32_t most = core::passesOfHistory(params_); rounds_ < most) {
+            const uint32_t had = rounds_;
+            takePasses({std::min(samples, most - had), budget.seconds}, stop);
+            samples -= std::min(samples, rounds_ - had);
+            const bool over = stop.stop_requested() || core::secondsSince(begin) >= budget.seconds;
+            if (rounds_ < most || samples == 0 || over) return;
+        }
+        takePlainPaths({samples, budget.seconds - core::secondsSince(begin)}, stop);
     }
 
     core::RenderProgress progress() const override { return film_.progress(); }
@@ -95,11 +106,14 @@ public:
         const core::ReuseFigures& figures = film_.counts().reuse;
         const double pixels = double(film_.frame().width()) * film_.frame().height();
         // Figures are of the round under way, too.
+        const double part = goesPlain_ ? 0 : film_.progress().fraction;
         stats.details = figures.details(params_, world_ && core::mayMove(*world_), visibility_,
-                                        recordsOf(passes_.settings()),
-                                        pixels * (rounds_ + film_.progress().fraction));
+                                        recordsOf(passes_.settings()), pixels * (rounds_ + part),
+                                        plainSamples());
         film_.addTo(stats);
-        stats.paths = static_cast<uint64_t>(figures.paths);
+        const uint64_t plain =
+            goesPlain_ ? stats.paths - uint64_t(rounds_) * static_cast<uint64_t>(pixels) : 0;
+        stats.paths = static_cast<uint64_t>(figures.paths) + plain;
         return stats;
     }
 
@@ -120,6 +134,51 @@ private:
         return pieces && passes_.takeMotion(*scene_, *kept_.world, *kept_.hierarchy, *pieces);
     }
 
+    /// Samples of this view that have left the history alone.
+    uint32_t plainSamples() const
+    {
+        return goesPlain_ ? static_cast<uint32_t>(film_.progress().samples) - rounds_ : 0;
+    }
+
+    /// One sample per pixel and round: each round looks at what the one before has kept.
+    void takePasses(const core::Budget& budget, const std::stop_token& stop)
+    {
+        const uint32_t most =
+            std::min(passes_.mostLanes(), film_.frame().tileCount() * shared::kGroupSize);
+        film_.advance(
+            budget, stop, [this, most] { return batchPace_.lanes(pace_.dispatchSeconds, most); },
+            [this](const shared::Batch& batch, const TiledFilm::Then&) { trace(batch); });
+    }
+
+    void takePlainPaths(const core::Budget& budget, const std::stop_token& stop)
+    {
+        if (!goesPlain_) beginPlainPaths();
+        film_.advance(
+            budget, stop, [this] { return plain_.lanes(pace_.dispatchSeconds); },
+            [this](shared::Batch batch, const TiledFilm::Then& then) {
+                batch.firstSample += samplesBefore_ - rounds_;
+                plain_.trace(batch, then);
+            },
+            [this] { plain_.chooseKernel(pace_.dispatchSeconds); });
+    }
+
+    /// The film goes on as it is; its frame becomes that of plain paths.
+    void beginPlainPaths()
+    {
+        const core::PathParams params = core::plainPaths(params_);
+        core::setPathSettings(params, frame_.settings);
+        film_.frame().write(frame_);
+        plain_.makeRoom(film_.frame());
+        film_.begin(plain_.radiance());
+        PathConstants constants;
+        constants.features = scene_->features() | (constants_.features & shared::kFeatureThinLens);
+        constants.sampler = constants_.sampler;
+        compileSeconds_ += plain_.prepare({scene_.get(), &film_.frame(), constants, params.strategy,
+                                           params.kernel, world_->triangles.size()},
+                                          film_.accumulate());
+        goesPlain_ = true;
+    }
+
     void trace(shared::Batch batch)
     {
         const uint32_t lanes = batch.tileCount * shared::kGroupSize;
@@ -138,16 +197,19 @@ private:
     Context context_;  // first: everything below is made on its device
     TiledFilm film_;
     ReusePasses passes_;
+    PathBatches plain_;
     std::unique_ptr<GpuScene> scene_;
     std::shared_ptr<const core::World> world_;
     Kept kept_;
     core::ReuseParams params_;
+    shared::FrameData frame_{};  // of the view; methods have not added to it
     ReuseConstants constants_;
     core::Pace pace_;
     BatchPace batchPace_;
     float visibility_ = 0;        // share of samples whose visibility is asked for again
     float perDeviation_ = 0;      // see shared::allocatedPart
-    uint32_t rounds_ = 0;         // whole ones, of this view
+    uint32_t rounds_ = 0;         // whole ones of this view that go to the history
+    bool goesPlain_ = false;      // it has all that it can hold: paths of this view leave it alone
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     double compileSeconds_ = 0;
 };

@@ -27,6 +27,7 @@ TEST_P(ReuseMethod, WithoutHistoryItIsPathTracing)
     begin("cornell-moderate", {40, 40});
     ReuseParams params = with(ReuseStrategy::discard, 5);
     params.jitter = PixelJitter::always;
+    params.cap = 1024;  // or plain paths would go on by and by
     look(world_->cameras.at(0), params, core::Start::anew, 128);
     const core::Estimate reused = renderer_->read(core::Reading::everything);
     core::PathParams path;
@@ -48,6 +49,7 @@ TEST_P(ReuseMethod, MirrorsAndGlassAreLookedThrough)
     begin("glass", {48, 36});
     ReuseParams plain = with(ReuseStrategy::discard, 7);
     plain.jitter = PixelJitter::always;
+    plain.cap = 1024;
     look(world_->cameras.at(0), plain, core::Start::anew, 256);
     const core::Estimate here = renderer_->read(core::Reading::everything);
     const auto tracer = app::makeRenderer("path", {.device = GetParam()});

@@ -1,0 +1,121 @@
+// A view that rests, on every device: once its history has all that it can hold, plain paths go on
+// and leave it alone.
+#include <cmath>
+
+#include "core/methods/reuse_settings.h"
+#include "tests/support/methods/reuse_flights.h"
+
+namespace {
+
+using namespace tests;
+
+class ReuseRest : public ReuseFlights {
+protected:
+    /// Full after eight passes.
+    static ReuseParams quicklyFull(ReuseStrategy reuse = ReuseStrategy::ra)
+    {
+        ReuseParams params = with(reuse, 12);
+        params.cap = 4;
+        params.jitter = PixelJitter::settled;
+        return params;
+    }
+
+    core::Estimate plain(uint32_t samples) const
+    {
+        const auto tracer = app::makeRenderer("path", {.device = GetParam()});
+        tracer->setWorld(world_, {});
+        const core::PathParams path = core::plainPaths(quicklyFull());
+        tracer->setView({world_->cameras.at(0), size_, path}, core::Start::anew);
+        tracer->advance({.samples = samples}, {});
+        return tracer->read(core::Reading::everything);
+    }
+};
+
+/// Sums over the samples that one picture took after another.
+void expectSameSums(const core::Estimate& late, const core::Estimate& early,
+                    const core::Estimate& lateToo, const core::Estimate& earlyToo)
+{
+    for (size_t i = 0; i < late.mean.pixels.size(); ++i) {
+        const auto sum = [i](const core::Estimate& a, const core::Estimate& b) {
+            return double(a.weight.pixels[i / 3]) * double(a.mean.pixels[i]) -
+                   double(b.weight.pixels[i / 3]) * double(b.mean.pixels[i]);
+        };
+        const double expected = sum(lateToo, earlyToo);
+        ASSERT_NEAR(sum(late, early), expected, 1e-4 * (expected + 1)) << i;
+    }
+}
+
+/// Sample for sample: those that plain path tracing takes after as many passes.
+TEST_P(ReuseRest, PlainPathsGoOn)
+{
+    begin("cornell-glossy", {40, 24});
+    ASSERT_EQ(core::passesOfHistory(quicklyFull()), 8u);
+    look(world_->cameras.at(0), quicklyFull(), core::Start::anew, 8);
+    const core::Estimate full = renderer_->read(core::Reading::everything);
+    EXPECT_EQ(detail("plain"), 0);
+    EXPECT_EQ(renderer_->stats().paths, 8u * 40 * 24);
+    const std::vector<core::Image> maps = renderer_->maps();
+    renderer_->advance({.samples = 16}, {});
+    const core::Estimate rested = renderer_->read(core::Reading::everything);
+    EXPECT_EQ(rested.samples, 24u);
+    EXPECT_EQ(detail("plain"), 16);
+    EXPECT_NEAR(detail("n"), 1, 0.05);
+    EXPECT_EQ(renderer_->stats().paths, 24u * 40 * 24);
+    expectSameSums(rested, full, plain(24), plain(8));
+    for (size_t i = 0; i < maps.size(); ++i)
+        EXPECT_EQ(renderer_->maps().at(i).pixels, maps[i].pixels) << core::reuseMaps()[i].name;
+}
+
+/// However short the pieces are, and whatever they end in.
+TEST_P(ReuseRest, InPiecesItIsTheSamePicture)
+{
+    begin("cornell-diffuse", {96, 64});
+    look(world_->cameras.at(0), quicklyFull(), core::Start::anew, 20);
+    const core::Image whole = renderer_->read(core::Reading::mean).mean;
+    renderer_->setView({world_->cameras.at(0), size_, quicklyFull()}, core::Start::anew);
+    for (int pieces = 0; renderer_->progress().samples < 20; ++pieces) {
+        ASSERT_LT(pieces, 1000);
+        renderer_->advance({.samples = 1, .seconds = 0}, {});
+    }
+    EXPECT_EQ(renderer_->read(core::Reading::mean).mean.pixels, whole.pixels);
+    EXPECT_EQ(detail("plain"), 12);
+}
+
+/// What was kept is there when the camera moves on, and numbers go on after those of plain paths.
+TEST_P(ReuseRest, TheHistoryWaits)
+{
+    begin("cornell-diffuse", {40, 40});
+    look(swung(*world_, 0), quicklyFull(), core::Start::anew, 20);
+    look(swung(*world_, -0.5), quicklyFull(), core::Start::moved);
+    const core::Estimate moved = renderer_->read(core::Reading::everything);
+    size_t remember = 0;
+    for (const float weight : moved.weight.pixels) remember += weight == 5;
+    EXPECT_GT(remember, moved.weight.pixels.size() * 9 / 10);
+    EXPECT_EQ(detail("plain"), 0);
+
+    const auto discarded = [&](float cap) {
+        ReuseParams params = quicklyFull(ReuseStrategy::discard);
+        params.cap = cap;
+        look(swung(*world_, 0), params, core::Start::anew, 20);
+        EXPECT_EQ(detail("plain"), cap > 4 ? 0 : 12);
+        look(swung(*world_, -0.5), params, core::Start::moved);
+        return renderer_->read(core::Reading::mean).mean.pixels;
+    };
+    EXPECT_EQ(discarded(4), discarded(1000));
+}
+
+/// Plain paths are spread over their pixels: not where first hits stay at the centres.
+TEST_P(ReuseRest, FirstHitsAtTheCentresStayThere)
+{
+    begin("cornell-diffuse", {24, 16});
+    ReuseParams params = quicklyFull();
+    params.jitter = PixelJitter::never;
+    look(world_->cameras.at(0), params, core::Start::anew, 20);
+    EXPECT_EQ(detail("plain"), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Device, ReuseRest,
+                         testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
+                         DeviceName());
+
+}  // namespace
