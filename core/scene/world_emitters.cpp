@@ -179,10 +179,12 @@ void addTriangles(World& world, const std::vector<TriangleEmission>& emission, C
         const glm::dvec3 n =
             glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
         const bool twoSided = (m.flags & shared::kMaterialDoubleSided) != 0;
+        // Where textures leave no coat anywhere kernels know nothing of coats.
+        const bool coated = m.clearcoat > 0 && (world.features & shared::kFeatureClearcoat) != 0;
         shared::Emitter e{};
         e.kind = shared::kEmitterTriangle | (twoSided ? shared::kEmitterTwoSided : 0u) |
                  (emitting.textured ? shared::kEmitterTextured : 0u) |
-                 (m.clearcoat > 0 ? shared::kEmitterCoated : 0u);
+                 (coated ? shared::kEmitterCoated : 0u);
         e.a = a;
         e.b = b;
         e.c = c;

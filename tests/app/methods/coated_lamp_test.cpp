@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/gtc/packing.hpp>
 #include <gtest/gtest.h>
 
 #include "core/methods/method.h"
@@ -34,9 +35,23 @@ double reflectance(double cosine)
     return 0.5 * (s * s + p * p);
 }
 
-double shareLeft(double cosine)
+double shareLeft(double cosine, double coat = static_cast<double>(kCoat))
 {
-    return 1 - static_cast<double>(kCoat) * reflectance(cosine);
+    return 1 - coat * reflectance(cosine);
+}
+
+/// A texture of one texel for the coat of a material; it multiplies the factor.
+void setCoatTexture(SceneBuilder& b, core::Material& material, float value)
+{
+    core::Texture texture;
+    texture.width = texture.height = 1;
+    const uint16_t half = glm::packHalf1x16(value);
+    texture.texels.push_back({half, half, half, glm::packHalf1x16(1.0f)});
+    core::TextureUse use;
+    use.texture = static_cast<int>(b.scene.textures.size());
+    material.textures[shared::kTextureClearcoat] = static_cast<int>(b.scene.textureUses.size());
+    b.scene.textures.push_back(texture);
+    b.scene.textureUses.push_back(use);
 }
 
 TEST(CoatedLamp, ShinesLessTheLowerItIsSeen)
@@ -60,19 +75,23 @@ struct LowLamp {
     SceneBuilder builder;
     double exact = 0;  // radiance of the floor where the camera looks
 
-    explicit LowLamp(float roughness)
+    /// The coat's factor is kCoat times `texel`.
+    explicit LowLamp(float roughness, float texel = 1)
     {
+        core::Material lamp = coatedLamp(30, roughness);
+        if (texel < 1) setCoatTexture(builder, lamp, texel);
         const glm::dvec3 corner(2.5, 0.7, 0.5), u(1, 0, 0), v(0, 0, -1);
         builder.quad({-8, 0, 8}, {16, 0, 0}, {0, 0, -16},
                      builder.material(lambert(glm::vec3(kGroundAlbedo))));
-        builder.quad(corner, v, u, builder.material(coatedLamp(30, roughness)));
+        builder.quad(corner, v, u, builder.material(lamp));
         builder.camera({-0.3, 0.5, 0.4}, {0, 0, 0}, 0.002);
         constexpr int kCells = 200;
         for (int i = 0; i < kCells; ++i) {
             for (int k = 0; k < kCells; ++k) {
                 const glm::dvec3 d = corner + (i + 0.5) / kCells * u + (k + 0.5) / kCells * v;
                 const double cosine = d.y / glm::length(d);  // at both ends
-                exact += shareLeft(cosine) * cosine * cosine / glm::dot(d, d);
+                exact +=
+                    shareLeft(cosine, double(kCoat * texel)) * cosine * cosine / glm::dot(d, d);
             }
         }
         exact *= 30 * static_cast<double>(kGroundAlbedo) / std::numbers::pi / (kCells * kCells);
@@ -109,6 +128,19 @@ TEST(CoatedLamp, LightsByTheAngleInEveryMethod)
         const PictureMean e = estimate(picture.estimate);
         EXPECT_NEAR(e.mean, scene.exact, 0.02 * scene.exact) << picture.where;
     });
+}
+
+/// A texture may leave half of the coat, or none: then no kernel knows of coats.
+TEST(CoatedLamp, LightsByWhatTexturesLeaveOfItsCoat)
+{
+    for (const float texel : {0.5f, 0.0f}) {
+        const LowLamp scene(0.4f, texel);
+        forEachPicture(scene.builder.world(), {32, 32}, 64, [&](const PictureTaken& picture) {
+            const PictureMean e = estimate(picture.estimate);
+            EXPECT_NEAR(e.mean, scene.exact, 0.02 * scene.exact)
+                << picture.where << ", " << texel << " of the coat";
+        });
+    }
 }
 
 }  // namespace
