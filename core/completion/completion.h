@@ -58,16 +58,16 @@ struct CompletionStats {
     /// As the thesis counts: the sampled rows of matched columns, with repetitions and without
     /// those of verification, and all rows of the others.
     uint64_t authorRays = 0;
-    uint32_t columns = 0;
-    uint32_t inactive = 0;   // columns without a row that matters: nothing to do
-    uint32_t full = 0;       // columns traced in every row that matters
-    uint32_t bailedOut = 0;  // of these, without having been sampled first
-    uint32_t matched = 0;    // columns that agree with a known one
-    uint32_t repaired = 0;   // columns traced in part that agree with none
-    uint32_t basis = 0;      // known columns of all octants that others are compared with
-    uint32_t ambiguous = 0;  // columns with several matches
-    uint32_t verificationFailures = 0;
-    uint32_t rated = 0;  // columns of octants that have a row rate: not of slices traced in full
+    uint64_t columns = 0;
+    uint64_t inactive = 0;   // columns without a row that matters: nothing to do
+    uint64_t full = 0;       // columns traced in every row that matters
+    uint64_t bailedOut = 0;  // of these, without having been sampled first
+    uint64_t matched = 0;    // columns that agree with a known one
+    uint64_t repaired = 0;   // columns traced in part that agree with none
+    uint64_t basis = 0;      // known columns of all octants that others are compared with
+    uint64_t ambiguous = 0;  // columns with several matches
+    uint64_t verificationFailures = 0;
+    uint64_t rated = 0;  // columns of octants that have a row rate: not of slices traced in full
     double rates = 0;    // the final row rate of each of these columns' octants, summed
     double traceSeconds = 0, seconds = 0;  // in the oracle; altogether
 
@@ -79,7 +79,7 @@ struct CompletionStats {
     {
         return entries > 0 ? double(authorRays) / double(entries) : 0;
     }
-    double meanRate() const { return rated > 0 ? rates / rated : 0; }
+    double meanRate() const { return rated > 0 ? rates / double(rated) : 0; }
 };
 
 /// A sampled error of the prediction: shade(row, column) times `weight`, added to the picture of

@@ -113,5 +113,21 @@ TEST(Completion, SlicesTracedInFullHaveNoRate)
     EXPECT_EQ(CompletionStats{}.meanRate(), 0);
 }
 
+/// A picture of many frames has more columns than 32 bits count.
+TEST(Completion, SumsOfStatisticsHaveRoom)
+{
+    CompletionStats sum, half;
+    half.columns = half.inactive = half.full = half.bailedOut = half.matched = half.repaired =
+        half.basis = half.ambiguous = half.verificationFailures = half.rated = 3'000'000'000;
+    half.rates = 0.5 * 3e9;
+    sum += half;
+    sum += half;
+    for (const uint64_t found :
+         {sum.columns, sum.inactive, sum.full, sum.bailedOut, sum.matched, sum.repaired, sum.basis,
+          sum.ambiguous, sum.verificationFailures, sum.rated})
+        EXPECT_EQ(found, 6'000'000'000u);
+    EXPECT_DOUBLE_EQ(sum.meanRate(), 0.5);
+}
+
 }  // namespace
 }  // namespace core::many_lights

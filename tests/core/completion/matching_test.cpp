@@ -328,7 +328,7 @@ TEST(Matching, ColumnsAreConfusedAsOftenAsTheLawSays)
             double expected = 1;
             for (uint32_t k = 0; k < 50; ++k)
                 expected *= 1 - double(d) / (author ? kRows : kRows - k);
-            uint32_t confused = 0;
+            uint64_t confused = 0;
             for (uint32_t t = 0; t < kTrials; ++t) {
                 MatrixOracle oracle(truth);
                 CompletedSlice slice;
@@ -337,7 +337,7 @@ TEST(Matching, ColumnsAreConfusedAsOftenAsTheLawSays)
                 EXPECT_EQ(slice.visible == truth, slice.stats.matched == 0);
             }
             const double error = std::sqrt(expected * (1 - expected) / kTrials);
-            EXPECT_NEAR(confused / double(kTrials), expected, tests::kScore * error) << d;
+            EXPECT_NEAR(double(confused) / double(kTrials), expected, tests::kScore * error) << d;
             EXPECT_LT(error, 0.05 * expected) << "a bias of 25 % would not be seen";
         }
 }
@@ -356,7 +356,7 @@ TEST(Matching, BrightColumnsAreComparedInMoreRows)
          {std::pair{0.01f, 16u}, {0.75f, 30u}, {2.0f, 80u}, {50.0f, 240u}}) {
         double expected = 1;
         for (uint32_t k = 0; k < rows; ++k) expected *= 1 - double(kDark) / (kRows - k);
-        uint32_t confused = 0;
+        uint64_t confused = 0;
         for (uint32_t t = 0; t < kTrials; ++t) {
             tests::BrightOracle oracle(truth, brightness);
             CompletedSlice slice;
@@ -364,7 +364,8 @@ TEST(Matching, BrightColumnsAreComparedInMoreRows)
             confused += slice.stats.matched;
         }
         const double error = std::sqrt(expected * (1 - expected) / kTrials);
-        EXPECT_NEAR(confused / double(kTrials), expected, tests::kScore * error) << brightness;
+        EXPECT_NEAR(double(confused) / double(kTrials), expected, tests::kScore * error)
+            << brightness;
     }
 }
 
@@ -391,7 +392,7 @@ TEST(Matching, ColumnsThatMatterInFewRowsAreConfusedNoMoreOften)
         confused += tests::bitError(truth, slice.visible, &matters) > 0;
     }
     const double error = std::sqrt(expected * (1 - expected) / kTrials);
-    EXPECT_NEAR(confused / double(kTrials), expected, tests::kScore * error);
+    EXPECT_NEAR(double(confused) / double(kTrials), expected, tests::kScore * error);
     EXPECT_LT(error, 0.05 * expected);
 }
 

@@ -51,7 +51,7 @@ TEST(Repair, RowsTheCandidateDoesNotKnowAreTraced)
         }
     CompletionParams params;
     params.bailOut = 1;
-    uint32_t repaired = 0;
+    uint64_t repaired = 0;
     for (uint64_t seed = 0; seed < 50; ++seed) {
         MatrixOracle oracle(truth, matters);
         CompletedSlice slice;
@@ -79,7 +79,7 @@ TEST(Repair, ColumnsThatAgreeWithNoneAreNotMatched)
 /// Of 200 seeds: how often column 1 of two was traced in full after its samples had matched none,
 /// how often it was repaired, and how often wrongly; and how often both columns are as they should.
 struct Repaired {
-    uint32_t full = 0, repaired = 0, wrong = 0, exact = 0;
+    uint64_t full = 0, repaired = 0, wrong = 0, exact = 0;
 };
 
 /// Brightness of column 1 at which no patch is probed, and each.

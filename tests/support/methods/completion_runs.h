@@ -63,7 +63,7 @@ inline Mean meanOf(const CompletionParams& params, const auto& make)
         mean.rays += 20 * slice.stats.visibility();
         mean.author += 20 * slice.stats.authorVisibility();
         mean.error += 20 * bitError(truth, slice.visible);
-        mean.basis += slice.stats.basis / 5.0;
+        mean.basis += double(slice.stats.basis) / 5;
         mean.rate += slice.stats.meanRate() / 5;
     }
     return mean;
