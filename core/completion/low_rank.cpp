@@ -1,4 +1,4 @@
-// Low-rank completion and separation.
+// See low_rank.h.
 #include "core/completion/low_rank.h"
 
 #include <algorithm>
@@ -122,53 +122,6 @@ LowRank completeLowRank(const Matrix& values, const BitMatrix& known, const SvtS
             [&](uint32_t i, uint32_t j) { y(i, j) += delta * (values(i, j) - low.matrix(i, j)); });
     }
     return low;
-}
-
-Separation separate(const Matrix& d, const SeparationSettings& settings, Pcg32& random)
-{
-    const size_t rows = d.rows(), columns = d.columns();
-    Separation result{{Matrix(rows, columns), 0, 0, 0}, Matrix(rows, columns)};
-    const double norm = frobeniusNorm(d);
-    if (!(norm > 0)) return result;
-    const double lambda =
-        settings.lambda > 0 ? settings.lambda : 1 / std::sqrt(double(std::max(rows, columns)));
-    const double spectral = largestSingularValue(d, random);
-    double largest = 0;
-    for (const double x : d.values()) largest = std::max(largest, std::abs(x));
-    Matrix multipliers = d;
-    for (double& x : multipliers.values()) x /= std::max(spectral, largest / lambda);
-    double mu = 1.25 / spectral;
-    const double most = 1e7 * mu;
-
-    Matrix work(rows, columns);
-    const auto all = [&](auto&& f) {
-        for (size_t k = 0; k < d.values().size(); ++k) f(k);
-    };
-    LowRank& low = result.low;
-    Matrix start;
-    for (uint32_t iteration = 1;; ++iteration) {
-        all([&](size_t k) {  // what is sparse: shrunk towards zero
-            const double x = d.values()[k] - low.matrix.values()[k] + multipliers.values()[k] / mu;
-            result.sparse.values()[k] = std::copysign(std::max(std::abs(x) - lambda / mu, 0.0), x);
-        });
-        all([&](size_t k) {
-            work.values()[k] =
-                d.values()[k] - result.sparse.values()[k] + multipliers.values()[k] / mu;
-        });
-        low =
-            shrunk(singularValuesAbove(work, 1 / mu, low.rank + 4, random), 1 / mu, rows, columns);
-        double error = 0;
-        all([&](size_t k) {
-            const double missing =
-                d.values()[k] - low.matrix.values()[k] - result.sparse.values()[k];
-            error += missing * missing;
-            multipliers.values()[k] += mu * missing;
-        });
-        low.iterations = iteration;
-        low.residual = std::sqrt(error) / norm;
-        mu = std::min(1.5 * mu, most);
-        if (low.residual < settings.tolerance || iteration >= settings.iterations) return result;
-    }
 }
 
 }  // namespace core::many_lights

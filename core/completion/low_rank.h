@@ -1,7 +1,5 @@
-// Matrices of low rank from part of their entries or from corrupted ones: singular value
-// thresholding (J.-F. Cai, E. Candes, Z. Shen, "A Singular Value Thresholding Algorithm for Matrix
-// Completion", 2010) and robust principal components (Z. Lin, M. Chen, Y. Ma, "The Augmented
-// Lagrange Multiplier Method for Exact Recovery of Corrupted Low-Rank Matrices", 2010).
+// Matrices of low rank from part of their entries: singular value thresholding (J.-F. Cai, E.
+// Candes, Z. Shen, "A Singular Value Thresholding Algorithm for Matrix Completion", 2010).
 #pragma once
 
 #include <stop_token>
@@ -41,18 +39,5 @@ struct LowRank {
 /// requested.
 LowRank completeLowRank(const Matrix& values, const BitMatrix& known, const SvtSettings& settings,
                         Pcg32& random, const std::stop_token& stop = {});
-
-struct SeparationSettings {
-    double lambda = 0;  // weight of what is sparse; 0: 1 / sqrt(the larger side)
-    uint32_t iterations = 1000;
-    double tolerance = 1e-7;
-};
-
-/// D = L + S, L of low rank and S sparse.
-struct Separation {
-    LowRank low;
-    Matrix sparse;
-};
-Separation separate(const Matrix& d, const SeparationSettings& settings, Pcg32& random);
 
 }  // namespace core::many_lights

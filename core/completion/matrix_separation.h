@@ -21,6 +21,12 @@ struct FactorSettings {
     double penalty = 500;     // over that norm: entries above its inverse begin as sparse
 };
 
+/// D = L + S, L of low rank and S sparse.
+struct Separation {
+    LowRank low;
+    Matrix sparse;
+};
+
 /// D = L + S up to the residual of `low`. Ends early, with what there is, when `stop` is requested.
 Separation separateByFactors(const Matrix& d, const FactorSettings& settings, Pcg32& random,
                              const std::stop_token& stop = {});

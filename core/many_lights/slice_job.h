@@ -24,7 +24,9 @@ struct SliceJob {
     bool compensates = true;  // finds the light that is lost otherwise (lost_light.h)
 };
 
-/// A seed that differs from frame to frame and from seed to seed.
+/// Differs between the frames of a setting's seed, by bits above those of 2^20 numbers of slices.
+/// From frame 4096 on the bits are those of other seeds, too: such frames may draw the same
+/// numbers, but for other lights and other points.
 inline uint64_t frameSeed(const ReceiverJob& job)
 {
     return uint64_t(job.settings.seed) << 32 ^ uint64_t(job.frame) << 20;

@@ -89,22 +89,6 @@ Matrix corruptedFrom(Matrix a, size_t& count, Pcg32& random)
     return a;
 }
 
-TEST(LowRank, SparseCorruptionIsSeparated)
-{
-    Pcg32 random(3);
-    const Matrix truth = product(normalMatrix(200, 10, random), normalMatrix(10, 200, random));
-    size_t count = 0;
-    const Matrix corrupted = corruptedFrom(truth, count, random);
-    const Separation parts = separate(corrupted, {}, random);
-    EXPECT_EQ(parts.low.rank, 10u);
-    EXPECT_LT(relativeError(parts.low.matrix, truth), 1e-5);
-    EXPECT_LE(parts.low.iterations, 60u);
-    const auto wrong =
-        std::ranges::count_if(parts.sparse.values(), [](double x) { return std::abs(x) > 0.5; });
-    EXPECT_EQ(static_cast<size_t>(wrong), count);
-    EXPECT_EQ(frobeniusNorm(separate(Matrix(5, 7), {}, random).low.matrix), 0);
-}
-
 // At the right rank; without corruption from one that is too low, too.
 TEST(LowRank, FactorsSeparateSparseCorruption)
 {
