@@ -55,9 +55,22 @@ public:
         firstLights_.reset();
         plan_.reset();
         earlier_.clear();
+        deviceWorld_ = nullptr;
         takeWorld(accel_, world, progress);
-        if (device_) device_->setWorld(std::move(world), progress);
-        if (size_.x > 0) reset();
+        world_ = std::move(world);
+        if (size_.x > 0) {
+            prepare(params_, progress);
+            reset();
+        }
+    }
+
+    /// Gives the device the world, where the technique's sums are the device's.
+    void prepare(const AnyParams& params, const Progress& progress) override
+    {
+        if (!sumsOnDevice(params.as<ManyLightsParams>()) || deviceWorld_ == world_) return;
+        deviceWorld_ = nullptr;
+        device_->setWorld(world_, progress);
+        deviceWorld_ = world_;
     }
 
     void setView(const View& view, Start) override
@@ -72,9 +85,9 @@ public:
         camera_ = view.camera;
         size_ = view.size;
         reset();
-        if (device_)
-            device_->prepare(
-                {{}, many_lights::leavesNumbers(params.completion), params.lightShape});
+        if (!sumsOnDevice(params)) return;
+        prepare(params, {});
+        device_->prepare({{}, many_lights::leavesNumbers(params.completion), params.lightShape});
     }
 
     /// Pieces are slices, which no pace makes smaller; submissions are a device's.
@@ -105,6 +118,11 @@ private:
         std::shared_ptr<const FrameLights> first;
     };
 
+    /// Of the techniques, those whose slices have columns.
+    bool sumsOnDevice(const ManyLightsParams& params) const
+    {
+        return device_ && many_lights::choosesColumns(params.technique);
+    }
     void reset();
     void keepLights();
     void findLights(const ManyLightsParams& params);
@@ -117,6 +135,7 @@ private:
 
     std::unique_ptr<ManyLightsDevice> device_;  // null: the sums are the CPU's
     std::unique_ptr<Accel> accel_;
+    std::shared_ptr<const World> world_, deviceWorld_;  // the latter: that the device has
     ManyLightsParams params_;
     Camera camera_;
     glm::uvec2 size_{0};
@@ -297,7 +316,7 @@ RenderStats ManyLights::stats() const
                      {"thread_seconds_shading", s.shadingSeconds},
                      {"thread_seconds_lost_light", s.lostSeconds},
                      {"device_seconds_shading", t.deviceSeconds}};
-    if (device_) device_->addTo(stats);
+    if (sumsOnDevice(params_)) device_->addTo(stats);
     return stats;
 }
 

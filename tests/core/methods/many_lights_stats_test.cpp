@@ -114,6 +114,60 @@ private:
     std::shared_ptr<const core::World> world_;
 };
 
+/// Counts what a device is asked for.
+class Counting final : public core::ManyLightsDevice {
+public:
+    explicit Counting(int& calls) : calls_(calls) {}
+    void setWorld(std::shared_ptr<const core::World> world, const core::Progress&) override
+    {
+        ++calls_;
+        world_ = std::move(world);
+    }
+    void prepare(const core::many_lights::SumRules&) override { ++calls_; }
+    void setPace(const core::Pace&) override {}
+    void addTo(core::RenderStats& stats) const override { stats.device = "twin"; }
+    uint64_t batchEntries() const override { return 1 << 20; }
+    double sum(std::span<const core::many_lights::SlicePiece> pieces,
+               const core::many_lights::SumRules& rules, std::span<vec3> radiance) override
+    {
+        ++calls_;
+        return tests::SliceTwin(*world_).sum(pieces, rules, radiance);
+    }
+
+private:
+    int& calls_;
+    std::shared_ptr<const core::World> world_;
+};
+
+/// Neither scenes nor kernels are made for a device whose sums nobody asks for; it gets them as
+/// soon as somebody does, of the pose that is shown then.
+TEST(ManyLightsStats, TechniquesOfTheCpuLeaveTheDeviceAlone)
+{
+    const auto world = box();
+    int calls = 0;
+    const auto renderer = core::makeManyLights(std::make_unique<Counting>(calls));
+    core::ManyLightsParams params = few();
+    const auto render = [&](core::many_lights::Technique technique) {
+        params.technique = technique;
+        renderer->setView({world->cameras.at(0), {24, 24}, params}, core::Start::anew);
+        renderer->advance({.samples = 1}, {});
+        EXPECT_EQ(renderer->progress().samples, 1u);
+        return renderer->stats().device;
+    };
+    using core::many_lights::Technique;
+    renderer->setWorld(world, {});
+    for (const Technique technique :
+         {Technique::lightcuts, Technique::illuminationCut, Technique::matSep})
+        EXPECT_EQ(render(technique), "cpu") << core::enumName(technique);
+    renderer->setWorld(box(), {});
+    EXPECT_EQ(calls, 0);
+    EXPECT_EQ(render(Technique::clusters), "twin");
+    EXPECT_GE(calls, 3);
+    calls = 0;
+    renderer->setWorld(box(), {});
+    EXPECT_EQ(calls, 1) << "a pose of a view that the device sums goes there at once";
+}
+
 /// A sample of which no slice has been lit yet does not hide the one before it.
 TEST(ManyLightsStats, TellOfTheLatestSampleThatHasLitSomething)
 {
