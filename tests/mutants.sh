@@ -60,6 +60,8 @@ completion-probes-trusted@core/completion/repair.cpp@return !findsWrong(true);@r
 completion-borders-everywhere@core/completion/repair.cpp@if (countBits(ask_) > most_)@if (false)@Repair*
 completion-never-probed@core/completion/repair.cpp@if (trust_.probes > 0 && !probe())@if (false)@Repair*
 slice-sides-alike@core/many_lights/slice_rows.cpp@if (anySideDiffers_)@if (false)@SliceRows*
+slice-media@core/many_lights/slice_rows.cpp@if (anyAbsorbs_ && column.light->kind != LightKind::directional) dimLight(rows, weights);@@Media.*
+slice-media-kernel@shaders/shared/virtual_light.h@return exp(-length(towards) * (behind ? r.absorptionBehind : r.absorption));@return vec3(1.0f);@Media.*
 slice-opaque@core/many_lights/slice_rows.cpp@if (!anyTransmits_ && mostEvents_ < most)@if (mostEvents_ < most)@SliceRows*
 slice-never-deep@core/many_lights/slice_rows.cpp@if (!anyTransmits_ && mostEvents_ < most)@if (!anyTransmits_)@SliceRows*
 slice-first-word@core/many_lights/slice_shading.cpp@visible.subspan(begin, end - begin)@visible.subspan(0, end - begin)@SliceQueue*

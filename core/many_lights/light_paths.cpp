@@ -26,6 +26,7 @@ struct Particle {
     vec3 flux{0};
     shared::SampleStream stream{};
     uint32_t medium = shared::kNone;  // that it goes through
+    bool placed = false;              // began at a place, which may lie in a medium
 };
 
 struct Scene {
@@ -173,6 +174,8 @@ bool emit(const Scene& scene, WaveLights& out, Particle& p)
         shared::chooseEmitter(scene.view, scene.settings.emitterCount, u.choice.x, pmf);
     const shared::Emitter e = shared::fetchEmitter(scene.view, emitter);
     const uint32_t kind = e.kind & 0xffu;
+    p.placed = kind == shared::kEmitterTriangle || kind == shared::kEmitterPoint ||
+               kind == shared::kEmitterSpot;
     if (kind == shared::kEmitterTriangle) return emitFromTriangle(scene, e, u, 1 / pmf, out, p);
     if (kind == shared::kEmitterPoint || kind == shared::kEmitterSpot)
         return emitFromPoint(e, u, 1 / pmf, p);
@@ -192,6 +195,40 @@ bool emit(const Scene& scene, WaveLights& out, Particle& p)
     out.add(light);
     emitFromAfar(scene, s.wi, irradiance, u, p);
     return true;
+}
+
+/// The media that paths begin in: along each, beyond all that bounds none, the first boundary
+/// tells by the side that is met. Returns the rays traced.
+uint64_t findMedia(const Scene& scene, std::span<Particle> particles)
+{
+    constexpr uint32_t kMostSurfaces = 64;
+    const World& world = scene.accel->world();
+    std::vector<Particle*> open;
+    for (Particle& p : particles)
+        if (p.placed) open.push_back(&p);
+    std::vector<Ray> rays;
+    for (const Particle* p : open) rays.push_back({p->origin, shared::kInfinity, p->direction, 0});
+    std::vector<shared::Hit> hits(rays.size());
+    uint64_t traced = 0;
+    for (uint32_t step = 0; step < kMostSurfaces && !rays.empty(); ++step) {
+        scene.accel->closest(rays, hits.data());
+        traced += rays.size();
+        size_t kept = 0;
+        for (size_t i = 0; i < rays.size(); ++i) {
+            if (hits[i].slot == shared::kNone) continue;
+            const shared::SurfacePoint s =
+                shared::makeSurfacePoint(scene.view, hits[i], rays[i].direction);
+            if ((world.materials[s.material].flags & shared::kMaterialVolume) != 0) {
+                if (s.backFace != 0) open[i]->medium = s.material;
+                continue;
+            }
+            open[kept] = open[i];
+            rays[kept++] = {shared::originOnSide(s, -1), shared::kInfinity, rays[i].direction, 0};
+        }
+        open.resize(kept);
+        rays.resize(kept);
+    }
+    return traced;
 }
 
 /// Places the light of a surface that `p` has met.
@@ -275,6 +312,8 @@ WaveLights traceWave(const Scene& scene, uint32_t frame, uint32_t first, uint32_
                                {frame & 0xffffu, frame >> 16}, path, shared::kPurposeLightTracing);
         if (emit(scene, out, p) && scene.settings.maxDepth > 1) ++going;
     }
+    if ((scene.accel->world().features & shared::kFeatureVolume) != 0)
+        out.set.rays += findMedia(scene, {particles.data(), going});
     for (uint32_t bounces = 1; going > 0; ++bounces) {
         for (size_t i = 0; i < going; ++i)
             rays[i] = {particles[i].origin, shared::kInfinity, particles[i].direction,
@@ -292,13 +331,19 @@ WaveLights traceWave(const Scene& scene, uint32_t frame, uint32_t first, uint32_
     return out;
 }
 
+bool isPunctual(const shared::Emitter& e)
+{
+    const uint32_t kind = e.kind & 0xffu;
+    return kind >= shared::kEmitterPoint && kind <= shared::kEmitterDirectional;
+}
+
 /// Point, spot and directional lights as they are: nothing about them is random.
 void addPunctualLights(const Scene& scene, LightSet& set)
 {
     for (uint32_t i = 0; i < scene.settings.emitterCount; ++i) {
         const shared::Emitter e = shared::fetchEmitter(scene.view, i);
+        if (!isPunctual(e)) continue;
         const uint32_t kind = e.kind & 0xffu;
-        if (kind < shared::kEmitterPoint || kind > shared::kEmitterDirectional) continue;
         VirtualLight light;
         light.kind =
             kind == shared::kEmitterDirectional ? LightKind::directional : LightKind::point;
@@ -354,6 +399,11 @@ std::optional<LightSet> traceVirtualLights(const Accel& accel, const shared::Pat
     if (!whole) return std::nullopt;
     for (WaveLights& wave : waves) append(all, std::move(wave.set));
     return all;
+}
+
+bool pathsPlaceLights(const World& world, uint32_t maxDepth)
+{
+    return maxDepth > 1 || (maxDepth == 1 && !std::ranges::all_of(world.emitters, isPunctual));
 }
 
 uint32_t pathsForLights(const LightSet& pilot, uint32_t wanted)

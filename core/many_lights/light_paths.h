@@ -25,6 +25,10 @@ std::optional<LightSet> traceVirtualLights(const Accel& accel, const shared::Pat
                                            uint32_t frame, uint32_t paths,
                                            const std::stop_token& stop = {});
 
+/// Whether paths place lights at all: one that may not scatter leaves none, unless at an emitter
+/// with extent.
+bool pathsPlaceLights(const World& world, uint32_t maxDepth);
+
 /// How many paths make about `wanted` lights, by those of the pilot frame; 0 where there is no
 /// light. That the pilot's paths are not among the frames' own keeps these unbiased.
 uint32_t pathsForLights(const LightSet& pilot, uint32_t wanted);

@@ -62,7 +62,7 @@ bool leave(const ReceiverJob& job, const shared::SceneView& scene, const Receive
     walk.path = shared::pathAlong(shared::originOnSide(v.surface, side), wi);
     walk.path.beta = next.weight;
     walk.path.depth = r.events + 1;
-    walk.path.medium = shared::mediumBeyond(shared::kNone, v, side);
+    walk.path.medium = shared::mediumBeyond(r.medium, v, side);
     walk.first = true;
     return true;
 }

@@ -105,6 +105,7 @@ bool meetSurface(const ReceiverJob& job, const shared::SceneView& scene, shared:
     r.direction = walk.path.direction;
     r.throughput = walk.path.beta / (1 - deltas);
     r.events = walk.path.depth;
+    r.medium = walk.path.medium;
     receivers.push_back(r);
     return false;
 }

@@ -19,9 +19,10 @@ struct Receiver {
     glm::vec3 normal{0};  // geometric, on the side that is seen
     uint32_t place = 0;
     glm::vec2 barycentrics{0};
-    glm::vec3 direction{0};   // of the ray that found it
-    glm::vec3 throughput{0};  // of what it sends back along that ray
-    uint32_t events = 0;      // scattering events between camera and receiver
+    glm::vec3 direction{0};           // of the ray that found it
+    glm::vec3 throughput{0};          // of what it sends back along that ray
+    uint32_t events = 0;              // scattering events between camera and receiver
+    uint32_t medium = shared::kNone;  // through which it is seen
 };
 
 /// How receivers are found.

@@ -21,7 +21,15 @@ static_assert(uint32_t(LightShape::point) == shared::kLightShapePoint &&
 shared::ReceiverRecord packReceiver(const ReceiverJob& job, const Receiver& r)
 {
     const uint32_t frame = shared::hashUint(job.frame ^ shared::hashUint(job.settings.seed));
-    return {r.direction, r.slot, r.barycentrics, r.events, shared::hashUint(r.place ^ frame)};
+    return {r.direction,
+            r.slot,
+            r.barycentrics,
+            r.events,
+            shared::hashUint(r.place ^ frame),
+            r.medium,
+            0,
+            0,
+            0};
 }
 
 shared::LightRecord packLight(const Column& column, const LightSet& set,

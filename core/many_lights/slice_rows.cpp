@@ -94,7 +94,7 @@ void SliceRows::reset(const shared::SceneView& scene, std::span<const Receiver> 
     gloss_.clear();
     otherSurfaces_ = 0;
     mean_ = meanNormal_ = vec3(0);
-    anyTransmits_ = anySideDiffers_ = false;
+    anyTransmits_ = anySideDiffers_ = anyAbsorbs_ = false;
     mostEvents_ = 0;
     for (uint32_t row = 0; row < count_; ++row) setRow(row, scene, receivers[chosen[row]]);
 }
@@ -131,12 +131,29 @@ void SliceRows::setRow(uint32_t row, const shared::SceneView& scene, const Recei
         origin_[i][row] = front[c];
         origin_[i][size_t(count_) + row] = back[c];
     }
+    setMedia(row, scene, receiver.medium, shared::mediumBehind(receiver.medium, v.surface, v.bsdf));
     events_[row] = static_cast<int>(receiver.events);
     mostEvents_ = std::max(mostEvents_, events_[row]);
     anySideDiffers_ = anySideDiffers_ || normal != receiver.normal;
     seeds_[row] = shared::hashUint(receiver.place);
     mean_ += v.surface.position;
     meanNormal_ += normal;
+}
+
+void SliceRows::setMedia(uint32_t row, const shared::SceneView& scene, uint32_t front,
+                         uint32_t behind)
+{
+    if (front == shared::kNone && behind == shared::kNone) return;
+    if (!anyAbsorbs_)
+        for (std::vector<float>& v : absorption_) v.assign(2 * size_t(count_), 0.0f);
+    anyAbsorbs_ = true;
+    const vec3 before = shared::absorptionOf(scene, front),
+               beyond = shared::absorptionOf(scene, behind);
+    for (int c = 0; c < 3; ++c) {
+        std::vector<float>& absorption = absorption_[static_cast<size_t>(c)];
+        absorption[row] = before[c];
+        absorption[size_t(count_) + row] = beyond[c];
+    }
 }
 
 CutQuery SliceRows::query(const GatherSettings& settings) const
@@ -265,7 +282,7 @@ void SliceRows::clear(IndexRange rows)
 void SliceRows::add(const Column& column, const LightSet& lights, IndexRange rows,
                     std::span<const float> weights)
 {
-    if (column.light->detail == shared::kNone && surfaces_.empty())
+    if (column.light->detail == shared::kNone && surfaces_.empty() && !anyAbsorbs_)
         return addLambert(column, rows, weights);
     for (uint32_t begin = rows.begin; begin < rows.end; begin += kBlock) {
         const IndexRange block{begin, std::min(begin + kBlock, rows.end)};
@@ -289,6 +306,8 @@ void SliceRows::addBlock(const Column& column, const LightSet& lights, IndexRang
                          std::span<const float> weights)
 {
     findLight(column, lights, rows, weights);
+    // What is infinitely far is in no medium.
+    if (anyAbsorbs_ && column.light->kind != LightKind::directional) dimLight(rows, weights);
     for (size_t c = 0; c < 3 && surfaces_.size() < count_; ++c)
         addProducts(sum_[c].data(), leaving_[c].data(), albedo_[c].data(), weights.data(), rows);
     if (!gloss_.empty()) gloss_.add(rows, wi_, leaving_, weights);
@@ -357,6 +376,17 @@ void SliceRows::findLight(const Column& column, const LightSet& lights, IndexRan
                            wi_, leaving_);
         else
             send([&](const vec3& out) { return s.scattered(out); });
+    }
+}
+
+/// shared::dimming, of what findLight has found.
+void SliceRows::dimLight(IndexRange rows, std::span<const float> weights)
+{
+    for (uint32_t i = rows.begin; i < rows.end; ++i) {
+        if (weights[i] == 0) continue;
+        const vec3 wi(wi_[0][i], wi_[1][i], wi_[2][i]);
+        const size_t at = fromBehind(i, wi) ? size_t(count_) + i : i;
+        for (size_t c = 0; c < 3; ++c) leaving_[c][i] *= std::exp(-absorption_[c][at] / scale_[i]);
     }
 }
 

@@ -130,6 +130,8 @@ private:
     void findLight(const Column& column, const LightSet& lights, IndexRange rows,
                    std::span<const float> weights);
     void findDirections(const VirtualLight& light, IndexRange rows);
+    void setMedia(uint32_t row, const shared::SceneView& scene, uint32_t front, uint32_t behind);
+    void dimLight(IndexRange rows, std::span<const float> weights);
 
     uint32_t count_ = 0;
     RowTriple position_, normal_, side_;  // side: the geometric normal towards the viewer
@@ -138,6 +140,7 @@ private:
     // Of the column that is being added, where it needs them: unit directions to the light, and
     // what it sends along them.
     RowTriple wi_, leaving_;
+    RowTriple absorption_;      // on the side of row i that is seen and, at count() + i, behind it
     std::vector<float> scale_;  // one over the distances
     GlossRows gloss_;
     std::vector<int> events_, transmits_;  // the latter 0 or 1
@@ -147,6 +150,7 @@ private:
     glm::vec3 mean_{0}, meanNormal_{0};
     // What no row has, no column asks for.
     bool anyTransmits_ = false, anySideDiffers_ = false;  // the latter: shading normals
+    bool anyAbsorbs_ = false;                             // a medium at a row
     int mostEvents_ = 0;
 };
 

@@ -45,7 +45,9 @@ ReceiverRecord fetchReceiver(uint i)
 {
     const uvec4 a = texelFetch(receivers, int(kReceiverRecordWords * i));
     const uvec4 b = texelFetch(receivers, int(kReceiverRecordWords * i + 1u));
-    return ReceiverRecord(uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xy), b.z, b.w);
+    const uint medium =
+        FEATURE(kFeatureVolume) ? texelFetch(receivers, int(kReceiverRecordWords * i + 2u)).x : kNone;
+    return ReceiverRecord(uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xy), b.z, b.w, medium, 0u, 0u, 0u);
 }
 
 LightRecord fetchLight(uint i)

@@ -118,7 +118,7 @@ SHARED_FN vec3 extendedContribution(IN(LightReceiver) r, IN(LightDetails) detail
         }
         ++i;
     } while (i < count);
-    return sum / (kPi * light.radius * light.radius * float(count));
+    return sum * dimming(r, light, towards) / (kPi * light.radius * light.radius * float(count));
 }
 
 SHARED_END

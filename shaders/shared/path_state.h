@@ -5,6 +5,7 @@
 
 #include "camera.h"
 #include "lights.h"
+#include "medium.h"
 #include "vertex.h"
 
 SHARED_BEGIN
@@ -90,27 +91,14 @@ SHARED_FN vec3 originOnSide(IN(SurfacePoint) s, float side)
     return offsetRay(s.position, side > 0.0f ? outside : -outside);
 }
 
-// A medium is named by the material of the solid that it fills; kNone: nothing absorbs. A path
-// knows the last solid that it has entered and not left: in one within another it is in the inner
-// one, and behind that in none until it meets the outer one from within.
-
 /// The medium on the given side (see sideOf) of a vertex that was reached through `medium`.
 SHARED_FN uint mediumBeyond(uint medium, IN(Vertex) vertex, float side)
 {
-    if (!FEATURE(kFeatureVolume) || side > 0.0f || (vertex.bsdf.parts & kBsdfSolid) == 0u)
-        return medium;
-    return vertex.surface.backFace != 0u ? kNone : vertex.surface.material;
+    return side > 0.0f ? medium : mediumBehind(medium, vertex.surface, vertex.bsdf);
 }
 
-/// What is left of light after a way of finite length through a medium.
-SHARED_FN vec3 transmittance(IN(SceneView) scene, uint medium, float distance)
-{
-    if (!FEATURE(kFeatureVolume) || medium == kNone) return vec3(1.0f, 1.0f, 1.0f);
-    return exp(-distance * xyz(fetchMaterial(scene, medium, 4u)));
-}
-
-/// The same on the way to a surface, whose material has those flags: the inner side of a solid
-/// tells what it is seen through, wherever the way began.
+/// What is left of light (transmittance) on the way to a surface, whose material has those flags:
+/// the inner side of a solid tells what it is seen through, wherever the way began.
 SHARED_FN vec3 transmittanceTo(IN(SceneView) scene, IN(SurfacePoint) s, uint flags, float distance,
                                INOUT(uint) medium)
 {

@@ -5,7 +5,7 @@
 #ifndef REKINDLE_SHARED_VIRTUAL_LIGHT_H
 #define REKINDLE_SHARED_VIRTUAL_LIGHT_H
 
-#include "surface.h"
+#include "medium.h"
 
 SHARED_BEGIN
 
@@ -42,15 +42,19 @@ struct LightSurface {
     LobeChoice lobes;
 };
 
-/// A receiver in two words: the point of a triangle that is seen along a direction.
+/// A receiver in three words: the point of a triangle that is seen along a direction.
 struct ReceiverRecord {
     vec3 direction;  // of the ray that found it
     uint slot;
     vec2 barycentrics;
     uint events;  // scattering events between camera and receiver
     uint seed;    // of what is drawn there
+    uint medium;  // through which it is seen; read where a scene has media that absorb
+    uint reserved0;
+    uint reserved1;
+    uint reserved2;
 };
-SHARED_CONST uint kReceiverRecordWords = 2u;
+SHARED_CONST uint kReceiverRecordWords = 3u;
 
 /// Up to kSliceGroup rows of one piece of a slice, two words: what a workgroup sums. Where its
 /// lights, their details, its receivers and its values begin. Values are bits, a word for a column
@@ -86,6 +90,9 @@ struct LightReceiver {
     LobeChoice lobes;
     uint events;
     uint seed;
+    // Absorption (1/metre) on the side that is seen and on the other; of scenes with such media.
+    vec3 absorption;
+    vec3 absorptionBehind;
 };
 
 /// What decides how lights contribute, the same for all receivers.
@@ -228,6 +235,8 @@ SHARED_FN LightReceiver receiverAt(IN(SurfacePoint) s, IN(Bsdf) bsdf, vec3 direc
     r.lobes = lobesAt(bsdf, r.wo);
     r.events = 0u;
     r.seed = 0u;
+    r.absorption = vec3(0.0f);
+    r.absorptionBehind = vec3(0.0f);
     return r;
 }
 
@@ -243,7 +252,22 @@ SHARED_FN LightReceiver lookUpReceiver(IN(SceneView) scene, IN(ReceiverRecord) r
     LightReceiver r = receiverAt(s, makeBsdf(shading.inputs), record.direction);
     r.events = record.events;
     r.seed = record.seed;
+    if (FEATURE(kFeatureVolume)) {
+        r.absorption = absorptionOf(scene, record.medium);
+        r.absorptionBehind = absorptionOf(scene, mediumBehind(record.medium, s, r.bsdf));
+    }
     return r;
+}
+
+/// What is left of light on its way from a light to the receiver. Nothing lies between them, so
+/// that all of the way is in one medium; what is infinitely far is in none.
+SHARED_FN vec3 dimming(IN(LightReceiver) r, IN(LightRecord) light, vec3 towards)
+{
+    if (!FEATURE(kFeatureVolume) || (light.kind & kVirtualKindMask) == kVirtualDirectional) {
+        return vec3(1.0f);
+    }
+    const bool behind = dot(towards, r.side) < 0.0f;
+    return exp(-length(towards) * (behind ? r.absorptionBehind : r.absorption));
 }
 
 /// The direction to a light (not unit), and the cosines and distances of what it contributes; 0
@@ -289,7 +313,7 @@ SHARED_FN vec3 lightContribution(IN(LightReceiver) r, IN(LightDetails) details,
     vec3 f;
     float pdf;
     evalPdfLobes(r.bsdf, r.lobes, r.wo, toLocal(r.frame, wi), f, pdf);
-    return f * lightLeaving(details, light, wi) * weight;
+    return f * lightLeaving(details, light, wi) * dimming(r, light, towards) * weight;
 }
 
 #ifdef __cplusplus
