@@ -1,11 +1,7 @@
 // Layers of an EXR, curve of a PNG. See picture_file.h.
 #include "app/files/picture_file.h"
 
-#include <cstdio>
-
-#include <unistd.h>
-
-#include "core/base/check.h"
+#include "core/base/machine_memory.h"
 
 namespace app {
 
@@ -45,16 +41,9 @@ core::Image inMetres(core::Image depth, const core::World& world)
 
 void requireMemoryFor(glm::uvec2 size)
 {
-    const double needed = kBytesPerPixel * size.x * size.y;
-    const double present =
-        static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-    if (needed <= present) return;
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "a picture of %ux%u needs about %.0f GiB, this machine has %.0f GiB — ask for a "
-                  "smaller one",
-                  size.x, size.y, needed / (1 << 30), present / (1 << 30));
-    throw core::Error(text, core::ExitCode::commandLine);
+    core::requireMemory(kBytesPerPixel * size.x * size.y,
+                        "a picture of " + std::to_string(size.x) + "x" + std::to_string(size.y),
+                        "ask for a smaller one");
 }
 
 }  // namespace app

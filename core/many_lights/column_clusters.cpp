@@ -107,10 +107,10 @@ public:
         : matrix_(matrix), clusters_(clusters)
     {}
 
-    void run(uint32_t count)
+    void run(uint32_t count, const std::stop_token& stop)
     {
-        for (uint32_t r = 0; r < clusters_.ranges.size(); ++r) push(r);
-        while (clusters_.ranges.size() < count && !heap_.empty()) {
+        for (uint32_t r = 0; r < clusters_.ranges.size() && !stop.stop_requested(); ++r) push(r);
+        while (clusters_.ranges.size() < count && !heap_.empty() && !stop.stop_requested()) {
             std::pop_heap(heap_.begin(), heap_.end());
             const uint32_t r = heap_.back().range;
             heap_.pop_back();
@@ -230,9 +230,10 @@ ColumnClusters sampleClusters(const ReducedMatrix& matrix, uint32_t count, Pcg32
     return clusters;
 }
 
-void splitClusters(const ReducedMatrix& matrix, uint32_t count, ColumnClusters& clusters)
+void splitClusters(const ReducedMatrix& matrix, uint32_t count, ColumnClusters& clusters,
+                   const std::stop_token& stop)
 {
-    Splitter(matrix, clusters).run(count);
+    Splitter(matrix, clusters).run(count, stop);
 }
 
 std::vector<float> representativeWeights(const ReducedMatrix& matrix,

@@ -35,8 +35,9 @@ ColumnClusters sampleClusters(const ReducedMatrix& matrix, uint32_t count, Pcg32
 /// The splitting phase: the costliest cluster is split until there are `count`, or the costs are 0.
 /// Projected on the line through its longest column and that which costs most with it, all of them
 /// brought to one length, a cluster is split in the middle of its extent: without that, dim lights
-/// would be parted from bright ones of the same kind.
-void splitClusters(const ReducedMatrix& matrix, uint32_t count, ColumnClusters& clusters);
+/// would be parted from bright ones of the same kind. Without meaning once `stop` is requested.
+void splitClusters(const ReducedMatrix& matrix, uint32_t count, ColumnClusters& clusters,
+                   const std::stop_token& stop = {});
 
 /// How probable a light is as representative, in proportion: its column's length and a share for
 /// its brightness, so that no light that the sampled rows miss is left out for ever.

@@ -2,6 +2,8 @@
 // they are chosen is what the methods of clustering differ in.
 #pragma once
 
+#include <stop_token>
+
 #include "core/many_lights/light_cut.h"
 #include "core/many_lights/slice_rows.h"
 
@@ -12,9 +14,10 @@ public:
     virtual ~ColumnSource() = default;
 
     /// Replaces `out` by the clusters of slice `slice`, whose receivers are `rows`. The same for
-    /// any number of threads, which may call it at the same time, each with its own memory.
+    /// any number of threads, which may call it at the same time, each with its own memory. Without
+    /// meaning once `stop` is requested.
     virtual void choose(const SliceRows& rows, uint32_t slice, CutMemory& memory,
-                        std::vector<LightCluster>& out) const = 0;
+                        std::vector<LightCluster>& out, const std::stop_token& stop) const = 0;
 };
 
 /// A cut through the light tree for the mean receiver of the slice, as in the thesis, but for one
@@ -26,8 +29,8 @@ public:
         : tree_(tree), gather_(gather), clusters_(clusters)
     {}
 
-    void choose(const SliceRows& rows, uint32_t, CutMemory& memory,
-                std::vector<LightCluster>& out) const override
+    void choose(const SliceRows& rows, uint32_t, CutMemory& memory, std::vector<LightCluster>& out,
+                const std::stop_token&) const override
     {
         cutLightTree(tree_, rows.query(gather_), clusters_, memory, out);
     }

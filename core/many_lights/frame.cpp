@@ -5,6 +5,7 @@
 
 #include "core/base/check.h"
 #include "core/base/denormals.h"
+#include "core/base/machine_memory.h"
 #include "core/many_lights/clamp_distance.h"
 #include "core/many_lights/light_paths.h"
 
@@ -40,31 +41,61 @@ ReceiverJob receiverJob(const Accel& accel, const FrameSettings& settings, uint3
     return {&accel, settings.path, settings.camera, settings.side, frame, settings.centred};
 }
 
+/// Throws an Error when the machine does not hold a point for each cell of the picture, or their
+/// places have no numbers.
+void requireReceivers(const ReceiverJob& job)
+{
+    const shared::PathSettings& path = job.settings;
+    const double places = double(path.imageWidth) * path.imageHeight * job.side * job.side;
+    // What is seen directly, the light, and the places while slices are made.
+    constexpr double kBytes = sizeof(Receiver) + 2 * sizeof(glm::vec3) + 2 * sizeof(uint32_t);
+    const std::string what = "a sample of " + std::to_string(path.imageWidth) + "x" +
+                             std::to_string(path.imageHeight) + " with " +
+                             std::to_string(job.side * job.side) + " points per pixel";
+    const std::string remedy = "ask for fewer points (--receivers) or a smaller picture";
+    requireMemory(kBytes * places, what, remedy);
+    constexpr double kMostPlaces = 0x1p32;
+    if (places < kMostPlaces) return;
+    throw Error(what + " has more than " + std::to_string(~0u) + " points — " + remedy,
+                ExitCode::commandLine);
+}
+
 /// Adds the receivers to `out`, pixel by pixel in tiles. False when `stop` came first.
 bool findReceivers(const ReceiverJob& job, const std::stop_token& stop, FrameReceivers& out)
 {
+    requireReceivers(job);
     const shared::PathSettings& path = job.settings;
-    out.direct.assign(size_t(path.imageWidth) * path.imageHeight * job.side * job.side,
-                      glm::vec3(0));
+    const size_t perPixel = size_t(job.side) * job.side,
+                 places = size_t(path.imageWidth) * path.imageHeight * perPixel;
+    out.direct.assign(places, glm::vec3(0));
+    out.receivers.resize(places);
+    // Each tile writes to a part of its own, as long as it has places.
+    struct Part {
+        size_t first = 0, count = 0;
+    };
     const uint32_t perRow = (path.imageWidth + kTile - 1) / kTile;
-    std::vector<std::vector<Receiver>> tiles(size_t(perRow) *
-                                             ((path.imageHeight + kTile - 1) / kTile));
+    std::vector<Part> parts(size_t(perRow) * ((path.imageHeight + kTile - 1) / kTile));
     std::atomic<uint64_t> rays = 0;
     const bool whole = parallelTiles(
         path.imageWidth, path.imageHeight, kTile,
         [&](const Tile& tile) {
             const FlushDenormals flush;
-            std::vector<Receiver>& mine = tiles[size_t(tile.y0 / kTile) * perRow + tile.x0 / kTile];
-            rays += traceReceivers(job, tile, mine, out.direct);
+            static thread_local std::vector<Receiver> found;
+            found.clear();
+            rays += traceReceivers(job, tile, found, out.direct);
+            const size_t before =
+                size_t(tile.y0) * path.imageWidth + size_t(tile.x0) * (tile.y1 - tile.y0);
+            parts[size_t(tile.y0 / kTile) * perRow + tile.x0 / kTile] = {before * perPixel,
+                                                                         found.size()};
+            std::ranges::copy(found, out.receivers.begin() + std::ptrdiff_t(before * perPixel));
         },
         stop);
-    size_t count = 0;
-    for (const auto& tile : tiles) count += tile.size();
-    out.receivers.reserve(count);
-    for (auto& tile : tiles) {
-        out.receivers.insert(out.receivers.end(), tile.begin(), tile.end());
-        tile = {};
+    auto end = out.receivers.begin();
+    for (const Part& part : parts) {
+        const auto first = out.receivers.begin() + std::ptrdiff_t(part.first);
+        end = std::copy(first, first + std::ptrdiff_t(part.count), end);
     }
+    out.receivers.erase(end, out.receivers.end());
     out.rays = rays;
     return whole;
 }
@@ -75,7 +106,8 @@ LightPlan planLights(const Accel& accel, const FrameSettings& settings)
 {
     const LightSet pilot = *traceVirtualLights(accel, settings.path, kPilotFrame, kPilotPaths);
     LightPlan plan;
-    plan.paths = pathsForLights(pilot, settings.lights);
+    if (pathsPlaceLights(accel.world(), settings.path.maxDepth))
+        plan.paths = pathsForLights(pilot, settings.lights);
     if (settings.clamp > 0) plan.clampDistance = settings.clamp * clampDistance(accel, pilot);
     return plan;
 }

@@ -23,7 +23,11 @@ using glm::vec3;
 constexpr float kSeparation = 0.1f;
 constexpr float kParallel = 0.9f;
 constexpr float kDarkest = 0.01f;  // of the mean of a slice: what its darkest receivers count as
-constexpr size_t kBatch = 4096;    // rays of the first pass, receivers of the second
+// Where the first pass sees next to nothing of what a slice would get with nothing in between,
+// receivers count as if they got this part of that: an error in proportion to nothing would make
+// the second pass ask for every light by itself.
+constexpr double kUnlit = 0.2, kNextToNothing = 1e-3;
+constexpr size_t kBatch = 4096;  // rays of the first pass, receivers of the second
 
 /// A node of receivers and a node of lights.
 struct Pair {
@@ -45,6 +49,7 @@ public:
         pixels_.bound(rows_, job.gather);
         weights_.assign(rows_.count(), 0);
         rays_ = entries_ = 0;
+        open_ = 0;
         forget();
         Pcg32 random(frameSeed(job.receivers), slice);
         if (!approximate(random, stop)) return false;
@@ -123,6 +128,7 @@ private:
     std::vector<Pair> waiting_;
     std::vector<Probe> probes_;
     std::vector<double> rough_;      // what the first pass finds, by node
+    double open_ = 0;                // the mean of that over the slice if all lights were seen
     std::vector<float> thresholds_;  // what a pair may err, by node
     std::vector<Accepted> accepted_;
     std::vector<LitRow> lit_;
@@ -197,12 +203,13 @@ void SliceCut::finishProbes()
     packets.flush();
     rays_ += probes_.size();
     for (const Probe& p : probes_) {
-        if (p.visible == 0) continue;
         const IndexRange row{p.row, p.row + 1};
         weights_[p.row] = p.weight;
         rows_.clear(row);
         rows_.add(p.column, *job_->lights, row, weights_);
-        rough_[p.pixels] += double(shared::luminance(rows_.radiance(p.row)));
+        const auto light = double(shared::luminance(rows_.radiance(p.row)));
+        open_ += light * pixels_.nodes()[p.pixels].rows.size() / rows_.count();
+        if (p.visible != 0) rough_[p.pixels] += light;
     }
     probes_.clear();
 }
@@ -213,12 +220,13 @@ void SliceCut::makeThresholds(float error)
     double mean = 0;
     for (uint32_t i = 0; i < rough_.size(); ++i)
         if (pixels_.nodes()[i].isLeaf()) mean += rough_[i] / rows_.count();
+    const double darkest =
+        std::max(double(kDarkest) * mean, kUnlit * (open_ - mean / kNextToNothing));
     thresholds_.resize(rough_.size());
     for (size_t i = rough_.size(); i-- > 0;) {
         const PixelNode& node = pixels_.nodes()[i];
-        thresholds_[i] =
-            node.isLeaf() ? error * static_cast<float>(std::max(rough_[i], double(kDarkest) * mean))
-                          : std::min(thresholds_[i + 1], thresholds_[node.right]);
+        thresholds_[i] = node.isLeaf() ? error * static_cast<float>(std::max(rough_[i], darkest))
+                                       : std::min(thresholds_[i + 1], thresholds_[node.right]);
     }
 }
 

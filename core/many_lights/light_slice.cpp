@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/base/machine_memory.h"
+#include "core/base/parallel.h"
 #include "core/completion/row_weights.h"
 
 namespace core::many_lights {
@@ -17,6 +19,7 @@ constexpr float kAllRowsShare = 0.1f;  // of the weight of representatives in a 
 // .2 to 1 are alike; without that row the error in corners is twice as large, and does not fall
 // with the clusters.
 constexpr double kBoundShare = 0.5;
+constexpr uint32_t kPoll = 4096;  // lights between two looks at a stop
 
 /// A random receiver of each slice.
 std::vector<uint32_t> seedReceivers(const Slices& slices, Pcg32& random)
@@ -41,6 +44,11 @@ std::unique_ptr<LightSlice> LightSlice::make(const TechniqueInput& input,
     std::unique_ptr<LightSlice> made(new LightSlice(input));
     const Slices& slices = input.slices;
     if (made->lights_ <= input.clusters || slices.ranges.empty()) return made;
+    const size_t count = slices.ranges.size();
+    requireMemory(made->bytes(count),
+                  "lightslice of " + std::to_string(made->lights_) + " lights and " +
+                      std::to_string(count) + " slices",
+                  "use fewer lights (--lights), larger slices (--slice-size) or another technique");
     for (const IndexRange& range : slices.ranges) {
         Place place;
         for (uint32_t i = range.begin; i < range.end; ++i) {
@@ -63,6 +71,13 @@ std::unique_ptr<LightSlice> LightSlice::make(const TechniqueInput& input,
     made->unseen_ = unseenLights(made->matrix_, input.clusters);
     made->weights_ = representativeWeights(made->matrix_, input.job.lights->lights);
     return made;
+}
+
+/// Of the reduced matrix and, for each thread, of the neighbourhood of the slice at work.
+double LightSlice::bytes(size_t slices) const
+{
+    return double(ReducedMatrix::bytes(slices, lights_)) +
+           double(threadCount()) * double(ReducedMatrix::bytes(kNeighbours + 1, lights_));
 }
 
 std::vector<uint32_t> LightSlice::neighbours(uint32_t slice) const
@@ -97,17 +112,20 @@ std::vector<float> LightSlice::localWeights(const ReducedMatrix& local) const
 
 /// The columns that tell lights apart in a slice: what its neighbourhood sees of them, and below it
 /// a row of what they bring to the slice at most, kBoundShare as bright as a row of the others.
-void LightSlice::gatherColumns(const SliceRows& sliceRows, uint32_t slice,
-                               ReducedMatrix& local) const
+/// False when `stop` came first.
+bool LightSlice::gatherColumns(const SliceRows& sliceRows, uint32_t slice, ReducedMatrix& local,
+                               const std::stop_token& stop) const
 {
     const std::vector<uint32_t> rows = neighbours(slice);
     const auto count = static_cast<uint32_t>(rows.size());
     static thread_local std::vector<float> bounds;
     bounds.resize(lights_);
     lightBounds(tree_, sliceRows.query(gather_), bounds);
+    if (stop.stop_requested()) return false;
     local.reset(count + 1, lights_);
     double seen = 0, most = 0;
     for (uint32_t j = 0; j < lights_; ++j) {
+        if (j % kPoll == 0 && stop.stop_requested()) return false;
         const std::span<const float> column = matrix_.column(j);
         for (uint32_t i = 0; i < count; ++i) {
             local.column(j)[i] = column[rows[i]];
@@ -119,20 +137,23 @@ void LightSlice::gatherColumns(const SliceRows& sliceRows, uint32_t slice,
     }
     const double scale = most > 0 ? kBoundShare * seen / (count * most) : 0;
     for (uint32_t j = 0; j < lights_; ++j) {
+        if (j % kPoll == 0 && stop.stop_requested()) return false;
         local.column(j)[count] = static_cast<float>(scale * double(bounds[j]));
         local.updateNorm(j);
     }
+    return true;
 }
 
 void LightSlice::choose(const SliceRows& rows, uint32_t slice, CutMemory&,
-                        std::vector<LightCluster>& out) const
+                        std::vector<LightCluster>& out, const std::stop_token& stop) const
 {
     out.clear();
     if (weights_.empty()) return allLights(lights_, out);  // as many clusters as lights
     static thread_local ReducedMatrix local;
-    gatherColumns(rows, slice, local);
+    if (!gatherColumns(rows, slice, local, stop)) return;
     ColumnClusters clusters = global_;
-    splitClusters(local, clusters_ - unseen_.clusters, clusters);
+    splitClusters(local, clusters_ - unseen_.clusters, clusters, stop);
+    if (stop.stop_requested()) return;
     Pcg32 random(seed_, slice + 1);
     drawRepresentatives(clusters, localWeights(local), random, out);
     drawSystematic(unseen_.lights, weights_, unseen_.clusters, random, out);

@@ -19,19 +19,22 @@ namespace core::many_lights {
 class LightSlice final : public ColumnSource {
 public:
     /// Traces the reduced matrix and makes the clusters of the whole picture. Keeps the light tree
-    /// by reference. Adds shadow rays to `rays`. Null when `stop` came first.
+    /// by reference. Adds shadow rays to `rays`. Null when `stop` came first; throws an Error when
+    /// the machine does not hold the matrix, a number for each light and slice.
     static std::unique_ptr<LightSlice> make(const TechniqueInput& input,
                                             const std::stop_token& stop, uint64_t& rays);
 
     /// Clusters of the whole picture, refined over the rows of the slice's neighbours, and a
     /// representative for each.
     void choose(const SliceRows& rows, uint32_t slice, CutMemory& memory,
-                std::vector<LightCluster>& out) const override;
+                std::vector<LightCluster>& out, const std::stop_token& stop) const override;
 
 private:
     LightSlice(const TechniqueInput& input);
+    double bytes(size_t slices) const;
     std::vector<uint32_t> neighbours(uint32_t slice) const;
-    void gatherColumns(const SliceRows& rows, uint32_t slice, ReducedMatrix& local) const;
+    bool gatherColumns(const SliceRows& rows, uint32_t slice, ReducedMatrix& local,
+                       const std::stop_token& stop) const;
     std::vector<float> localWeights(const ReducedMatrix& local) const;
 
     struct Place {

@@ -17,6 +17,12 @@ public:
     ReducedMatrix() = default;
     ReducedMatrix(uint32_t rows, uint32_t columns) { reset(rows, columns); }
 
+    /// That a matrix of so many rows and columns takes.
+    static uint64_t bytes(uint64_t rows, uint64_t columns)
+    {
+        return ((rows + kLanes - 1) / kLanes * kLanes + 1) * columns * sizeof(float);
+    }
+
     /// All zero, of another size; memory is kept.
     void reset(uint32_t rows, uint32_t columns);
 

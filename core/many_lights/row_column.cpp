@@ -49,7 +49,8 @@ std::unique_ptr<RowColumn> RowColumn::make(const SliceJob& job, std::span<const 
     ColumnClusters parts = sampleClusters(
         *matrix, static_cast<uint32_t>(kSampled * static_cast<float>(seen)), random, stop);
     if (stop.stop_requested()) return nullptr;
-    splitClusters(*matrix, seen, parts);
+    splitClusters(*matrix, seen, parts, stop);
+    if (stop.stop_requested()) return nullptr;
     const std::vector<float> weights = representativeWeights(*matrix, lights);
     drawRepresentatives(parts, weights, random, out);
     drawSystematic(unseen.lights, weights, unseen.clusters, random, out);

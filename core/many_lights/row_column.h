@@ -20,8 +20,8 @@ public:
                                            uint64_t& rays);
 
     /// The same for every slice.
-    void choose(const SliceRows&, uint32_t, CutMemory&,
-                std::vector<LightCluster>& out) const override
+    void choose(const SliceRows&, uint32_t, CutMemory&, std::vector<LightCluster>& out,
+                const std::stop_token&) const override
     {
         out = clusters_;
     }

@@ -60,7 +60,7 @@ bool SliceVisibility::prepare(const SliceJob& job, std::span<const Receiver> rec
     rows_.reset(sceneView(job.receivers.accel->world()), receivers, chosen);
     stats.shadingSeconds += secondsSince(since);
     since = Clock::now();
-    makeColumns(job, slice);
+    if (!makeColumns(job, slice, stop)) return false;
     ++stats.slices;
     stats.rows += chosen.size();
     stats.clusters += columns_.size();
@@ -72,14 +72,16 @@ bool SliceVisibility::prepare(const SliceJob& job, std::span<const Receiver> rec
     return true;
 }
 
-void SliceVisibility::makeColumns(const SliceJob& job, uint32_t slice)
+bool SliceVisibility::makeColumns(const SliceJob& job, uint32_t slice, const std::stop_token& stop)
 {
-    job.columns->choose(rows_, slice, cutMemory_, clusters_);
+    job.columns->choose(rows_, slice, cutMemory_, clusters_, stop);
+    if (stop.stop_requested()) return false;
     columns_.clear();
     for (const LightCluster& cluster : clusters_)
         columns_.push_back(columnOf(job.lights->lights[cluster.light], cluster.scale, cluster.light,
                                     job.receivers.frame));
     if (job.shape != LightShape::point) setRadii(job.aloneRadius);
+    return true;
 }
 
 /// Radii follow the lights of the slice: these are sparser than all lights, and radii of the latter

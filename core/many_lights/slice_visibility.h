@@ -30,7 +30,7 @@ public:
     const BitMatrix& matters() const { return orderedMatters_; }
 
 private:
-    void makeColumns(const SliceJob& job, uint32_t slice);
+    bool makeColumns(const SliceJob& job, uint32_t slice, const std::stop_token& stop);
     void setRadii(float alone);
     bool weighColumns(const SliceJob& job, const std::stop_token& stop);
     void orderColumns();

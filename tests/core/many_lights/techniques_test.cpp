@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/many_lights/illumination_cut.h"
+#include "core/many_lights/light_slice.h"
 #include "core/many_lights/mat_sep.h"
 #include "core/methods/method.h"
 #include "tests/support/methods/light_stage.h"
@@ -140,6 +141,59 @@ TEST(LightSlice, ErrsLessWithMoreClusters)
     EXPECT_LT(error(800), 0.25 * few);
 }
 
+/// Slices of many lights take long to cluster, which a stop does not wait for.
+TEST(LightSlice, GivesUpASliceThatAStopFinds)
+{
+    LightStage stage(asset("cornell-diffuse"), 32, 150000);
+    stage.settings.sliceSize = 300;
+    StageRows r(stage);
+    const auto points = makeFrameReceivers(stage.accel, stage.settings, 0, {});
+    const TechniqueInput input{
+        r.job, stage.lights->tree, points->receivers, points->slices, points->slicing, 2000, 0};
+    uint64_t rays = 0;
+    const auto columns = LightSlice::make(input, {}, rays);
+    CutMemory memory;
+    std::vector<LightCluster> chosen;
+    const auto seconds = [&](const std::stop_token& stop) {
+        const core::Clock::time_point start = core::Clock::now();
+        columns->choose(r.rows, 0, memory, chosen, stop);
+        return core::secondsSince(start);
+    };
+    seconds({});  // takes memory, which is kept
+    const double whole = seconds({});
+    EXPECT_GT(chosen.size(), 1000u);
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_LT(seconds(stop.get_token()), 0.3 * whole);
+    EXPECT_TRUE(chosen.empty());
+}
+
+/// Of a matrix for 4 million lights and as many slices as points the machine is to hear nothing.
+TEST(LightSlice, SaysWhatItsMatrixNeedsBeforeItTakesIt)
+{
+    LightStage stage(asset("cornell-diffuse"), 32, 400);
+    StageRows r(stage);
+    LightSet many;
+    many.lights.resize(4'000'000);
+    r.job.lights = &many;
+    Slices slices;
+    slices.order = r.chosen;
+    slices.ranges.resize(1u << 20);
+    const SliceSettings slicing;
+    const TechniqueInput input{r.job, stage.lights->tree, r.receivers, slices, slicing, 1000, 0};
+    uint64_t rays = 0;
+    try {
+        LightSlice::make(input, {}, rays);
+        ADD_FAILURE() << "began a matrix of 16 TiB";
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.code(), core::ExitCode::commandLine);
+        EXPECT_NE(std::string(error.what()).find("1048576 slices"), std::string::npos)
+            << error.what();
+        EXPECT_NE(std::string(error.what()).find("--slice-size"), std::string::npos)
+            << error.what();
+    }
+}
+
 /// With nothing in between, the error of the picture is that of the clusters, which is bounded.
 TEST(Techniques, ErrorsFollowWhatIsAllowed)
 {
@@ -176,6 +230,25 @@ TEST(IlluminationCut, IsExactForFewRaysWhereAllIsVisible)
     const core::Image found = stage.image(Technique::illuminationCut, 0, 0.05f, 1, &stats);
     EXPECT_LT(stats.slices.completion.visibility(), 0.7);
     EXPECT_LT(difference(found, stage.all()), 0.03);
+}
+
+/// A closed room whose lamp is above its ceiling: no point sees any of the lights up there, and no
+/// error is small beside nothing.
+TEST(IlluminationCut, AsksForFewRaysWhereAllIsDark)
+{
+    SceneBuilder b;
+    const int walls = b.material(lambert(vec3(0.6f, 0.5f, 0.4f)));
+    b.box({-1, -1, -1}, {1, 1, 1}, walls, true);
+    b.quad({-2, 1.2f, 2}, {4, 0, 0}, {0, 0, -4}, walls);
+    b.quad({-0.3f, 2.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, b.material(emitter(vec3(9))));
+    b.camera({0, 0, 0.9}, {0, 0, -1}, 1.2);
+    LightStage stage(b.world(), 48, 3000);
+    stage.settings.sliceSize = 1000;
+    FrameStats stats;
+    const core::Image found = stage.image(Technique::illuminationCut, 0, 0.05f, 1, &stats);
+    for (const float value : found.pixels) EXPECT_EQ(value, 0);
+    const double all = double(stats.slices.rows) * double(stats.lights);
+    EXPECT_LT(double(stats.slices.completion.rays), 0.1 * all);
 }
 
 /// With all rows traced it is the sum over the same clusters, but for what the separation takes.

@@ -7,6 +7,7 @@
 #include "core/many_lights/slice_rows.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
+#include "tests/support/methods/light_frames.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/stats.h"
 
@@ -116,6 +117,33 @@ TEST(VirtualLights, ThereAreAboutAsManyAsAskedFor)
     // The length of a path is geometric: its relative deviation is below one.
     EXPECT_NEAR(found / 20000, 1, kScore * std::sqrt(1.0 / 2048 + 1.0 / paths));
     EXPECT_EQ(pathsForLights({}, 1000), 0u);
+}
+
+/// Lights without extent are lights by themselves; a path from one places none where light may
+/// scatter once only.
+TEST(VirtualLights, NoPathIsTracedThatCanPlaceNone)
+{
+    const auto plan = [](bool lamp, uint32_t maxDepth) {
+        SceneBuilder b;
+        b.box({-1, -1, -1}, {1, 1, 1}, b.material(lambert(vec3(0.5f))), true);
+        core::PunctualLight light;
+        light.kind = shared::kEmitterPoint;
+        light.color = vec3(1);
+        b.light(light, glm::dmat4(1));
+        if (lamp)
+            b.quad({-0.3f, 0.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, b.material(emitter(vec3(1))));
+        b.camera({0, 0, 0.9}, {0, 0, 0}, 1);
+        const core::Accel accel(b.world());
+        FrameSettings settings = frameSettings(accel.world(), 8);
+        settings.lights = 1000;
+        settings.path.maxDepth = maxDepth;
+        const LightPlan found = planLights(accel, settings);
+        EXPECT_GT(makeFrameLights(accel, settings, found, 0, {})->set.lights.size(), 0u);
+        return found;
+    };
+    EXPECT_EQ(plan(false, 1).paths, 0u);
+    EXPECT_GT(plan(false, 2).paths, 0u);
+    EXPECT_GT(plan(true, 1).paths, 0u);
 }
 
 /// Rows inside a sphere of radius 1 (in the world's metres `radius`).

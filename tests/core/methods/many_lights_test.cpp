@@ -90,6 +90,24 @@ TEST(ManyLights, AsManyClustersAsLightsAreThePlainSum)
     }
 }
 
+/// More points than the machine holds, or than places have numbers.
+TEST(ManyLights, SaysWhatItsPointsNeedBeforeItTakesIt)
+{
+    const auto world = asset("cornell-diffuse");
+    const core::Accel accel(world);
+    FrameSettings s = frameSettings(*world, 65536);
+    s.side = 8;
+    try {
+        makeFrameReceivers(accel, s, 0, {});
+        ADD_FAILURE() << "began a sample of 274 billion points";
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.code(), core::ExitCode::commandLine);
+        const std::string text = error.what();
+        EXPECT_NE(text.find("65536x65536 with 64 points per pixel"), std::string::npos) << text;
+        EXPECT_NE(text.find("--receivers"), std::string::npos) << text;
+    }
+}
+
 /// Means of a quarter of the picture each, over seeds: within a frame pixels share their lights, so
 /// that only frames are independent.
 struct Quarters {
