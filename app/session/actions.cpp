@@ -240,6 +240,15 @@ void animation(const ActionContext& c)
         truth(c, "play", c.arguments.contains("time") ? player.playing : !player.playing);
 }
 
+void cancel(const ActionContext& c)
+{
+    if (!c.arguments.contains("what")) return c.session.cancel();
+    const std::span<const std::string_view> names = core::enumNames<Work>();
+    const auto found = std::ranges::find(names, text(c, "what"));
+    if (found == names.end()) refuse("what", "load, background, equal-time, path or animation");
+    c.session.cancel(static_cast<Work>(found - names.begin()));
+}
+
 void speed(const ActionContext& c, double factor)
 {
     c.session.navigation.setSpeed(c.session.navigation.speed() * factor);
@@ -414,8 +423,9 @@ std::span<const Action> actions()
         Action{"log", "`", "", "messages", [](C c) { flip(c.session.settings.panels.log); }},
         Action{"resize", "", "width, height", "size of the window",
                [](C c) { c.app.resize = glm::uvec2(count(c, "width"), count(c, "height")); }},
-        Action{"cancel", "", "", "cancel long work", [](C c) { c.session.cancel(); }},
-        Action{"escape", "Esc", "", "close a list or a box, cancel long work, stop flying, quit",
+        Action{"cancel", "", "what", "cancel this work; without a name all", cancel},
+        Action{"escape", "Esc", "",
+               "close a list or a box, cancel the newest work, stop flying, quit",
                [](C c) { c.app.escape = true; }},
         Action{"quit", "Ctrl+Q", "", "quit; asks when more than a minute of rendering is lost",
                [](C c) { c.app.leave = true; }},

@@ -53,8 +53,8 @@ struct ActionGroup {
 };
 std::vector<ActionGroup> actionGroups();
 
-/// What Esc does when nothing lies over the picture: cancels long work, else ends flying, else
-/// leaves.
+/// What Esc does when nothing lies over the picture: cancels the work that was begun last, else
+/// ends flying, else leaves.
 void escapeFrom(Session& session, AppRequests& app);
 
 /// Does one. Throws core::Error for an unknown name (with the nearest one) or wrong arguments.

@@ -39,12 +39,8 @@ std::vector<ActionGroup> actionGroups()
 
 void escapeFrom(Session& s, AppRequests& app)
 {
-    const core::JobStatus loading = s.loading();
-    const bool working = (loading.active() && loading.name != kPoseJob) ||
-                         s.coreThread().active() || s.equalTime().running() || s.track.playing() ||
-                         s.player.playing;
-    if (working)
-        s.cancel();
+    if (const std::vector<Work> works = s.works(); !works.empty())
+        s.cancel(works.front());
     else if (s.flying)
         s.flying = false;
     else

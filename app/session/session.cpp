@@ -89,6 +89,7 @@ void Session::update(double seconds, glm::uvec2 pictureArea)
     takeReference();
     tellEnds();
     animate(seconds);
+    noteWorks();
     takePicture();
     judge();
     order(pictureArea);
@@ -111,15 +112,6 @@ bool Session::busy() const
 bool Session::hasNews() const
 {
     return renderThread_.newest() != picture_;
-}
-
-void Session::cancel()
-{
-    player.playing = false;
-    if (loader_.status().active() && loader_.status().name != kPoseJob) loader_.cancel();
-    if (core_.status().active()) core_.cancel();
-    if (equalTime_.running()) equalTime_.cancel();
-    if (track.playing()) track.stop();
 }
 
 /// Something to look at behind the message that there is no first scene.

@@ -54,6 +54,20 @@ struct AnimationPlayer {
     double duration = 0;  // 0: the scene has none
 };
 
+/// What takes its time and can be cancelled by itself.
+enum class Work : uint32_t { load, background, equalTime, path, animation };
+
+}  // namespace app
+
+template <> struct core::EnumNames<app::Work> {
+    static constexpr std::array<std::string_view, 5> names{"load", "background", "equal-time",
+                                                           "path", "animation"};
+};
+
+namespace app {
+
+inline constexpr size_t kWorks = core::EnumNames<Work>::names.size();
+
 /// The name of the loader's job that makes a pose of the scene's animation.
 inline constexpr const char* kPoseJob = "pose";
 
@@ -118,7 +132,10 @@ public:
     /// path, saved views and animation stay; scenes to come have it, too. Nothing without a scene.
     void setEnvironment(const std::string& what);
     void replay(const std::filesystem::path& picture);
-    void cancel();  // whatever long work runs: loading, the reference, an equal-time run
+    void cancel();           // all works()
+    void cancel(Work work);  // nothing when it does not run
+    /// What runs and can be cancelled, the one begun last first.
+    std::vector<Work> works() const;
     const Document* document() const { return document_.get(); }
     bool settled() const;  // there is a scene, and no other on its way
     const ScenePictures& pictures() const { return pictures_; }
@@ -211,6 +228,8 @@ private:
     void takePicture();
     void handOver(std::vector<SaveItem> items);
     void endSaves(const char* why);
+    uint64_t runOf(Work work) const;
+    void noteWorks();
     void tellEnds();
     void animate(double seconds);
     void followSceneCamera();
@@ -275,6 +294,9 @@ private:
     bool sameScene_ = false;  // what is being loaded is the scene on show with another environment
 
     uint64_t loadGeneration_ = 0, takenLoad_ = 0, referenceGeneration_ = 0;
+    // Of each Work: its run that was seen last, and when that began, counted in beginnings
+    std::array<uint64_t, kWorks> seenRun_{}, begun_{};
+    uint64_t beginnings_ = 0;
     uint64_t toldLoader_ = 0, toldCore_ = 0, toldSaver_ = 0, toldRendering_ = 0;
 
     // Threads last: they end before what their jobs look at.

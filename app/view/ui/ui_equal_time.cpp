@@ -70,7 +70,7 @@ void drawRun(const UiContext& c)
     }
     const EqualTime& run = c.session.equalTime();
     if (run.running()) {
-        actionButton(c, "Cancel", "cancel");
+        actionButton(c, "Cancel", "cancel", {}, {{"what", core::enumName(Work::equalTime)}});
         ImGui::SameLine();
         const double done = (run.side() + run.fraction()) / 2;
         ImGui::ProgressBar(static_cast<float>(done), ImVec2(-1, 0),

@@ -21,31 +21,40 @@ constexpr double kShortest = 0.5;
 struct Strip {
     std::string name, stage;
     double fraction = 0, seconds = 0;  // of the stage, or core::kUnknownShare
-    bool cancel = false;
+    std::optional<Work> work = {};     // that its button cancels
 };
 
-void addJob(const core::JobStatus& job, std::vector<Strip>& strips)
+Strip jobStrip(const core::JobStatus& job, Work work)
 {
-    // Poses of an animation come all the time.
-    if (!job.active() || job.seconds < kShortest || job.name == kPoseJob) return;
-    strips.push_back({job.name, job.state == core::JobState::waiting ? "waiting" : job.stage,
-                      job.fraction, job.seconds, true});
+    return {job.name, job.state == core::JobState::waiting ? "waiting" : job.stage, job.fraction,
+            job.seconds, work};
 }
 
+Strip equalTimeStrip(const EqualTime& run)
+{
+    return {"equal time", run.side() == 0 ? "rendering A" : "rendering B", run.fraction(),
+            run.fraction() * run.seconds(), Work::equalTime};
+}
+
+/// The newest first: the one that Esc cancels.
 std::vector<Strip> presentStrips(const UiContext& c)
 {
     std::vector<Strip> strips;
-    addJob(c.session.loading(), strips);
-    addJob(c.session.coreThread(), strips);
-    const EqualTime& run = c.session.equalTime();
-    if (run.running()) {
-        strips.push_back({"equal time", run.side() == 0 ? "rendering A" : "rendering B",
-                          run.fraction(), run.fraction() * run.seconds(), true});
+    for (const Work work : c.session.works()) {
+        if (work == Work::load)
+            strips.push_back(jobStrip(c.session.loading(), work));
+        else if (work == Work::background)
+            strips.push_back(jobStrip(c.session.coreThread(), work));
+        else if (work == Work::equalTime)
+            strips.push_back(equalTimeStrip(c.session.equalTime()));
     }
+    std::erase_if(strips, [](const Strip& strip) {
+        return strip.work != Work::equalTime && strip.seconds < kShortest;
+    });
     const RenderThreadStatus status = c.session.rendering();
     const bool quiet = status.stage.empty() || status.stage == "idle" || status.stage == "render";
     if (!quiet && !status.rendering && status.error.empty() && status.stageSeconds >= kShortest) {
-        strips.push_back({"renderer", status.stage, status.fraction, status.stageSeconds, false});
+        strips.push_back({"renderer", status.stage, status.fraction, status.stageSeconds});
     }
     return strips;
 }
@@ -75,7 +84,7 @@ void drawStrip(const UiContext& c, const Strip& strip, float width)
     if (known) text += format("%.0f %%  ", 100 * std::clamp(strip.fraction, 0.0, 1.0));
     text += secondsText(std::floor(strip.seconds * 10) / 10);
     ImGui::SameLine(6 * c.em);
-    const float button = strip.cancel ? buttonWidth("Cancel") + ImGui::GetStyle().ItemSpacing.x : 0;
+    const float button = strip.work ? buttonWidth("Cancel") + ImGui::GetStyle().ItemSpacing.x : 0;
     const float room = std::max(width - 6 * c.em - button, 4 * c.em);
     if (known) {
         ImGui::ProgressBar(static_cast<float>(std::clamp(strip.fraction, 0.0, 1.0)),
@@ -83,9 +92,9 @@ void drawStrip(const UiContext& c, const Strip& strip, float width)
     } else {
         unknownBar(room, text);
     }
-    if (!strip.cancel) return;
+    if (!strip.work) return;
     ImGui::SameLine();
-    actionButton(c, "Cancel", "cancel");
+    actionButton(c, "Cancel", "cancel", {}, {{"what", core::enumName(*strip.work)}});
 }
 
 double lifetime(Severity severity)

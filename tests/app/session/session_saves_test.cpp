@@ -208,6 +208,48 @@ TEST_F(SessionSaves, EscStopsAnAnimationAndLeavesNothingElse)
     EXPECT_FALSE(told(session, "pose"));
 }
 
+TEST_F(SessionSaves, EscCancelsWhatWasBegunLastAndNothingElse)
+{
+    Session session(pretended());
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "reference", {{"spp", 1000000}});
+    ASSERT_TRUE(until(session, [&] { return session.coreThread().active(); }));
+    session.compareEqualTime(session.render, session.render, 60);
+    session.update(0.01, kArea);
+    EXPECT_EQ(session.works(), (std::vector{app::Work::equalTime, app::Work::background}));
+    app::AppRequests requests;
+    app::escapeFrom(session, requests);
+    EXPECT_FALSE(session.equalTime().running());
+    EXPECT_TRUE(told(session, "equal time: cancelled"));
+    EXPECT_TRUE(session.coreThread().active()) << "it was begun before";
+    session.update(0.01, kArea);
+    app::escapeFrom(session, requests);
+    EXPECT_FALSE(session.coreThread().active());
+    session.update(0.01, kArea);
+    EXPECT_TRUE(told(session, "reference: cancelled"));
+    EXPECT_FALSE(requests.leave);
+    app::escapeFrom(session, requests);
+    EXPECT_TRUE(requests.leave) << "nothing runs";
+}
+
+TEST_F(SessionSaves, EachWorkIsCancelledByItsName)
+{
+    Session session(pretended());
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    session.compareEqualTime(session.render, session.render, 60);
+    session.update(0.01, kArea);
+    act(session, "reference", {{"spp", 1000000}});
+    EXPECT_EQ(session.works().front(), app::Work::background) << "also before it has been seen";
+    act(session, "cancel", {{"what", "equal-time"}});
+    EXPECT_FALSE(session.equalTime().running());
+    EXPECT_TRUE(session.coreThread().active());
+    act(session, "cancel", {{"what", "load"}});  // does not run
+    EXPECT_TRUE(session.coreThread().active());
+    EXPECT_THROW(act(session, "cancel", {{"what", "lunch"}}), core::Error);
+    act(session, "cancel");
+    EXPECT_TRUE(session.works().empty());
+}
+
 TEST_F(SessionSaves, ASceneIsThereOnlyOnceItIsShown)
 {
     Session session(options("cornell-diffuse.gltf"));

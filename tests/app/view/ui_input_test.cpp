@@ -71,6 +71,36 @@ TEST(Ui, EscClosesWhatIsOpenBeforeItLeaves)
     EXPECT_TRUE(desk.requests.leave);
 }
 
+void click(Desk& desk, ImVec2 place)
+{
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = place;
+    desk.frames(2);
+    io.MouseDown[0] = true;
+    desk.frames(2);
+    io.MouseDown[0] = false;
+    desk.frames(2);
+}
+
+TEST(Ui, TheButtonOfAStripCancelsItsOwnWork)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    app::Session& session = desk.session;
+    app::runAction("reference", session, desk.requests, {{"spp", 1000000}});
+    ASSERT_TRUE(desk.framesUntil([&] { return session.coreThread().seconds > 0.6; }));
+    session.compareEqualTime(session.render, session.render, 60);
+    desk.frames(3);
+    ASSERT_EQ(session.works().size(), 2u);
+    const ImGuiWindow* strips = ImGui::FindWindowByName("##progress");
+    ASSERT_TRUE(strips != nullptr && strips->Active);
+    const float right = strips->Pos.x + strips->Size.x - 20;
+    click(desk, {right, strips->Pos.y + strips->Size.y - 16});  // the older one stands below
+    EXPECT_FALSE(session.coreThread().active());
+    EXPECT_TRUE(session.equalTime().running());
+    session.cancel();
+}
+
 TEST(Ui, EscClosesAnOpenList)
 {
     Desk desk(deskOptions());
