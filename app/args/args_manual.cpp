@@ -2,7 +2,7 @@
 // nothing that the program does not. `rekindle --manual` prints it for the build.
 #include "app/args/args_options.h"
 
-#include <iterator>
+#include <algorithm>
 
 #include "app/base/program_version.h"
 
@@ -42,11 +42,12 @@ std::string optionEntry(const CLI::Option& option)
     return ".TP\n" + names + '\n' + roff(option.get_description()) + '\n';
 }
 
-std::string optionsOf(const CLI::App& app)
+/// `help`: those that every command has and the program tells, too.
+std::string optionsOf(const CLI::App& app, bool help = false)
 {
     std::string text;
     for (const std::string& group : app.get_groups()) {
-        if (group.empty() || group == "Help") continue;
+        if (group.empty() || (group == "Help" && !help)) continue;
         std::string entries;
         for (const CLI::Option* option : app.get_options())
             if (option->get_group() == group) entries += optionEntry(*option);
@@ -61,6 +62,16 @@ std::string asItStands(const std::string& text)
     return text.empty() ? text : ".PP\n.nf\n" + roff(text) + "\n.fi\n";
 }
 
+/// A command and then those under it, as they were added.
+void addInOrder(const CLI::App& app, const std::vector<Subcommand>& commands,
+                std::vector<const Subcommand*>& order)
+{
+    const auto own = std::ranges::find(commands, &app, &Subcommand::app);
+    if (own != commands.end()) order.push_back(&*own);
+    for (const CLI::App* child : app.get_subcommands([](const CLI::App*) { return true; }))
+        addInOrder(*child, commands, order);
+}
+
 }  // namespace
 
 std::string manualText(const CLI::App& root, const std::vector<Subcommand>& commands)
@@ -68,20 +79,18 @@ std::string manualText(const CLI::App& root, const std::vector<Subcommand>& comm
     std::string text = std::string(".TH REKINDLE 1 \"\" \"rekindle ") + kVersion +
                        "\" \"User Commands\"\n.SH NAME\nrekindle \\- path\\-traces glTF scenes in "
                        "a window or to files\n.SH SYNOPSIS\n.nf\n";
-    for (auto c = commands.rbegin(); c != commands.rend(); ++c) {
-        // A group of commands has the usage of its only one.
-        if (c == commands.rbegin() || c->usage != std::prev(c)->usage)
-            text += roff(c->usage) + '\n';
-    }
-    text += ".fi\n.SH DESCRIPTION\n" + roff(root.get_description()) + '\n' + optionsOf(root);
-    for (const Subcommand& command : commands) {
-        if (command.app == &root) continue;
+    std::vector<const Subcommand*> order;
+    addInOrder(root, commands, order);
+    for (const Subcommand* command : order) text += roff(command->usage) + '\n';
+    text += ".fi\n.SH DESCRIPTION\n" + roff(root.get_description()) + '\n' + optionsOf(root, true);
+    for (const Subcommand* command : order) {
+        if (command->app == &root) continue;
         std::string title;
-        for (const CLI::App* app = command.app; app != &root; app = app->get_parent())
+        for (const CLI::App* app = command->app; app != &root; app = app->get_parent())
             title = app->get_name() + (title.empty() ? "" : " ") + title;
-        text += ".SH \"COMMAND " + roff(title) + "\"\n" + roff(command.usage) + "\n.PP\n" +
-                roff(command.app->get_description()) + '\n' + optionsOf(*command.app) +
-                asItStands(command.app->get_footer());
+        text += ".SH \"COMMAND " + roff(title) + "\"\n" + roff(command->usage) + "\n.PP\n" +
+                roff(command->app->get_description()) + '\n' + optionsOf(*command->app) +
+                asItStands(command->app->get_footer());
     }
     text += ".SH \"EXAMPLES AND EXIT STATUS\"\n" + asItStands(root.get_footer()).substr(4);
     return text;

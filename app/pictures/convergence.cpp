@@ -131,13 +131,6 @@ std::optional<Eta> etaToError(const std::vector<ErrorPoint>& points, bool agains
                secondsAlong(last, goal, fit->slope + fit->slopeSe)};
 }
 
-std::optional<double> secondsToError(const std::vector<ErrorPoint>& points, bool against,
-                                     double target, double referenceNoise)
-{
-    const std::optional<Eta> eta = etaToError(points, against, target, referenceNoise);
-    return eta ? std::optional(eta->seconds) : std::nullopt;
-}
-
 double referenceNoise(const Reference& reference)
 {
     double sum = 0, count = 0;

@@ -50,10 +50,6 @@ struct Eta {
 std::optional<Eta> etaToError(const std::vector<ErrorPoint>& points, bool against, double target,
                               double referenceNoise);
 
-/// etaToError without its interval.
-std::optional<double> secondsToError(const std::vector<ErrorPoint>& points, bool against,
-                                     double target, double referenceNoise);
-
 /// Root of the mean variance of the reference's mean; 0 when unknown.
 double referenceNoise(const Reference& reference);
 

@@ -91,6 +91,28 @@ std::set<std::string> optionsIn(const std::string& text)
     return names;
 }
 
+TEST_F(Install, ManualTellsTheCommandsInTheOrderOfTheHelpAndWhatAllOfThemTake)
+{
+    std::string manual = readAll(prefix_ / "share/man/man1/rekindle.1");
+    manual = Pattern("\\\\f[BIR]").replace(manual, "");
+    manual = Pattern("\\\\-").replace(manual, "-");
+    const auto inOrder = [&](const std::string& text, const Strings& words) {
+        size_t place = 0;
+        for (const std::string& word : words) {
+            place = text.find(word, place);
+            ASSERT_NE(place, std::string::npos) << word;
+        }
+    };
+    const size_t begin = manual.find(".SH SYNOPSIS"), end = manual.find(".SH DESCRIPTION");
+    const Strings commands{"rekindle [COMMAND]", "rekindle view",    "rekindle render",
+                           "rekindle compare",   "rekindle info",    "rekindle devices",
+                           "rekindle lab",       "rekindle bench M", "rekindle bench throughput"};
+    inOrder(manual.substr(begin, end - begin), commands);
+    const std::string description = manual.substr(end, manual.find("\n.SH", end) - end);
+    for (const char* option : {"-h, --help", "--version", "--json"})
+        EXPECT_TRUE(contains(description, option)) << option;
+}
+
 TEST_F(Install, ManualNamesEveryCommandAndOption)
 {
     std::string manual = readAll(prefix_ / "share/man/man1/rekindle.1");

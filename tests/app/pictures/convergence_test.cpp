@@ -125,20 +125,25 @@ TEST(FitCurve, TooLittleIsNothing)
     EXPECT_FALSE(app::fitCurve(broken, true));
 }
 
+std::optional<double> secondsToError(const std::vector<app::ErrorPoint>& points, bool against,
+                                     double target, double noise)
+{
+    const std::optional<app::Eta> eta = app::etaToError(points, against, target, noise);
+    return eta ? std::optional(eta->seconds) : std::nullopt;
+}
+
 TEST(SecondsToError, FollowsTheLaw)
 {
     const auto points = curve(-0.5, 12);
     const double now = points.back().seconds;
     // Half the error takes four times the time.
-    EXPECT_NEAR(app::secondsToError(points, true, points.back().rmse / 2, 0).value(), 3 * now,
-                1e-9);
-    EXPECT_EQ(app::secondsToError(points, true, points.back().rmse * 1.01, 0).value(), 0);
-    EXPECT_FALSE(app::secondsToError(points, true, 0, 0));
-    EXPECT_FALSE(app::secondsToError(curve(-0.5, 2), true, 1e-3, 0));
+    EXPECT_NEAR(secondsToError(points, true, points.back().rmse / 2, 0).value(), 3 * now, 1e-9);
+    EXPECT_EQ(secondsToError(points, true, points.back().rmse * 1.01, 0).value(), 0);
+    EXPECT_FALSE(secondsToError(points, true, 0, 0));
+    EXPECT_FALSE(secondsToError(curve(-0.5, 2), true, 1e-3, 0));
     // A curve that rises still has some end: along the flattest slope that is believed.
     const auto rising = curve(0.3, 12);
-    EXPECT_NEAR(app::secondsToError(rising, true, rising.back().rmse / 2, 0).value(), 15 * now,
-                1e-9);
+    EXPECT_NEAR(secondsToError(rising, true, rising.back().rmse / 2, 0).value(), 15 * now, 1e-9);
 }
 
 TEST(SecondsToError, KnowsTheReferencesNoise)
@@ -146,10 +151,10 @@ TEST(SecondsToError, KnowsTheReferencesNoise)
     constexpr double kNoise = 0.2;
     auto points = curve(-0.5, 14);
     for (auto& p : points) p.rmse = std::hypot(p.rmse, kNoise);
-    EXPECT_FALSE(app::secondsToError(points, true, kNoise, kNoise));
-    EXPECT_FALSE(app::secondsToError(points, true, 0.1, kNoise));
+    EXPECT_FALSE(secondsToError(points, true, kNoise, kNoise));
+    EXPECT_FALSE(secondsToError(points, true, 0.1, kNoise));
     const double now = points.back().seconds;
-    const double until = app::secondsToError(points, true, std::hypot(0.5, kNoise), kNoise).value();
+    const double until = secondsToError(points, true, std::hypot(0.5, kNoise), kNoise).value();
     EXPECT_NEAR(until + now, 4, 1e-9);  // the law reaches 0.5 at four seconds
 }
 
