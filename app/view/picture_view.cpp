@@ -143,7 +143,7 @@ void PictureView::showAov(DisplayInputs& inputs, Show show, const Picture& pictu
     case Show::depth: {
         inputs.a = part(picture.aovs, aovs.depth);
         s.show = shared::kShowDepth;
-        const auto [low, high] = positiveRange(aovs.depth);
+        const auto [low, high] = rangeOf(inputs.a);
         scale_ = {true, low, high, false, false, "distance (m); dark grey: nothing hit"};
         if (const auto world = picture.world.lock())
             scale_.unit = static_cast<float>(1 / world->placement.scale);
@@ -164,6 +164,14 @@ void PictureView::showAov(DisplayInputs& inputs, Show show, const Picture& pictu
     }
     s.low = scale_.low;
     s.high = scale_.high;
+}
+
+/// positiveRange(), of every image once.
+std::pair<float, float> PictureView::rangeOf(const ImagePointer& image)
+{
+    if (image != ranged_) range_ = positiveRange(*image);
+    ranged_ = image;
+    return range_;
 }
 
 /// The image of a view that is computed here.
@@ -198,7 +206,7 @@ void PictureView::showMap(DisplayInputs& inputs, const Session& session, const P
                   false, false, "samples per pixel"};
     } else {
         // Four decades below the largest are enough: deeper ones are pixels without light.
-        const float high = positiveRange(*derived_).second;
+        const float high = rangeOf(derived_).second;
         scale_ = {true, high * 1e-4f, high, true, false, "standard deviation of the mean"};
     }
     s.low = scale_.low;
@@ -224,7 +232,7 @@ void PictureView::showMethodMap(DisplayInputs& inputs, const Session& session,
     shared::DisplaySettings& s = inputs.settings;
     s.show = shared::kShowScalar;
     const core::MapInfo& info = method.maps[index];
-    const float high = info.high > 0 ? info.high : std::max(positiveRange(map).second, 1e-6f);
+    const float high = info.high > 0 ? info.high : std::max(rangeOf(inputs.a).second, 1e-6f);
     scale_ = {true, 0, high, false, false, std::string(info.name) + ": " + info.help};
     s.low = scale_.low;
     s.high = scale_.high;

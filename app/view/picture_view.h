@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "app/session/session.h"
 #include "app/view/gui.h"
@@ -36,12 +37,15 @@ private:
     void showCompare(DisplayInputs& inputs, const Session& session,
                      const std::shared_ptr<const Picture>& live);
     ImagePointer derived(Show show, const Picture& picture);
+    std::pair<float, float> rangeOf(const ImagePointer& image);
 
     Scale scale_;
     std::string problem_;
     std::shared_ptr<const Picture> of_;  // of the derived image
     Show derivedShow_ = Show::color;
     ImagePointer derived_;
+    ImagePointer ranged_;  // the image whose range is known
+    std::pair<float, float> range_{0, 1};
 };
 
 }  // namespace app

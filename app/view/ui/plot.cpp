@@ -112,28 +112,24 @@ void drawGuide(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
 }
 
 /// A level across with its text at the right, above the line or below it where there is no room.
-void drawLevel(ImDrawList& list, const PlotFrame& f, double value, const std::string& label,
+/// True when the mouse is at a text that had to be shortened: its tool-tip is the whole.
+bool drawLevel(ImDrawList& list, const PlotFrame& f, double value, const std::string& label,
                ImU32 colour, bool dashes)
 {
-    if (!(value > 0) || value < f.y.low || value > f.y.high) return;
+    if (!(value > 0) || value < f.y.low || value > f.y.high) return false;
     const float y = f.place(f.x.low, value).y, letter = ImGui::GetFontSize();
     if (dashes)
         dashed(list, {f.low.x, y}, {f.high.x, y}, colour, 5);
     else
         list.AddLine({f.low.x, y}, {f.high.x, y}, colour, 1);
-    if (label.empty()) return;
-    const float width = ImGui::CalcTextSize(label.c_str()).x;
+    if (label.empty()) return false;
+    const std::string text = shortenedLabel(label, f.high.x - f.low.x - letter * 0.6f);
+    const float width = ImGui::CalcTextSize(text.c_str()).x;
     const float top = y - letter * 1.1f > f.low.y ? y - letter * 1.1f : y + letter * 0.1f;
-    list.AddText({std::max(f.low.x + 2, f.high.x - width - letter * 0.3f), top}, colour,
-                 label.c_str());
-}
-
-/// Letters are left out at the end of what is wider than `room`.
-std::string shortenedLabel(std::string text, float room)
-{
-    if (ImGui::CalcTextSize(text.c_str()).x <= room) return text;
-    while (text.size() > 1 && ImGui::CalcTextSize((text + "...").c_str()).x > room) text.pop_back();
-    return text + "...";
+    const ImVec2 corner(std::max(f.low.x + 2, f.high.x - width - letter * 0.3f), top);
+    list.AddText(corner, colour, text.c_str());
+    return text != label &&
+           ImGui::IsMouseHoveringRect(corner, {corner.x + width, corner.y + letter});
 }
 
 /// In the upper right corner, which curves that fall leave free.
@@ -274,14 +270,17 @@ void drawLogPlot(const char* id, const LogPlot& plot, ImVec2 size)
     drawGrid(list, f);
     list.PushClipRect(f.low, f.high, true);
     drawGuide(list, f, plot);
-    drawLevel(list, f, plot.floor, plot.floorLabel, ImGui::GetColorU32(ImGuiCol_TextDisabled),
-              true);
+    const bool atFloor = drawLevel(list, f, plot.floor, plot.floorLabel,
+                                   ImGui::GetColorU32(ImGuiCol_TextDisabled), true);
     for (const PlotCurve& curve : plot.curves) drawCurve(list, f, curve);
-    drawLevel(list, f, plot.target, plot.targetLabel,
-              ImGui::GetColorU32(ImVec4(0.98f, 0.75f, 0.33f, 1)), false);
+    const bool atTarget = drawLevel(list, f, plot.target, plot.targetLabel,
+                                    ImGui::GetColorU32(ImVec4(0.98f, 0.75f, 0.33f, 1)), false);
     drawLegend(list, f, plot);
     list.PopClipRect();
-    if (hovered) drawCursor(list, f, plot);
+    if (hovered && (atFloor || atTarget))
+        ImGui::SetTooltip("%s", (atFloor ? plot.floorLabel : plot.targetLabel).c_str());
+    else if (hovered)
+        drawCursor(list, f, plot);
 }
 
 void drawFrameTimes(const char* id, std::span<const float> seconds, double budget, ImVec2 size)

@@ -1,6 +1,10 @@
-// Over the picture: the numbers of the pixel under the mouse, while Alt is held.
+// Over the picture: the numbers of the pixel under the mouse, of what is on show there, while Alt
+// is held.
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "app/view/ui/ui_parts.h"
 #include "shared/display.h"
@@ -80,40 +84,92 @@ void drawProbe(const UiContext& c, const Picture& picture, float u, float v)
     row("brightest", format("%.4g per steradian", double(largest)));
 }
 
+/// A picture on show, with what its line is called.
+struct Seen {
+    const char* name;
+    std::shared_ptr<const Picture> picture;
+};
+
+/// The pictures on show, that under the cursor first. `x` in [0, 1] across the area.
+std::vector<Seen> seenPictures(const UiContext& c, float x)
+{
+    const std::shared_ptr<const Picture> live = c.session.picture();
+    if (!c.session.comparing) return {{"radiance", live}};
+    const auto& [a, b] = c.session.slots;
+    std::vector<Seen> seen{{"A", a.picture ? a.picture : live},
+                           {"B", b.picture ? b.picture : live}};
+    if (x > c.session.settings.view.compareAt) std::swap(seen[0], seen[1]);
+    return seen;
+}
+
+/// Where that place of the area is in an image that has `place` there; nothing beside it.
+std::optional<glm::vec2> placeIn(const Area& place, glm::vec2 inArea)
+{
+    const glm::vec2 at = (inArea - place.corner) / place.size;
+    const bool inside = at.x >= 0 && at.x < 1 && at.y >= 0 && at.y < 1;
+    return inside ? std::optional(at) : std::nullopt;
+}
+
+void radianceRows(const char* name, const core::Image& mean, const core::Image* variance,
+                  glm::vec2 at)
+{
+    if (const float* radiance = valueAt(mean, at.x, at.y)) row(name, rgbText(radiance));
+    const float* const v = variance != nullptr ? valueAt(*variance, at.x, at.y) : nullptr;
+    if (v == nullptr) return;
+    const float deviation[3] = {std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2])};
+    row("\xC2\xB1", rgbText(deviation));
+}
+
+void pixelRow(glm::uvec2 size, glm::vec2 at)
+{
+    row("pixel", format("%.0f, %.0f", std::floor(static_cast<double>(at.x) * size.x),
+                        std::floor(static_cast<double>(at.y) * size.y)));
+}
+
+/// The reference, which is shown while its key is held.
+void heldReferenceRows(const UiContext& c, const Reference& reference, glm::vec2 inArea)
+{
+    const glm::uvec2 size(reference.mean.width, reference.mean.height);
+    const auto at = placeIn(c.session.placeOf(size), inArea);
+    if (!at) return;
+    pixelRow(size, *at);
+    radianceRows("reference", reference.mean, &reference.variance, *at);
+}
+
+/// The picture under the cursor, and beside it what it is compared with.
+void pictureRows(const UiContext& c, glm::vec2 inArea)
+{
+    const std::vector<Seen> seen = seenPictures(c, inArea.x);
+    const Picture& picture = *seen.front().picture;
+    const auto at = placeIn(c.session.placeOf(picture), inArea);
+    if (!at) return;
+    pixelRow(picture.fullSize, *at);
+    for (const Seen& each : seen)
+        if (const auto there = placeIn(c.session.placeOf(*each.picture), inArea))
+            radianceRows(each.name, each.picture->mean, each.picture->variance.get(), *there);
+    const auto reference = c.session.reference();
+    if (reference && c.session.referenceFits(picture))
+        radianceRows("reference", reference->mean, nullptr, *at);
+    if (const auto world = picture.world.lock(); world && picture.aovs)
+        aovRows(*picture.aovs, at->x, at->y, world->placement.scale);
+    if (picture.maps) mapRows(picture, at->x, at->y);
+    if (picture.probe) drawProbe(c, picture, at->x, at->y);
+}
+
 }  // namespace
 
 void drawInspector(const UiContext& c)
 {
     const ImGuiIO& io = ImGui::GetIO();
-    const auto picture = shownPicture(c);
-    c.session.inspecting = io.KeyAlt && picture && !io.WantCaptureMouse;
+    c.session.inspecting = io.KeyAlt && shownPicture(c) && !io.WantCaptureMouse;
     if (!c.session.inspecting) return;
-    const Area place = c.session.placeOf(*picture);
     const glm::vec2 inArea(c.picture.fraction({io.MousePos.x, io.MousePos.y}));
-    const float u = (inArea.x - place.corner.x) / place.size.x;
-    const float v = (inArea.y - place.corner.y) / place.size.y;
-    if (!(u >= 0 && u < 1 && v >= 0 && v < 1)) return;
-    const float* radiance = valueAt(picture->mean, u, v);
-    if (radiance == nullptr) return;
+    if (!placeIn({{0, 0}, {1, 1}}, inArea)) return;
     ImGui::BeginTooltip();
-    row("pixel", format("%.0f, %.0f", std::floor(static_cast<double>(u) * picture->fullSize.x),
-                        std::floor(static_cast<double>(v) * picture->fullSize.y)));
-    row("radiance", rgbText(radiance));
-    if (picture->variance) {
-        if (const float* variance = valueAt(*picture->variance, u, v)) {
-            const float deviation[3] = {std::sqrt(variance[0]), std::sqrt(variance[1]),
-                                        std::sqrt(variance[2])};
-            row("\xC2\xB1", rgbText(deviation));
-        }
-    }
-    if (const auto reference = c.session.reference();
-        reference && c.session.referenceFits(*picture)) {
-        if (const float* value = valueAt(reference->mean, u, v)) row("reference", rgbText(value));
-    }
-    if (const auto world = picture->world.lock(); world && picture->aovs)
-        aovRows(*picture->aovs, u, v, world->placement.scale);
-    if (picture->maps) mapRows(*picture, u, v);
-    if (picture->probe) drawProbe(c, *picture, u, v);
+    if (const auto reference = c.session.reference(); reference && c.session.holdReference)
+        heldReferenceRows(c, *reference, inArea);
+    else
+        pictureRows(c, inArea);
     ImGui::EndTooltip();
 }
 

@@ -75,23 +75,36 @@ void unknownBar(float width, const std::string& text)
                  ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
 }
 
-void drawStrip(const UiContext& c, const Strip& strip, float width)
+/// Room for the names before the bars.
+float nameWidth(const UiContext& c, const std::vector<Strip>& strips, float width)
+{
+    float longest = 5 * c.em;
+    for (const Strip& strip : strips)
+        longest = std::max(longest, ImGui::CalcTextSize(strip.name.c_str()).x);
+    return std::min(longest, 0.4f * width) + c.em;
+}
+
+void drawStrip(const UiContext& c, const Strip& strip, float width, float names)
 {
     ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted(strip.name.c_str());
+    const std::string name = shortenedLabel(strip.name, names - c.em);
+    ImGui::TextUnformatted(name.c_str());
+    if (name != strip.name) tip(strip.name);
     const bool known = strip.fraction != core::kUnknownShare;
     std::string text = strip.stage.empty() ? "" : strip.stage + "  ";
     if (known) text += format("%.0f %%  ", 100 * std::clamp(strip.fraction, 0.0, 1.0));
     text += secondsText(std::floor(strip.seconds * 10) / 10);
-    ImGui::SameLine(6 * c.em);
+    ImGui::SameLine(names);
     const float button = strip.work ? buttonWidth("Cancel") + ImGui::GetStyle().ItemSpacing.x : 0;
-    const float room = std::max(width - 6 * c.em - button, 4 * c.em);
+    const float room = std::max(width - names - button, 4 * c.em);
+    const std::string shown = shortenedLabel(text, room - 0.5f * c.em);
     if (known) {
         ImGui::ProgressBar(static_cast<float>(std::clamp(strip.fraction, 0.0, 1.0)),
-                           ImVec2(room, 0), text.c_str());
+                           ImVec2(room, 0), shown.c_str());
     } else {
-        unknownBar(room, text);
+        unknownBar(room, shown);
     }
+    if (shown != text) tip(text);
     if (!strip.work) return;
     ImGui::SameLine();
     actionButton(c, "Cancel", "cancel", {}, {{"what", core::enumName(*strip.work)}});
@@ -180,9 +193,10 @@ void drawProgress(const UiContext& c)
         ImVec2(c.picture.corner.x + 0.7f * c.em, c.state.caption.y + 0.7f * c.em));
     ImGui::SetNextWindowBgAlpha(0.96f);
     if (ImGui::Begin("##progress", nullptr, kNote)) {
+        const float names = nameWidth(c, strips, width);
         for (size_t i = 0; i < strips.size(); ++i) {
             ImGui::PushID(static_cast<int>(i));
-            drawStrip(c, strips[i], width);
+            drawStrip(c, strips[i], width, names);
             ImGui::PopID();
         }
         const ImVec2 place = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();

@@ -5,6 +5,8 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include <imgui.h>
+
 namespace app {
 namespace {
 
@@ -72,6 +74,17 @@ std::string secondsText(double seconds)
     const auto total = static_cast<unsigned long long>(whole);
     if (total < 3600) return format("%llu:%02llu", total / 60, total % 60);
     return format("%llu:%02llu:%02llu", total / 3600, total / 60 % 60, total % 60);
+}
+
+std::string shortenedLabel(std::string text, float room)
+{
+    if (ImGui::CalcTextSize(text.c_str()).x <= room) return text;
+    const auto isInside = [](char byte) { return (byte & 0xC0) == 0x80; };  // a letter of UTF-8
+    while (text.size() > 1 && ImGui::CalcTextSize((text + "...").c_str()).x > room) {
+        while (text.size() > 1 && isInside(text.back())) text.pop_back();
+        text.pop_back();
+    }
+    return text + "...";
 }
 
 std::string digitsText(double value)

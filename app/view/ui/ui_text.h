@@ -18,6 +18,9 @@ std::string secondsText(double seconds);
 /// Three significant digits without a prefix: 0.0123, 4.56, 1.2e-06.
 std::string digitsText(double value);
 
+/// In the present font; letters are left out at the end of what is wider than `room`.
+std::string shortenedLabel(std::string text, float room);
+
 /// printf into a string.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 

@@ -250,4 +250,66 @@ TEST(Ui, ValuesOfAReferenceAreToldInItsOwnViewOnly)
     EXPECT_EQ(height(), without) << "the place under the mouse is another";
 }
 
+/// Values of the pixel in the middle, as lines.
+float inspectorHeight(Desk& desk)
+{
+    ImGuiIO& io = ImGui::GetIO();
+    const app::Area& area = desk.loop.layout.picture;
+    io.MousePos = {area.corner.x + area.size.x / 2, area.corner.y + area.size.y / 2};
+    desk.frames(3);
+    const ImGuiWindow* lines = ImGui::FindWindowByName("##Tooltip_00");
+    return lines != nullptr && lines->Active ? lines->ContentSize.y : 0;
+}
+
+TEST(Ui, ValuesAreThoseOfThePicturesOnShow)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    app::Session& session = desk.session;
+    app::sendKey(*app::findKey("Alt"), true);
+    desk.frames(2);
+    ASSERT_TRUE(desk.framesUntil([&] {
+        return session.picture()->variance && session.picture()->aovs && !session.isMoving();
+    }));
+    session.paused = true;
+    desk.frames(30);
+    const float alone = inspectorHeight(desk);
+    ASSERT_GT(alone, 0);
+    // A picture without a variance and first hits: fewer lines where it is on show.
+    auto bare = std::make_shared<app::Picture>(*session.picture());
+    bare->variance.reset();
+    bare->aovs.reset();
+    session.slots[0] = {bare, "A"};
+    session.comparing = true;
+    session.settings.view.compareAt = 0.25f;
+    const float besideB = inspectorHeight(desk);
+    EXPECT_GT(besideB, alone) << "A and B, the first hits of B";
+    session.settings.view.compareAt = 0.75f;
+    EXPECT_LT(inspectorHeight(desk), besideB) << "A is under the cursor, which has no first hits";
+    session.comparing = false;
+    session.keepAsReference();
+    ASSERT_TRUE(desk.framesUntil([&] { return session.reference() != nullptr; }));
+    const float both = inspectorHeight(desk);
+    session.holdReference = true;
+    EXPECT_LT(inspectorHeight(desk), both) << "the reference alone";
+}
+
+TEST(Ui, ShortenedLabelsHaveRoomAndWholeLetters)
+{
+    Desk desk(deskOptions());
+    ImGui::NewFrame();
+    const std::string text = "noise of the r\xC3\xA9"
+                             "f\xC3\xA9rence";
+    EXPECT_EQ(app::shortenedLabel(text, 1000), text);
+    for (float room = 30; room < 200; room += 3) {
+        const std::string label = app::shortenedLabel(text, room);
+        EXPECT_LE(ImGui::CalcTextSize(label.c_str()).x, room) << label;
+        if (label == text) continue;
+        ASSERT_TRUE(label.ends_with("..."));
+        EXPECT_TRUE(text.starts_with(label.substr(0, label.size() - 3)));
+        EXPECT_NE(label[label.size() - 4], '\xC3') << label;
+    }
+    ImGui::Render();
+}
+
 }  // namespace
