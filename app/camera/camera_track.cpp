@@ -140,6 +140,12 @@ void CameraTrack::save(const std::filesystem::path& file, const core::Placement&
     if (empty()) throw core::Error(file.string() + ": there are no keys to save");
     core::writeFile(file, jsonText(json(placement), 1) + '\n');
     file_ = file;
+    saved_ = kept();
+}
+
+bool CameraTrack::unsaved() const
+{
+    return path_.keys.size() >= 2 && kept() != saved_;
 }
 
 void CameraTrack::load(const std::filesystem::path& file, const core::Camera& defaults,
@@ -165,6 +171,7 @@ void CameraTrack::load(const std::filesystem::path& file, const core::Camera& de
     file_ = file;
     framesPerSecond = rate;
     loop = wraps;
+    saved_ = kept();
     stop();
     frame_ = firstFrame();
 }

@@ -62,10 +62,22 @@ public:
     /// Where the keys were saved or came from last; empty: nowhere.
     const std::filesystem::path& file() const { return file_; }
 
+    /// Whether a path (two keys are one) is in no file as it is now.
+    bool unsaved() const;
+
 private:
+    /// What a file keeps.
+    struct Kept {
+        std::vector<CameraPath::Key> keys;
+        double framesPerSecond = 0;
+        bool loop = false;
+        friend bool operator==(const Kept&, const Kept&) = default;
+    };
+    Kept kept() const { return {path_.keys, framesPerSecond, loop}; }
     void settle();
 
     CameraPath path_;
+    Kept saved_;  // in file_
     std::filesystem::path file_;
     double frame_ = 0;
     bool playing_ = false;

@@ -42,6 +42,7 @@ struct CameraPath {
     struct Key {
         double frame = 0;
         core::Camera camera;
+        friend bool operator==(const Key&, const Key&) = default;
     };
     std::vector<Key> keys;  // at least one, frames increasing
 

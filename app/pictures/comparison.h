@@ -15,6 +15,7 @@ namespace app {
 struct Slot {
     std::shared_ptr<const Picture> picture;
     std::string label;
+    double time = 0;  // of the scene's animation, that it shows
 };
 
 /// Renders A's parameters for `seconds`, stores, then B's, stores. Driven by whoever renders: ask

@@ -18,15 +18,6 @@
 
 namespace app {
 
-/// The image that errors are measured against; from the core thread or from a file.
-struct Reference {
-    core::Image mean;      // RGB
-    core::Image variance;  // of the mean; empty when unknown
-    uint64_t samples = 0;  // 0: unknown
-    double seconds = 0;
-    std::string origin;  // "rendered here, path, seed 7" or the file's name
-};
-
 /// Where to render and how: a change of any member but `sppLimit`, `secondsLimit` and `errorLimit`
 /// starts the picture anew.
 struct RenderParams {
@@ -58,6 +49,16 @@ struct RenderParams {
           p.errorLimit);
     }
     friend bool operator==(const RenderParams&, const RenderParams&) = default;
+};
+
+/// The image that errors are measured against; from the core thread or from a file.
+struct Reference {
+    core::Image mean;      // RGB
+    core::Image variance;  // of the mean; empty when unknown
+    uint64_t samples = 0;  // 0: unknown
+    double seconds = 0;
+    std::string origin;   // "rendered here, path, seed 7" or the file's name
+    RenderParams params;  // that it was rendered with; of one from a file they are unknown
 };
 
 /// An immutable order. Two orders with equal `world`, `camera`, `size`, and restarting `params`

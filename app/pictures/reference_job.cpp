@@ -74,6 +74,9 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
         reference->seconds = seconds;
         reference->origin =
             "rendered here, " + std::string(order.params.id()) + ", seed " + seedText(order.params);
+        reference->params.device = DeviceKind::cpu;
+        reference->params.method = order.params;
+        reference->params.sppLimit = order.samples;
         box.publish(job.generation(), std::move(reference));
         next = static_cast<uint64_t>(std::ceil(kGrowthBetweenReferences * double(done)));
     }

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
-#include <set>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "app/base/files.h"
 #include "app/base/nearest.h"
+#include "app/base/new_name.h"
 #include "app/session/action_arguments.h"
 #include "app/session/comparison_actions.h"
 #include "app/session/set_param.h"
@@ -23,26 +23,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 namespace {
-
-/// "rekindle-2026-11-21-173005.png" in the current folder; never the same one twice. Files may be
-/// written seconds later, so that none is there yet by the name that was given last.
-fs::path stamped(const char* extension)
-{
-    static std::string second;  // of the names below
-    static std::set<fs::path> given;
-    const std::time_t now = std::time(nullptr);
-    std::tm local{};
-    localtime_r(&now, &local);
-    char name[64];
-    std::strftime(name, sizeof name, "rekindle-%Y-%m-%d-%H%M%S", &local);
-    if (std::exchange(second, name) != name) given.clear();
-    fs::path file = second + extension;
-    std::error_code unknown;
-    for (int again = 2; given.contains(file) || fs::exists(file, unknown); ++again)
-        file = second + '-' + std::to_string(again) + extension;
-    given.insert(file);
-    return file;
-}
 
 void show(const ActionContext& c, Show what)
 {
@@ -140,7 +120,7 @@ void dolly(const ActionContext& c)
 
 void screenshotAction(const ActionContext& c)
 {
-    c.app.screenshot = fileName(c, "file", stamped(".png").string());
+    c.app.screenshot = fileName(c, "file", newName(".png").string());
     c.app.screenshotWithPanel = truth(c, "panel", true);
 }
 
@@ -199,22 +179,52 @@ void loadPath(const ActionContext& c)
     }
 }
 
+/// Whether a file may be written: one that is there is replaced where "replace" says so.
+bool mayWrite(const ActionContext& c, const fs::path& file, bool otherwise)
+{
+    std::error_code unknown;
+    if (!fs::exists(file, unknown) || truth(c, "replace", otherwise)) return true;
+    c.app.wouldReplace = true;
+    c.session.notices.tell(Severity::warning,
+                           file.string() + " is there already: the same once more replaces it");
+    return false;
+}
+
+void save(const ActionContext& c)
+{
+    const fs::path file = fileName(c, "file", newName(".exr").string());
+    if (mayWrite(c, file, true)) c.session.save(file);
+}
+
+/// The first of the path's frames that is there already, or the first of all.
+fs::path firstTaken(const CameraTrack& track, const fs::path& pattern)
+{
+    if (!isNumbered(pattern)) return pattern;  // exportTrack() says so
+    const auto first = static_cast<uint32_t>(track.firstFrame()),
+               last = static_cast<uint32_t>(track.lastFrame());
+    std::error_code unknown;
+    for (uint32_t frame = first; frame <= last; ++frame)
+        if (fs::exists(numbered(pattern, frame), unknown)) return numbered(pattern, frame);
+    return numbered(pattern, first);
+}
+
+void exportPath(const ActionContext& c)
+{
+    const fs::path pattern =
+        c.arguments.contains("file") ? fs::path(fileName(c, "file")) : newPattern(kFramePattern);
+    const uint32_t samples = std::max(count(c, "spp", 64), 1u);
+    if (mayWrite(c, firstTaken(c.session.track, pattern), true))
+        c.session.exportTrack(pattern, samples);
+}
+
 void savePath(const ActionContext& c)
 {
     if (!c.session.document()) return;
     try {
         const fs::path file = fileName(c, "file");
-        std::error_code unknown;
         if (file.extension() != ".json")
             throw core::Error(file.string() + ": the name of a camera path ends in .json");
-        if (fs::exists(file, unknown) && file != c.session.track.file() &&
-            !truth(c, "replace", false)) {
-            c.session.notices.tell(Severity::warning,
-                                   file.string() + " is there already: Save again replaces it");
-            return;
-        }
-        c.session.track.save(file, c.session.document()->world->placement);
-        c.session.notices.tell(Severity::news, wholePath(file) + ": path saved", file);
+        if (file == c.session.track.file() || mayWrite(c, file, false)) c.session.savePath(file);
     } catch (const core::Error& error) {
         if (error.code() == core::ExitCode::commandLine) throw;
         c.session.notices.tell(Severity::error, error.what());
@@ -240,6 +250,17 @@ void animation(const ActionContext& c)
         truth(c, "play", c.arguments.contains("time") ? player.playing : !player.playing);
 }
 
+/// With the name of a file, or with nothing that would be lost, the picture in any case.
+void saveAndQuit(const ActionContext& c)
+{
+    std::vector<Loss> losses = lossesOf(c.session);
+    const bool named = c.arguments.contains("file");
+    const bool told = std::ranges::count(losses, Part::picture, &Loss::part) > 0;
+    if (!told && (named || losses.empty())) losses.push_back({Part::picture, "the picture"});
+    saveLosses(c.session, losses, named ? fileName(c, "file") : "");
+    c.app.quitWhenSaved = true;
+}
+
 void cancel(const ActionContext& c)
 {
     if (!c.arguments.contains("what")) return c.session.cancel();
@@ -262,7 +283,12 @@ std::span<const Action> actions()
     static constexpr std::array kActions{
         // picture
         Action{"pause", "Space", "", "pause or go on", [](C c) { flip(c.session.paused); }},
-        Action{"restart", "R", "", "begin the picture anew", [](C c) { c.session.restart(); }},
+        Action{"restart",
+               "R",
+               "",
+               "begin the picture anew",
+               [](C c) { c.session.restart(); },
+               {.picture = true}},
         Action{"show-color", "1", "", "show the picture", showAction<Show::color>},
         Action{"show-depth", "2", "", "show distances of first hits", showAction<Show::depth>},
         Action{"show-normal", "3", "", "show shading normals", showAction<Show::normal>},
@@ -341,62 +367,105 @@ std::span<const Action> actions()
                }},
         Action{"add-key", "K", "frame", "add a key of the camera path here", addKey},
         Action{"remove-key", "", "index", "remove a key", removeKey},
-        Action{"clear-path", "", "", "remove all keys", [](C c) { c.session.track.clear(); }},
+        Action{"clear-path",
+               "",
+               "",
+               "remove all keys",
+               [](C c) { c.session.track.clear(); },
+               {.path = true}},
         Action{"play-path", "L", "", "play the camera path, or stop", playPath},
-        Action{"load-path", "", "file", "read a camera path", loadPath},
+        Action{"load-path", "", "file", "read a camera path", loadPath, {.path = true}},
         Action{"save-path", "", "file, replace", "write the camera path", savePath},
-        Action{"export-path", "", "file, spp", "render the path's frames to files (%04d)",
-               [](C c) {
-                   c.session.exportTrack(fileName(c, "file"), std::max(count(c, "spp", 64), 1u));
-               }},
+        Action{"export-path", "", "file, spp, replace", "render the path's frames to files (%04d)",
+               exportPath},
         Action{"animation", "N", "play, time, speed", "play the scene's animation, or stop",
                animation},
         // comparison
         Action{"compare", "C", "", "the slider between A and B",
                [](C c) { flip(c.session.comparing); }},
-        Action{"store-a", "[", "", "keep the picture as A", [](C c) { slot(c, 0); }},
-        Action{"store-b", "]", "", "keep the picture as B", [](C c) { slot(c, 1); }},
+        Action{"store-a", "[", "", "keep the picture as A", [](C c) { slot(c, 0); }, {.a = true}},
+        Action{"store-b", "]", "", "keep the picture as B", [](C c) { slot(c, 1); }, {.b = true}},
         Action{"swap", "\\", "", "swap A and B", [](C c) { c.session.swapSlots(); }},
-        Action{"clear-slots", "", "", "both sides live again",
+        Action{"clear-slots",
+               "",
+               "",
+               "both sides live again",
                [](C c) {
                    c.session.slots = {};
                    c.session.chosenParams = {};
-               }},
+               },
+               {.a = true, .b = true}},
+        Action{"live-a",
+               "",
+               "",
+               "what is being rendered as A",
+               [](C c) { c.session.slots[0] = {}; },
+               {.a = true}},
+        Action{"live-b",
+               "",
+               "",
+               "what is being rendered as B",
+               [](C c) { c.session.slots[1] = {}; },
+               {.b = true}},
         Action{"params-a", "", "params", "choose the panel's parameters for A at equal time",
                [](C c) { chooseParamsAction(c, 0); }},
         Action{"params-b", "", "params", "choose the panel's parameters for B at equal time",
                [](C c) { chooseParamsAction(c, 1); }},
         Action{"use-params", "", "side", "the parameters of A or B into the panel",
                useParamsAction},
-        Action{"equal-time", "", "seconds, a, b",
-               "render A's parameters, then B's, for the same time", equalTimeAction},
+        Action{"equal-time",
+               "",
+               "seconds, a, b",
+               "render A's parameters, then B's, for the same time",
+               equalTimeAction,
+               {.picture = true, .a = true, .b = true}},
         Action{"copy-comparison", "", "", "the errors of A and B to the clipboard",
                copyComparisonAction},
-        Action{"reference", "B", "spp, method", "render a reference in the background",
-               referenceAction},
-        Action{"keep-reference", "Shift+B", "", "keep the picture as the reference",
-               [](C c) { c.session.keepAsReference(); }},
-        Action{"load-reference", "", "file", "a reference from a file",
-               [](C c) { c.session.loadReference(fileName(c, "file")); }},
-        Action{"drop-reference", "", "", "forget the reference",
-               [](C c) { c.session.dropReference(); }},
+        Action{"reference",
+               "B",
+               "spp, method",
+               "render a reference in the background",
+               referenceAction,
+               {.reference = true}},
+        Action{"keep-reference",
+               "Shift+B",
+               "",
+               "keep the picture as the reference",
+               [](C c) { c.session.keepAsReference(); },
+               {.reference = true}},
+        Action{"load-reference",
+               "",
+               "file",
+               "a reference from a file",
+               [](C c) { c.session.loadReference(fileName(c, "file")); },
+               {.reference = true}},
+        Action{"drop-reference",
+               "",
+               "",
+               "forget the reference",
+               [](C c) { c.session.dropReference(); },
+               {.reference = true}},
         Action{"clear-curves", "", "", "forget the curves of earlier pictures",
                [](C c) { c.session.clearCurves(); }},
         // files
         Action{"open", "Ctrl+O", "", "look for a scene to open",
                [](C c) { c.app.openPathBox = true; }},
         Action{"load", "", "file", "load a scene",
-               [](C c) { c.session.load(fs::path(fileName(c, "file"))); }},
-        Action{"environment", "", "what", "a panorama around the scene; or plain, none, own, auto",
-               [](C c) { c.session.setEnvironment(text(c, "what")); }},
+               [](C c) { c.session.load(fs::path(fileName(c, "file"))); }, kPartsOfScene},
+        Action{"environment",
+               "",
+               "what",
+               "a panorama around the scene; or plain, none, own, auto",
+               [](C c) { c.session.setEnvironment(text(c, "what")); },
+               {.picture = true, .a = true, .b = true, .reference = true}},
         Action{"replay", "", "file", "the view of a saved picture",
-               [](C c) { c.session.replay(fileName(c, "file")); }},
-        Action{"save", "Ctrl+S", "file", "save the picture (EXR, or PNG by its name)",
-               [](C c) { c.session.save(fileName(c, "file", stamped(".exr").string())); }},
+               [](C c) { c.session.replay(fileName(c, "file")); }, kPartsOfScene},
+        Action{"save", "Ctrl+S", "file, replace", "save the picture (EXR, or PNG by its name)",
+               save},
         Action{"screenshot", "F12", "file, panel", "the window as PNG", screenshotAction},
         Action{"screenshot-picture", "Shift+F12", "", "the picture's area alone as PNG",
                [](C c) {
-                   c.app.screenshot = stamped(".png");
+                   c.app.screenshot = newName(".png");
                    c.app.screenshotWithPanel = false;
                }},
         // parameters
@@ -430,11 +499,8 @@ std::span<const Action> actions()
         Action{"quit", "Ctrl+Q", "", "quit; asks when more than a minute of rendering is lost",
                [](C c) { c.app.leave = true; }},
         Action{"quit-now", "", "", "quit, whatever is lost", [](C c) { c.app.quit = true; }},
-        Action{"save-and-quit", "", "file", "save the picture (EXR) and quit",
-               [](C c) {
-                   c.session.save(fileName(c, "file", stamped(".exr").string()));
-                   c.app.quitWhenSaved = true;
-               }},
+        Action{"save-and-quit", "", "file", "save what would be lost, each to a new file, and quit",
+               saveAndQuit},
     };
     return kActions;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,17 +11,32 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "app/session/losses.h"
 #include "app/session/session.h"
 
 namespace app {
 
+/// Where frames of a camera path go when nobody says where; in a folder of their own.
+inline constexpr const char* kFramePattern = "frames/frame-%04d.exr";
+
+struct Action;
+
+/// An action with its arguments, for later.
+struct Intent {
+    const Action* action = nullptr;
+    std::shared_ptr<const nlohmann::ordered_json> arguments;
+};
+
 /// What only the window's loop can do; asked for here, done at the end of the frame.
 struct AppRequests {
-    bool leave = false;          // quit, unless something would be lost: see losses.h
-    bool askQuit = false;        // ask first
-    bool quit = false;           // whatever is lost
-    bool quitWhenSaved = false;  // once all files are written, unless one cannot be
+    bool leave = false;               // quit, unless something would be lost: see losses.h
+    bool askQuit = false;             // ask first
+    bool quit = false;                // whatever is lost
+    bool quitWhenSaved = false;       // once all files are written, unless one cannot be
+    std::optional<Intent> question;   // would lose something: ask first
+    std::optional<Intent> whenSaved;  // as quitWhenSaved
     bool escape = false;  // close what is open over the picture; with nothing open escapeFrom()
+    bool wouldReplace = false;  // a file is there: with "replace" it would have been written
     bool openPathBox = false, foldPanel = false;
     std::optional<std::filesystem::path> screenshot;  // PNG
     bool screenshotWithPanel = true;
@@ -42,6 +58,7 @@ struct Action {
     const char* arguments;  // "" or what a script may give: "file", "dx, dy"
     const char* help;       // one line
     void (*run)(const ActionContext&);
+    Parts replaces = {};  // what is gone afterwards
 };
 
 std::span<const Action> actions();
@@ -61,5 +78,14 @@ void escapeFrom(Session& session, AppRequests& app);
 void runAction(const std::string& name, Session& session, AppRequests& app);
 void runAction(const std::string& name, Session& session, AppRequests& app,
                const nlohmann::ordered_json& arguments);
+
+/// The same for a key, a button or a file that is dropped: asks first, as `app.question`, when
+/// something would be lost by it (see losses.h). Scripts mean what they say.
+void runByHand(const std::string& name, Session& session, AppRequests& app,
+               const nlohmann::ordered_json& arguments);
+void runByHand(const std::string& name, Session& session, AppRequests& app);
+
+/// What has been asked about, unasked; what is refused becomes a notice.
+void doIntent(const Intent& intent, Session& session, AppRequests& app);
 
 }  // namespace app

@@ -2,12 +2,14 @@
 #include "app/session/losses.h"
 
 #include <cstdio>
+#include <filesystem>
+
+#include "app/base/new_name.h"
+#include "app/session/session.h"
 
 namespace app {
 
 namespace {
-
-constexpr double kMuch = 60;  // seconds
 
 std::string rounded(double value, const char* unit)
 {
@@ -28,29 +30,98 @@ std::string spanText(double seconds)
     return rounded(seconds / 3600, "hours");
 }
 
-std::vector<std::string> lossesOf(const Session& session)
+namespace {
+
+/// Whether the live picture stays when `parts` go: as a side of the slider.
+bool staysAsSide(const Session& session, const Parts& parts)
 {
-    std::vector<std::string> losses;
-    const std::shared_ptr<const Picture> picture = session.picture();
-    if (const double seconds = session.unsavedSeconds(); seconds > kMuch)
-        losses.push_back("the picture: " + std::to_string(picture->samples) +
-                         " samples per pixel, " + spanText(seconds) + " of rendering");
-    for (size_t i = 0; i < session.slots.size(); ++i) {
-        const std::shared_ptr<const Picture>& stored = session.slots[i].picture;
-        if (stored && stored != picture && stored->seconds > kMuch)
-            losses.push_back(std::string("picture ") + (i == 0 ? "A" : "B") + ": " +
-                             spanText(stored->seconds) + " of rendering");
-    }
-    const std::shared_ptr<const Reference> reference = session.reference();
+    const auto& [a, b] = session.slots;
+    return (!parts.a && a.picture == session.picture()) ||
+           (!parts.b && b.picture == session.picture());
+}
+
+void addPicture(const Session& session, const Parts& parts, std::vector<Loss>& losses)
+{
+    const double seconds = session.unsavedSeconds();
+    if (seconds <= session.muchSeconds || staysAsSide(session, parts)) return;
+    losses.push_back({Part::picture, "the picture: " + std::to_string(session.picture()->samples) +
+                                         " samples per pixel, " + spanText(seconds) +
+                                         " of rendering"});
+}
+
+void addSide(const Session& session, size_t side, std::vector<Loss>& losses)
+{
+    const std::shared_ptr<const Picture>& stored = session.slots[side].picture;
+    if (!stored || stored == session.picture() || session.isSaved(stored)) return;
+    if (stored->seconds <= session.muchSeconds) return;
+    losses.push_back(
+        {side == 0 ? Part::a : Part::b, std::string("picture ") + (side == 0 ? "A" : "B") + ": " +
+                                            spanText(stored->seconds) + " of rendering"});
+}
+
+/// The reference, and what runs in the background: one that is being rendered is told once.
+void addReference(const Session& session, const Parts& parts, std::vector<Loss>& losses)
+{
     const core::JobStatus job = session.coreThread();
-    if (job.active() && job.seconds > kMuch)
-        losses.push_back("what runs in the background (" + job.name +
-                         "): " + spanText(job.seconds));
-    // One that is being rendered is the work that has been told.
-    const bool isTold = job.active() && job.name == "reference";
-    if (reference && !isTold && reference->seconds > kMuch)
-        losses.push_back("the reference: " + spanText(reference->seconds) + " of rendering");
+    const bool rendersIt = job.active() && job.name == kReferenceJob;
+    const bool goes = job.active() && (parts.background || (parts.reference && rendersIt));
+    if (goes && job.seconds > session.muchSeconds)
+        losses.push_back(
+            {rendersIt ? Part::reference : Part::background,
+             "what runs in the background (" + job.name + "): " + spanText(job.seconds)});
+    const std::shared_ptr<const Reference> reference = session.reference();
+    if (!parts.reference || !reference || rendersIt || session.isSaved(reference)) return;
+    if (reference->seconds > session.muchSeconds)
+        losses.push_back(
+            {Part::reference, "the reference: " + spanText(reference->seconds) + " of rendering"});
+}
+
+}  // namespace
+
+std::vector<Loss> lossesOf(const Session& session, const Parts& parts)
+{
+    std::vector<Loss> losses;
+    if (parts.picture) addPicture(session, parts, losses);
+    if (parts.a) addSide(session, 0, losses);
+    if (parts.b) addSide(session, 1, losses);
+    addReference(session, parts, losses);
+    if (parts.path && session.track.unsaved())
+        losses.push_back(
+            {Part::path, "the camera path: " + std::to_string(session.track.keys().size()) +
+                             " keys that are in no file"});
     return losses;
+}
+
+bool canBeSaved(const Session& session, const Loss& loss)
+{
+    return loss.part != Part::background &&
+           (loss.part != Part::reference || session.reference() != nullptr);
+}
+
+void saveLosses(Session& session, const std::vector<Loss>& losses, const std::string& picture)
+{
+    session.beginSaves();
+    for (const Loss& loss : losses) {
+        switch (loss.part) {
+        case Part::picture:
+            session.save(picture.empty() ? newName(".exr") : std::filesystem::path(picture));
+            break;
+        case Part::a:
+            session.saveSlot(0, newName("-a.exr"));
+            break;
+        case Part::b:
+            session.saveSlot(1, newName("-b.exr"));
+            break;
+        case Part::reference:
+            session.saveReference(newName("-reference.exr"));
+            break;
+        case Part::path:
+            session.savePath(newName("-path.json"));
+            break;
+        case Part::background:
+            break;  // what an export has written stays
+        }
+    }
 }
 
 }  // namespace app

@@ -47,23 +47,52 @@ void escapeFrom(Session& s, AppRequests& app)
         app.leave = true;
 }
 
-void runAction(const std::string& name, Session& session, AppRequests& app, const Json& arguments)
+namespace {
+
+const Action& actionNamed(const std::string& name)
 {
     std::vector<std::string> names;
     for (const Action& action : actions()) {
-        if (name == action.name) {
-            action.run({session, app, arguments});
-            return;
-        }
+        if (name == action.name) return action;
         names.emplace_back(action.name);
     }
     throw core::Error("there is no action \"" + name + "\"" + suggestion(name, names),
                       core::ExitCode::commandLine);
 }
 
+}  // namespace
+
+void runAction(const std::string& name, Session& session, AppRequests& app, const Json& arguments)
+{
+    actionNamed(name).run({session, app, arguments});
+}
+
 void runAction(const std::string& name, Session& session, AppRequests& app)
 {
     runAction(name, session, app, Json::object());
+}
+
+void runByHand(const std::string& name, Session& session, AppRequests& app, const Json& arguments)
+{
+    const Action& action = actionNamed(name);
+    if (action.replaces == Parts{} || lossesOf(session, action.replaces).empty())
+        action.run({session, app, arguments});
+    else
+        app.question = Intent{&action, std::make_shared<const Json>(arguments)};
+}
+
+void runByHand(const std::string& name, Session& session, AppRequests& app)
+{
+    runByHand(name, session, app, Json::object());
+}
+
+void doIntent(const Intent& intent, Session& session, AppRequests& app)
+{
+    try {
+        intent.action->run({session, app, *intent.arguments});
+    } catch (const core::Error& error) {
+        session.notices.tell(Severity::error, error.what());
+    }
 }
 
 }  // namespace app

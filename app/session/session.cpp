@@ -10,6 +10,7 @@
 #include "app/session/pending_saves.h"
 #include "app/session/replay.h"
 #include "app/session/session_jobs.h"
+#include "app/session/settings_keeper.h"
 #include "core/base/check.h"
 
 namespace app {
@@ -21,7 +22,6 @@ namespace {
 constexpr double kMovingSeconds = 0.2;  // after the last motion, pictures stay quick for so long
 // A window's size counts when it has not changed for so long
 constexpr double kSettlingSeconds = 0.15;
-constexpr double kSaveSeconds = 3;  // a save waits so long for a picture that carries its variance
 constexpr uint32_t kLeastSide = 16;
 
 }  // namespace
@@ -42,6 +42,7 @@ Session::Session(const SessionOptions& options)
         std::string problem;
         settings = readSettings(options.settings, problem);
         if (!problem.empty()) notices.tell(Severity::warning, problem);
+        settingsKeeper_ = std::make_unique<SettingsKeeper>(options.settings, settings);
     }
     keptScale_ = settings.panels.uiScale;
     if (options.uiScale > 0) settings.panels.uiScale = options.uiScale;
@@ -61,14 +62,21 @@ Session::~Session()
         saver_.wait();
         tellEnds();  // a picture that could not be saved is told even now
         keepPicture();
-        keepCameras();
-        settings.keepParams(render.method);
-        if (options_.uiScale > 0 && settings.panels.uiScale == options_.uiScale)
-            settings.panels.uiScale = keptScale_;
-        if (!options_.settings.empty()) writeSettings(options_.settings, settings);
+        if (settingsKeeper_) settingsKeeper_->finish(settingsToKeep());
     } catch (const std::exception& error) {
         notices.tell(Severity::warning, error.what());
     }
+}
+
+/// The settings as the next run should find them.
+Settings Session::settingsToKeep()
+{
+    keepCameras();
+    Settings kept = settings;
+    kept.keepParams(render.method);
+    if (options_.uiScale > 0 && kept.panels.uiScale == options_.uiScale)
+        kept.panels.uiScale = keptScale_;
+    return kept;
 }
 
 void Session::chooseMethod(std::string_view id)
@@ -96,6 +104,7 @@ void Session::update(double seconds, glm::uvec2 pictureArea)
     if (document_ && !track.playing() && !player.playing)
         history_.observe(navigation.viewpoint(), now_);
     lookAround();
+    if (settingsKeeper_ && settingsKeeper_->isDue(now_)) settingsKeeper_->offer(settingsToKeep());
 }
 
 bool Session::busy() const
@@ -143,7 +152,10 @@ void Session::tellEnds()
     tell(saver_.status(), toldSaver_);
     for (const auto& [failed, text, file] : saves_->takeTold()) {
         notices.tell(failed ? Severity::error : Severity::news, text, file);
-        if (failed) savedSeconds_ = 0;
+        if (failed) {  // whatever it was is asked for again
+            savedSeconds_ = 0;
+            saved_.clear();
+        }
         saveFailed_ = saveFailed_ || failed;
     }
     const RenderThreadStatus rendering = renderThread_.status();
@@ -176,65 +188,6 @@ void Session::takePicture()
     pendingSaves_->offer(whole_);
     handOver(pendingSaves_->takeReady(now_));
     completeSlots();
-}
-
-/// To the thread that saves, which finishes them even when the program ends.
-void Session::handOver(std::vector<SaveItem> items)
-{
-    for (SaveItem& item : items) {
-        if (picture_ && item.picture->params.method == picture_->params.method &&
-            oneView(*item.picture, *picture_))
-            savedSeconds_ = item.picture->seconds;
-        saves_->add(std::move(item));
-        saver_.start("save", saves_->job());
-    }
-}
-
-/// Before what they show is gone.
-void Session::endSaves(const char* why)
-{
-    std::vector<SaveItem> items = pendingSaves_->takeAll();
-    for (const SaveItem& item : items) {
-        if (item.picture) continue;
-        saveFailed_ = true;
-        notices.tell(Severity::error, item.file.string() + ": not saved: " + why +
-                                          " before its first sample was complete");
-    }
-    std::erase_if(items, [](const SaveItem& item) { return !item.picture; });
-    handOver(std::move(items));
-}
-
-void Session::save(const fs::path& file)
-{
-    if (!document_ || !picture_) {
-        notices.tell(Severity::error, file.string() + ": there is no picture to save yet");
-        saveFailed_ = true;
-        return;
-    }
-    saveFailed_ = false;
-    pendingSaves_->add({{file, nullptr, *document_, settings.view}, ordered_, now_ + kSaveSeconds});
-    pendingSaves_->offer(whole_);
-}
-
-bool Session::saving() const
-{
-    return !pendingSaves_->empty() || saver_.status().active() || saves_->hasTold();
-}
-
-bool Session::saveFailed() const
-{
-    return saveFailed_;
-}
-
-core::Metadata Session::pictureMetadata() const
-{
-    if (!document_ || !picture_ || picture_->world.lock() != document_->world) return {};
-    return viewMetadata(*picture_, *document_);
-}
-
-double Session::unsavedSeconds() const
-{
-    return picture_ && !picture_->preview ? picture_->seconds - savedSeconds_ : 0;
 }
 
 void Session::restart()

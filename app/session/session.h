@@ -43,6 +43,7 @@ struct Loaded {
 };
 
 class PendingSaves;
+class SettingsKeeper;
 class SaveQueue;
 struct SaveItem;
 struct Replay;
@@ -70,6 +71,8 @@ inline constexpr size_t kWorks = core::EnumNames<Work>::names.size();
 
 /// The name of the loader's job that makes a pose of the scene's animation.
 inline constexpr const char* kPoseJob = "pose";
+/// ... and of the core thread's that renders a reference.
+inline constexpr const char* kReferenceJob = "reference";
 
 struct SessionOptions {
     SceneOptions scene;          // what to load first
@@ -114,6 +117,7 @@ public:
     bool flying = false;         // WASD moves; else orbiting
     bool holdReference = false;  // the reference is shown while its key is held
     double referenceKeySeconds = 0;
+    double muchSeconds = 60;  // rendering longer than this is not lost unasked: see losses.h
     bool inspecting = false;  // values of pixels are looked at: all that is known is wanted
     /// What A and B are rendered with at equal time, where it has been chosen: see sideParams().
     std::array<std::optional<RenderParams>, 2> chosenParams;
@@ -174,8 +178,15 @@ public:
     /// What is on show now, or its first whole sample: at once where the view goes, else within
     /// seconds, with its variance and first hits.
     void save(const std::filesystem::path& file);
+    /// A side of the slider, or the reference, as it is now. Nothing without one.
+    void saveSlot(size_t side, const std::filesystem::path& file);
+    void saveReference(const std::filesystem::path& file);
+    void savePath(const std::filesystem::path& file);  // the camera path, at once
+    /// Whether a picture of the slider, or the reference, is in a file.
+    bool isSaved(const std::shared_ptr<const void>& work) const;
     bool saving() const;      // a file is still to be written
-    bool saveFailed() const;  // one could not be since save() was called last
+    bool saveFailed() const;  // one could not be since save() or beginSaves() was called last
+    void beginSaves() { saveFailed_ = false; }
     /// What a screenshot carries, so that its view can be had again; empty without a picture.
     core::Metadata pictureMetadata() const;
     /// Seconds of rendering in the picture that no file has.
@@ -241,6 +252,7 @@ private:
     void takeLookout();
     void lookAround();
     void keepCameras();
+    Settings settingsToKeep();
     void recallCameras();
     bool referenceFits(const RenderRequest& request) const;
     bool wantsVariance() const;
@@ -273,6 +285,7 @@ private:
 
     std::shared_ptr<const Reference> reference_;
     std::shared_ptr<const core::World> referenceWorld_;  // what the reference shows
+    double referenceTime_ = 0;                           // of the scene's animation
     core::Camera referenceCamera_;
 
     RenderRequest ordered_;
@@ -288,8 +301,10 @@ private:
     std::array<bool, 2> slotWants_{};         // its variance, which was not known when it was kept
     std::optional<double> pendingReference_;  // the picture is to be it, by then in any case
     std::filesystem::path exportPattern_;
-    double savedSeconds_ = 0;  // of rendering, of the present picture
-    float keptScale_ = 0;      // of the letters, when this run has another
+    double savedSeconds_ = 0;                         // of rendering, of the present picture
+    std::vector<std::weak_ptr<const void>> saved_;    // pictures and references
+    float keptScale_ = 0;                             // of the letters, when this run has another
+    std::unique_ptr<SettingsKeeper> settingsKeeper_;  // none where none are kept
     std::unique_ptr<Replay> pendingReplay_;
     bool sameScene_ = false;  // what is being loaded is the scene on show with another environment
 

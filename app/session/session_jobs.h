@@ -31,6 +31,7 @@ struct SaveItem {
     std::shared_ptr<const Picture> picture;
     ShownScene scene;
     ViewParams view;
+    std::weak_ptr<const void> work;  // that the file keeps; expired: the picture
 };
 
 /// Pictures that wait to be written: none is lost when several are saved at once.

@@ -51,12 +51,13 @@ void Session::startReference(uint64_t samples, std::string_view method)
         const uint32_t* const shown = core::findParam<uint32_t>(render.method, "max-depth");
         if (depth != nullptr && shown != nullptr) *depth = *shown;
     }
-    if (!document_ || ordered_.size.x == 0 || coreIsBusy("reference")) return;
+    if (!document_ || ordered_.size.x == 0 || coreIsBusy(kReferenceJob)) return;
     dropReference();
     referenceWorld_ = document_->world;
+    referenceTime_ = document_->time;
     referenceCamera_ = navigation.view();
     referenceGeneration_ = core_.start(
-        "reference",
+        kReferenceJob,
         referenceJob({document_->world, referenceCamera_, ordered_.size, params, samples},
                      referenceBox_));
 }
@@ -128,8 +129,11 @@ void Session::takeReferencePicture()
     reference->samples = p.samples;
     reference->seconds = p.seconds;
     reference->origin = "the picture as it was, " + paramsLabel(p.params);
+    reference->params = p.params;
     reference_ = std::move(reference);
+    if (isSaved(picture_)) saved_.emplace_back(reference_);
     referenceWorld_ = p.world.lock();
+    referenceTime_ = document_->time;
     referenceCamera_ = p.camera;
     notices.tell(Severity::news, "the picture is the reference now, after " +
                                      std::to_string(p.samples) + " samples per pixel");
@@ -149,6 +153,7 @@ void Session::takeEqualTime()
     std::optional<Slot> slot = equalTime_.offer(picture_);
     if (!slot) return;
     slots[side] = std::move(*slot);
+    slots[side].time = document_->time;
     if (equalTime_.running()) {
         restart();  // the next side's time begins now, also when it equals the first
         return;
@@ -189,8 +194,8 @@ void Session::judge()
 
 void Session::storeSlot(int side)
 {
-    if (!picture_) return;
-    slots[static_cast<size_t>(side)] = {picture_, pictureLabel(*picture_)};
+    if (!document_ || !picture_) return;
+    slots[static_cast<size_t>(side)] = {picture_, pictureLabel(*picture_), document_->time};
     slotWants_[static_cast<size_t>(side)] = !picture_->variance || picture_->preview;
 }
 
@@ -219,7 +224,7 @@ void Session::completeSlots()
                           slot.picture->params.device == picture_->params.device;
         const bool whole = !picture_->preview && picture_->fraction == 0;
         if (same && !(whole && (picture_->variance || slot.picture->preview))) continue;
-        if (same) slot = {picture_, pictureLabel(*picture_)};
+        if (same) slot = {picture_, pictureLabel(*picture_), slot.time};
         slotWants_[side] = same && !picture_->variance;
     }
 }

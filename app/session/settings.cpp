@@ -9,6 +9,7 @@
 #include "app/base/json_file.h"
 #include "app/base/user_folders.h"
 #include "app/files/params_json.h"
+#include "app/session/settings_merge.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
 
@@ -21,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int64_t kSettingsVersion = 1;
-constexpr size_t kMostRecent = 12, kLongestPlaces = 1 << 16;
+constexpr size_t kLongestPlaces = 1 << 16;
 constexpr uint32_t kSmallestWindow = 64, kLargestWindow = 16384;
 
 /// JSON is UTF-8; names of files need not be.
@@ -89,6 +90,13 @@ ViewParams lasting(ViewParams view)
     return view;
 }
 
+/// What is over the picture is kept, but not that all of it was hidden: a start shows the panel.
+PanelParams lasting(PanelParams panels)
+{
+    panels.panel = PanelParams().panel;
+    return panels;
+}
+
 Settings settingsOf(const Json& json)
 {
     Settings s;
@@ -96,6 +104,7 @@ Settings settingsOf(const Json& json)
     (void)readParams(member(json, "view"), s.view, "view");
     s.view = lasting(s.view);
     (void)readParams(member(json, "panels"), s.panels, "panels");
+    s.panels = lasting(s.panels);
     (void)readParams(member(json, "sections"), s.sections, "sections");
     readMethods(json, s);
     s.places = textOf(json, "places", "");
@@ -143,7 +152,7 @@ Json settingsJson(const Settings& s)
     }
     return {{"version", kSettingsVersion},
             {"view", paramsJson(lasting(s.view))},
-            {"panels", paramsJson(s.panels)},
+            {"panels", paramsJson(lasting(s.panels))},
             {"sections", paramsJson(s.sections)},
             {"methods", methods},
             {"places", isUtf8(s.places) ? s.places : std::string()},
@@ -176,6 +185,17 @@ std::optional<int64_t> versionOf(const Json& json)
     const Json version = member(json, "version");
     if (!version.is_number_integer() || version.get<int64_t>() < 1) return {};
     return version.get<int64_t>();
+}
+
+/// What another viewer may have written since; nothing where that is not of this version.
+std::optional<Json> presentJson(const fs::path& file)
+{
+    try {
+        Json json = parseJson(readText(file), file.string());
+        if (versionOf(json) == kSettingsVersion) return json;
+    } catch (const core::Error&) {
+    }
+    return {};
 }
 
 }  // namespace
@@ -256,7 +276,7 @@ glm::uvec2 keptWindowSize(const fs::path& file)
     }
 }
 
-void writeSettings(const fs::path& file, const Settings& settings)
+static void writeJson(const fs::path& file, const Json& json)
 {
     if (file.empty()) throw core::Error("settings: there is no folder to keep them in");
     std::error_code error;
@@ -268,7 +288,22 @@ void writeSettings(const fs::path& file, const Settings& settings)
     if (!folder.empty()) fs::create_directories(folder, error);
     if (error)
         throw core::Error(target.string() + ": its folder cannot be made: " + error.message());
-    core::writeFile(target, jsonText(settingsJson(settings), 2) + '\n');
+    core::writeFile(target, jsonText(json, 2) + '\n');
+}
+
+void writeSettings(const fs::path& file, const Settings& settings)
+{
+    writeJson(file, settingsJson(settings));
+}
+
+void writeChanges(const fs::path& file, Settings known, const Settings& now)
+{
+    // A method that has no parameters of its own has the defaults.
+    for (const auto& [id, params] : now.methods) known.methods.emplace(id, known.paramsOf(id));
+    const Json base = settingsJson(known);
+    const std::optional<Json> theirs = presentJson(file);
+    const Json merged = mergedSettings(base, settingsJson(now), theirs.value_or(base));
+    if (!theirs || merged != *theirs) writeJson(file, merged);
 }
 
 }  // namespace app

@@ -69,4 +69,9 @@ glm::uvec2 keptWindowSize(const std::filesystem::path& file);
 /// Makes the folders that lack. Throws core::Error when the file cannot be written.
 void writeSettings(const std::filesystem::path& file, const Settings& settings);
 
+/// The same for what differs between `known` and `now`; the rest of the file stays as another
+/// viewer may have written it meanwhile. Of each value, of each scene's cameras and of each preset
+/// the last who changed it wins; recent files are those of both.
+void writeChanges(const std::filesystem::path& file, Settings known, const Settings& now);
+
 }  // namespace app

@@ -16,6 +16,7 @@
 #include "app/session/losses.h"
 #include "app/view/input.h"
 #include "core/base/check.h"
+#include "core/base/text.h"
 
 namespace app {
 
@@ -129,7 +130,18 @@ void FrameLoop::tick()
     } else {
         session_->update(seconds, area_);
     }
+    nameWindow();
     obey();
+}
+
+/// The window is named after its scene.
+void FrameLoop::nameWindow()
+{
+    const Document* document = session_->document();
+    const fs::path file = document != nullptr ? document->file : fs::path();
+    if (file == named_) return;
+    named_ = file;
+    window_.setTitle(core::printable(file.filename().string()) + " - Rekindle");
 }
 
 /// Sleeps until the next frame is due, or a picture that may be shown at once is there; an idle
@@ -275,14 +287,13 @@ void FrameLoop::measure(double seconds)
 void FrameLoop::takeDrops()
 {
     for (const fs::path& file : window_.takeDrops()) {
-        if (mayBeScene(file))
-            session_->load(file);
-        else if (hasExtension(file, ".exr"))
-            session_->loadReference(file);
-        else if (hasExtension(file, ".png"))
-            session_->replay(file);
-        else if (hasExtension(file, ".json"))
-            runAction("load-path", *session_, requests_, {{"file", file.string()}});
+        const char* const action = mayBeScene(file)              ? "load"
+                                   : hasExtension(file, ".exr")  ? "load-reference"
+                                   : hasExtension(file, ".png")  ? "replay"
+                                   : hasExtension(file, ".json") ? "load-path"
+                                                                 : nullptr;
+        if (action != nullptr)
+            runByHand(action, *session_, requests_, {{"file", file.string()}});
         else
             session_->notices.tell(Severity::error,
                                    file.string() +
@@ -320,11 +331,21 @@ void FrameLoop::leave()
         (lossesOf(*session_).empty() || unseen ? requests_.quit : requests_.askQuit) = true;
         more_ = 3;
     }
-    if (requests_.quitWhenSaved && !session_->saving()) {
-        requests_.quitWhenSaved = false;
-        requests_.quit = !session_->saveFailed();  // else its message stands in the window
-    }
+    if (!session_->saving()) endSaves();
     quit_ = quit_ || requests_.quit || window_.lost() || (script_ && script_->finished());
+}
+
+/// What waited for files to be written is done, unless one could not be: its message stands in the
+/// window.
+void FrameLoop::endSaves()
+{
+    const bool failed = session_->saveFailed();
+    if (std::exchange(requests_.quitWhenSaved, false)) requests_.quit = !failed;
+    const std::optional<Intent> intent = std::exchange(requests_.whenSaved, std::nullopt);
+    if (intent && !failed) {
+        doIntent(*intent, *session_, requests_);
+        more_ = 3;
+    }
 }
 
 void FrameLoop::writeScreenshot()

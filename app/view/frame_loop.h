@@ -30,6 +30,7 @@ private:
 
     void tick();
     bool waitForWork();
+    void nameWindow();
     bool somethingChanged();
     void draw(double seconds);
     void layOutWindow();
@@ -39,6 +40,7 @@ private:
     void takeDrops();
     void obey();
     void leave();
+    void endSaves();
     void writeScreenshot();
     [[noreturn]] void endWithoutDisplay();
     double secondsNow() const;
@@ -57,6 +59,7 @@ private:
     Clock::time_point lastTick_ = start_, lastDraw_ = start_;
     std::vector<float> frameTimes_;
     std::shared_ptr<const Picture> drawn_;
+    std::filesystem::path named_;  // the scene in the window's title
     uint64_t drawnNotices_ = 0, frames_ = 0;
     // Frames still to be laid out though nothing happens: what ImGui fades or lays out late
     int more_ = 3;

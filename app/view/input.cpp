@@ -87,7 +87,7 @@ bool runKeys(Session& session, AppRequests& app)
         if (binding.chord.ctrl != io.KeyCtrl || binding.chord.shift != io.KeyShift) continue;
         if (session.flying && isFlyKey(*binding.chord.key, io.KeyCtrl)) continue;
         if (!ImGui::IsKeyPressed(*binding.chord.key, false)) continue;
-        runAction(binding.action->name, session, app);
+        runByHand(binding.action->name, session, app);
         any = true;
     }
     return any;

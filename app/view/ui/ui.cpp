@@ -181,7 +181,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
     }
     if (std::exchange(app.escape, false) && !closeSomething(c)) escapeFrom(session, app);
     if (!hasRoomForText(frame.layout.window, c.em)) {
-        if (app.askQuit)
+        if (app.askQuit || app.question)
             app.resize = glm::max(glm::uvec2(frame.layout.window), roomForQuestion(c.em));
         return;
     }
@@ -203,7 +203,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
     drawHelpWindow(c);
     drawSceneBrowser(c);
     drawToasts(c);
-    drawQuitQuestion(c);
+    drawQuestions(c);
     drawInspector(c);
     state_->layout = frame.layout;
     keepPlaces(session);

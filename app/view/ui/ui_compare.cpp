@@ -9,14 +9,14 @@ namespace {
 
 void drawSide(const UiContext& c, size_t side)
 {
-    Slot& slot = c.session.slots[side];
+    const Slot& slot = c.session.slots[side];
     ImGui::PushID(static_cast<int>(side));
     rowLabel(kSideNames[side], side == 0 ? "left of the slider" : "right of the slider");
     const std::string none = shownPicture(c) ? "" : "there is no picture yet";
     actionButton(c, "Store", side == 0 ? "store-a" : "store-b", none);
     ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);
     const std::string live = slot.picture ? "" : "it is live already";
-    if (plainButton("Live", "show what is being rendered on this side", live)) slot = {};
+    actionButton(c, "Live", side == 0 ? "live-a" : "live-b", live);
     dimText(slot.picture ? slot.label : "live: whatever is being rendered");
     ImGui::PopID();
 }

@@ -56,8 +56,8 @@ struct SceneBrowser {
 /// What lives from frame to frame and belongs to nobody else.
 struct UiState {
     PathBox scene, reference, path, picture, environment;
-    std::string pathToReplace;  // the camera path's file that Save would replace if pressed again
-    std::string cameraName, presetName, exportPattern = "frames/frame-%04d.exr";
+    std::string toReplace;  // what was asked for and would replace a file if it is asked for again
+    std::string cameraName, presetName, exportPattern = kFramePattern;
     uint64_t referenceSamples = 1024, exportSamples = 64;
     std::string referenceMethod;  // empty: the picture's
     double equalSeconds = 5;
@@ -70,13 +70,14 @@ struct UiState {
     SceneBrowser browser;
     uint64_t loggedNotices = 0;
     std::vector<std::string> unknownActions;
-    bool recalled = false;            // the places of windows
-    std::string search;               // in the list of keys
-    std::vector<std::string> losses;  // by quitting, as the question tells them
-    ImVec2 caption{0, 0};             // right and lower end of the caption on the picture
-    WindowLayout layout;              // of the frame before
-    Area plot;              // of the plot's window in the frame before; empty: it is closed
-    ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
+    bool recalled = false;     // the places of windows
+    std::string search;        // in the list of keys
+    std::vector<Loss> losses;  // by what is asked about, as the question tells them
+    Intent intent;             // that it is about; of quitting there is none
+    ImVec2 caption{0, 0};      // right and lower end of the caption on the picture
+    WindowLayout layout;       // of the frame before
+    Area plot;                 // of the plot's window in the frame before; empty: it is closed
+    ImVec2 progress{0, 0};     // right and lower end of the strips of progress; 0: there are none
 };
 
 struct UiContext {
@@ -88,7 +89,7 @@ struct UiContext {
     ImVec2 window{0, 0};  // size
     const Area& picture;  // what the window has for it: overlays stay inside
 
-    /// Runs an action; what it refuses becomes a notice.
+    /// Runs an action, or asks first; what it refuses becomes a notice.
     void act(const char* action,
              const nlohmann::ordered_json& arguments = nlohmann::ordered_json::object()) const;
 };
@@ -107,6 +108,14 @@ bool actionButton(const UiContext& c, const char* label, const char* action,
                   const std::string& whyNot = {},
                   const nlohmann::ordered_json& arguments = nlohmann::ordered_json::object(),
                   float width = 0);
+
+/// The same, without running it: true when clicked.
+bool buttonOf(const UiContext& c, const char* label, const char* action,
+              const std::string& whyNot = {}, float width = 0);
+
+/// Runs an action that writes to the "file" that was typed: one that is there is replaced when this
+/// is asked for twice.
+void writeTyped(const UiContext& c, const char* action, nlohmann::ordered_json arguments);
 
 /// The same for what no action does: true when clicked.
 bool plainButton(const char* label, const std::string& help, const std::string& whyNot = {},
@@ -194,7 +203,7 @@ void drawInspector(const UiContext& c);
 void drawSceneBrowser(const UiContext& c);
 /// The file of the one that was clicked, or nothing.
 std::string drawRecentScenes(const std::vector<RecentScene>& scenes);
-void drawQuitQuestion(const UiContext& c);
+void drawQuestions(const UiContext& c);
 void drawHelpWindow(const UiContext& c);
 void drawLogWindow(const UiContext& c);
 void drawPlotWindow(const UiContext& c);

@@ -178,8 +178,13 @@ void drawExport(const UiContext& c)
     if (track.keys().size() < 2) why = "a path needs two keys";
     if (c.session.coreThread().active())
         why = "something else runs in the background: cancel it first";
-    actionButton(c, "Export frames", "export-path", why,
-                 {{"file", c.state.exportPattern}, {"spp", c.state.exportSamples}});
+    if (buttonOf(c, "Export frames", "export-path", why)) {
+        if (c.state.exportPattern == kFramePattern)  // nobody has typed it
+            c.act("export-path", {{"spp", c.state.exportSamples}});
+        else
+            writeTyped(c, "export-path",
+                       {{"file", c.state.exportPattern}, {"spp", c.state.exportSamples}});
+    }
     ImGui::PopID();
 }
 
@@ -191,11 +196,8 @@ void drawFiles(const UiContext& c)
     actionButton(c, "Load", "load-path", unnamed, {{"file", c.state.path.text}});
     sameLineIfRoom(buttonWidth("Save"));
     const std::string empty = c.session.track.empty() ? "the path has no keys" : unnamed;
-    // What is there already is replaced when it is asked for twice.
-    const bool again = c.state.pathToReplace == c.state.path.text;
-    if (actionButton(c, "Save", "save-path", empty,
-                     {{"file", c.state.path.text}, {"replace", again}}))
-        c.state.pathToReplace = again ? "" : c.state.path.text;
+    if (buttonOf(c, "Save", "save-path", empty))
+        writeTyped(c, "save-path", {{"file", c.state.path.text}});
 }
 
 }  // namespace

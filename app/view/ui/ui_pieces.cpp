@@ -103,7 +103,7 @@ void holdInside(const UiContext& c, ImVec2 corner)
 void UiContext::act(const char* action, const nlohmann::ordered_json& arguments) const
 {
     try {
-        runAction(action, session, app, arguments);
+        runByHand(action, session, app, arguments);
     } catch (const core::Error& error) {
         session.notices.tell(Severity::error, error.what());
     }
@@ -120,8 +120,8 @@ bool plainButton(const char* label, const std::string& help, const std::string& 
     return clicked;
 }
 
-bool actionButton(const UiContext& c, const char* label, const char* action,
-                  const std::string& whyNot, const nlohmann::ordered_json& arguments, float width)
+bool buttonOf(const UiContext& c, const char* label, const char* action, const std::string& whyNot,
+              float width)
 {
     const Action* found = findAction(action);
     if (found == nullptr) {
@@ -132,9 +132,24 @@ bool actionButton(const UiContext& c, const char* label, const char* action,
     }
     std::string help = found->help;
     if (found->key[0] != '\0') help += std::string("  [") + found->key + "]";
-    const bool clicked = plainButton(label, help, whyNot, width);
+    return plainButton(label, help, whyNot, width);
+}
+
+bool actionButton(const UiContext& c, const char* label, const char* action,
+                  const std::string& whyNot, const nlohmann::ordered_json& arguments, float width)
+{
+    const bool clicked = buttonOf(c, label, action, whyNot, width);
     if (clicked) c.act(action, arguments);
     return clicked;
+}
+
+void writeTyped(const UiContext& c, const char* action, nlohmann::ordered_json arguments)
+{
+    const std::string asked = std::string(action) + ' ' + arguments["file"].get<std::string>();
+    arguments["replace"] = c.state.toReplace == asked;
+    c.app.wouldReplace = false;
+    c.act(action, arguments);
+    c.state.toReplace = std::exchange(c.app.wouldReplace, false) ? asked : "";
 }
 
 float buttonWidth(const char* label)

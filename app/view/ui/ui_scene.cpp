@@ -116,14 +116,13 @@ void drawSceneSection(const UiContext& c)
 void drawSaveSection(const UiContext& c)
 {
     const std::string none = shownPicture(c) ? "" : "there is no picture yet";
-    if (pathInput(c.state.picture, "picture", "name.exr or .png", {".exr", ".png"})) {
-        c.act("save", {{"file", c.state.picture.text}});
-    }
+    const bool entered =
+        pathInput(c.state.picture, "picture", "name.exr or .png", {".exr", ".png"});
     // What has been typed counts without Enter, too.
     if (c.state.picture.text.empty())
         actionButton(c, "Save EXR", "save", none);
-    else
-        actionButton(c, "Save", "save", none, {{"file", c.state.picture.text}});
+    else if (buttonOf(c, "Save", "save", none) || entered)
+        writeTyped(c, "save", {{"file", c.state.picture.text}});
     sameLineIfRoom(buttonWidth("Screenshot"));
     actionButton(c, "Screenshot", "screenshot");
     sameLineIfRoom(buttonWidth("Without panel"));

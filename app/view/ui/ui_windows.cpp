@@ -1,9 +1,6 @@
-// Windows over the picture: keys, messages, the box to open a file, the question before quitting.
+// Windows over the picture: keys and messages.
 #include <algorithm>
-#include <utility>
 
-#include "app/session/losses.h"
-#include "app/view/imgui/input.h"
 #include "app/view/ui/ui_parts.h"
 
 namespace app {
@@ -172,40 +169,6 @@ void drawLogWindow(const UiContext& c)
         ImGui::EndChild();
     }
     ImGui::End();
-}
-
-void drawQuitQuestion(const UiContext& c)
-{
-    if (c.app.askQuit) {
-        c.app.askQuit = false;
-        c.state.losses = lossesOf(c.session);
-        ImGui::OpenPopup("Quit?###quit");
-    }
-    ImGui::SetNextWindowPos(ImVec2(c.window.x / 2, c.window.y / 2), ImGuiCond_Always,
-                            ImVec2(0.5f, 0.5f));
-    constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_AlwaysAutoResize |
-                                        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings;
-    if (!ImGui::BeginPopupModal("Quit?###quit", nullptr, kFlags)) return;
-    ImGui::PushTextWrapPos(std::min(34 * c.em, c.window.x - 4 * c.em));
-    ImGui::TextUnformatted("This would be lost:");
-    for (const std::string& loss : c.state.losses) ImGui::BulletText("%s", loss.c_str());
-    ImGui::PopTextWrapPos();
-    ImGui::Spacing();
-    const std::shared_ptr<const Picture> picture = c.session.picture();
-    const bool isWhole = picture != nullptr && !picture->preview;
-    std::string saved;
-    if (c.session.unsavedSeconds() <= 0)
-        saved = isWhole ? "the picture is saved already" : "there is no whole picture yet";
-    const bool alone = c.state.losses.size() == 1;
-    actionButton(c, alone ? "Save and quit" : "Save the picture and quit", "save-and-quit", saved);
-    sameLineIfRoom(6 * c.em);
-    actionButton(c, "Quit", "quit-now", {}, nlohmann::ordered_json::object(), 6 * c.em);
-    sameLineIfRoom(6 * c.em);
-    const bool stay = ImGui::Button("Stay", ImVec2(6 * c.em, 0));
-    // The key that asked is still down in the first frame: it must not answer as well.
-    const bool escape = !ImGui::IsWindowAppearing() && escapePressed(false);
-    if (stay || escape || c.app.quit || c.app.quitWhenSaved) ImGui::CloseCurrentPopup();
-    ImGui::EndPopup();
 }
 
 }  // namespace app

@@ -129,6 +129,32 @@ TEST(Session, SectionsOfThePanelAreKept)
     EXPECT_EQ(session.settings.panels.side, app::PanelSide::right);
 }
 
+TEST(Session, SettingsAreWrittenWhileItRuns)
+{
+    const tests::TemporaryFolder folder;
+    app::SessionOptions o = options("");
+    o.settings = folder / "settings.json";
+    Session session(o);
+    act(session, "set", {{"name", "panel-side"}, {"value", "right"}});
+    session.update(4, kArea);
+    ASSERT_TRUE(until(session, [&] { return std::filesystem::exists(o.settings); }));
+    Session other(o);
+    EXPECT_EQ(other.settings.panels.side, app::PanelSide::right);
+}
+
+TEST(Session, AStartShowsThePanel)
+{
+    const tests::TemporaryFolder folder;
+    app::SessionOptions o = options("");
+    o.settings = folder / "settings.json";
+    {
+        Session session(o);
+        act(session, "panel");
+        EXPECT_FALSE(session.settings.panels.panel);
+    }
+    EXPECT_TRUE(Session(o).settings.panels.panel);
+}
+
 TEST(Session, LeavingAsksForWhatTookLongAndIsNotSaved)
 {
     const tests::TemporaryFolder folder;
@@ -143,7 +169,7 @@ TEST(Session, LeavingAsksForWhatTookLongAndIsNotSaved)
     EXPECT_TRUE(app::lossesOf(session).empty());
     stored->seconds = 61;
     ASSERT_EQ(app::lossesOf(session).size(), 1u);
-    EXPECT_EQ(app::lossesOf(session)[0], "picture A: 61 seconds of rendering");
+    EXPECT_EQ(app::lossesOf(session)[0].text, "picture A: 61 seconds of rendering");
     act(session, "set", {{"name", "spp-limit"}, {"value", 3}});
     ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
     act(session, "save", {{"file", (folder / "kept.exr").string()}});

@@ -92,6 +92,7 @@ Settings lasting(Settings s)
     s.view.methodMap = fresh.methodMap;
     s.view.exposure = fresh.exposure;
     s.view.compareAt = fresh.compareAt;
+    s.panels.panel = app::PanelParams().panel;
     return s;
 }
 
@@ -290,6 +291,50 @@ TEST(Settings, WhereTheyAreKept)
         const EnvironmentVariable xdg("XDG_CONFIG_HOME", nullptr), home("HOME", nowhere);
         EXPECT_EQ(app::settingsFile(), "");
     }
+}
+
+TEST(Settings, OfTwoViewersEachKeepsWhatItHasChanged)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "settings.json";
+    Settings base;
+    base.recentFiles = {"/a.glb"};
+    base.presets = {{"old", core::PathParams{.maxDepth = 3}}};
+    base.cameras = {{"aa", R"([{"name":"door"}])"}};
+    app::writeSettings(file, base);
+    const Settings known = read(file);
+    Settings one = known, two = known;
+    one.view.movingRate = 12;
+    one.panels.plot = !one.panels.plot;
+    one.keepParams(core::PathParams{.maxDepth = 5});
+    one.addRecent("/one.glb");
+    one.presets.push_back({"mine", core::PathParams{.maxDepth = 4}});
+    one.cameras["bb"] = R"([{"name":"window"}])";
+    two.view.movingRate = 14;
+    two.panels.opacity = 0.5f;
+    two.keepParams(core::PathParams{});  // as they are by default
+    two.addRecent("/two.glb");
+    two.addRecent("/a.glb");
+    two.presets.clear();
+    two.cameras.clear();
+    app::writeChanges(file, known, one);
+    app::writeChanges(file, known, two);
+    const Settings both = read(file);
+    EXPECT_EQ(both.view.movingRate, 14) << "the last who changed it";
+    EXPECT_EQ(both.panels.plot, one.panels.plot);
+    EXPECT_EQ(both.panels.opacity, 0.5f);
+    EXPECT_EQ(both.paramsOf("path").as<core::PathParams>().maxDepth, 5u);
+    EXPECT_EQ(both.recentFiles, (std::vector<std::string>{"/a.glb", "/two.glb", "/one.glb"}));
+    ASSERT_EQ(both.presets.size(), 1u);
+    EXPECT_EQ(both.presets[0].name, "mine");
+    EXPECT_EQ(both.cameras, (std::map<std::string, std::string>{{"bb", one.cameras["bb"]}}));
+
+    const auto before = fs::last_write_time(file);
+    app::writeChanges(file, two, two);
+    EXPECT_EQ(fs::last_write_time(file), before) << "nothing has changed";
+    fs::remove(file);
+    app::writeChanges(file, two, two);
+    EXPECT_EQ(read(file), lasting(two)) << "who has the only copy writes it";
 }
 
 TEST(Settings, RecentFilesComeFirstOnce)

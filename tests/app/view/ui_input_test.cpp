@@ -6,6 +6,7 @@
 #include <imgui_internal.h>
 
 #include "app/view/imgui/windows.h"
+#include "app/view/input.h"
 #include "app/view/ui/ui_parts.h"
 #include "tests/support/files/temporary_folder.h"
 #include "tests/support/session/desk.h"
@@ -14,6 +15,17 @@ namespace {
 
 using namespace tests;
 namespace fs = std::filesystem;
+
+void click(Desk& desk, ImVec2 place)
+{
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = place;
+    desk.frames(2);
+    io.MouseDown[0] = true;
+    desk.frames(2);
+    io.MouseDown[0] = false;
+    desk.frames(2);
+}
 
 TEST(Ui, QuestionBeforeQuitting)
 {
@@ -26,6 +38,38 @@ TEST(Ui, QuestionBeforeQuitting)
     desk.key(kEscape);
     EXPECT_FALSE(desk.windows().contains("Quit?###quit"));
     EXPECT_FALSE(desk.requests.quit || desk.requests.leave);
+}
+
+TEST(Ui, WhatWouldBeLostIsAskedForBeforeAnAction)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    desk.session.muchSeconds = 0;
+    desk.session.storeSlot(0);
+    ASSERT_TRUE(desk.framesUntil([&] {
+        const auto& stored = desk.session.slots[0].picture;
+        return stored->variance && desk.session.picture() != stored;
+    }));
+    const auto isAsked = [&] {
+        for (const std::string& name : desk.windows())
+            if (name == "What is being rendered as A?###question") return true;
+        return false;
+    };
+    app::runByHand("live-a", desk.session, desk.requests);
+    desk.frames(3);
+    EXPECT_FALSE(desk.requests.question);
+    EXPECT_TRUE(isAsked());
+    desk.key(kEscape);
+    EXPECT_FALSE(isAsked());
+    EXPECT_TRUE(desk.session.slots[0].picture);
+    app::runByHand("live-a", desk.session, desk.requests);
+    desk.frames(3);
+    const ImGuiWindow* question = ImGui::FindWindowByName("###question");
+    ASSERT_NE(question, nullptr);
+    const float save = ImGui::CalcTextSize("Save and go on").x;
+    click(desk, {question->Pos.x + save + 60, question->Pos.y + question->Size.y - 16});
+    EXPECT_FALSE(isAsked());
+    EXPECT_FALSE(desk.session.slots[0].picture);
 }
 
 TEST(Ui, TheQuestionMakesItselfRoom)
@@ -69,17 +113,6 @@ TEST(Ui, EscClosesWhatIsOpenBeforeItLeaves)
     EXPECT_FALSE(desk.requests.leave);
     escape(desk);
     EXPECT_TRUE(desk.requests.leave);
-}
-
-void click(Desk& desk, ImVec2 place)
-{
-    ImGuiIO& io = ImGui::GetIO();
-    io.MousePos = place;
-    desk.frames(2);
-    io.MouseDown[0] = true;
-    desk.frames(2);
-    io.MouseDown[0] = false;
-    desk.frames(2);
 }
 
 TEST(Ui, TheButtonOfAStripCancelsItsOwnWork)
@@ -305,5 +338,61 @@ TEST(Ui, KeysThatAreUpAgainBeforeTheNextFrameAreSeenOnce)
     EXPECT_FALSE(seen(t));
 }
 #endif
+
+TEST(Ui, AHeldControlIsKnown)
+{
+    Desk desk(deskOptions());
+    desk.frames(3);
+    EXPECT_FALSE(desk.ui.isHeld());
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = {desk.loop.layout.panel.end().x, 300};  // the panel's edge
+    desk.frames(2);
+    EXPECT_FALSE(desk.ui.isHeld());
+    io.MouseDown[0] = true;
+    desk.frames(2);
+    EXPECT_TRUE(desk.ui.isHeld()) << "letters keep their size meanwhile";
+    io.MousePos.x += 400;
+    desk.frames(2);
+    EXPECT_TRUE(desk.ui.isHeld());
+    io.MouseDown[0] = false;
+    desk.frames(2);
+    EXPECT_FALSE(desk.ui.isHeld());
+}
+
+TEST(Ui, LettersThatFlyDoNothingElse)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    app::Session& session = desk.session;
+    const auto press = [&](const char* modifier, const char* key) {
+        app::AppRequests requests;
+        for (const char* name : {modifier, key}) app::sendKey(*app::findKey(name), true);
+        ImGui::GetIO().DeltaTime = 1 / 60.0f;
+        ImGui::NewFrame();
+        app::handleInput(session, requests, desk.loop.layout.picture, 1 / 60.0);
+        ImGui::Render();
+        for (const char* name : {key, modifier}) app::sendKey(*app::findKey(name), false);
+        ImGui::NewFrame();
+        ImGui::Render();
+        return requests;
+    };
+    session.flying = true;
+    const app::Show show = session.settings.view.show;
+    const float exposure = session.settings.view.exposure;
+    for (const char* modifier : {"Ctrl", "Shift"}) {
+        const core::Camera before = session.navigation.camera();
+        press(modifier, "D");
+        EXPECT_EQ(session.settings.view.show, show) << modifier;
+        EXPECT_NE(session.navigation.camera(), before) << modifier;
+        press(modifier, "E");
+        EXPECT_EQ(session.settings.view.exposure, exposure) << modifier;
+    }
+    const core::Camera before = session.navigation.camera();
+    EXPECT_TRUE(press("Ctrl", "Q").leave);
+    EXPECT_EQ(session.navigation.camera(), before);
+    session.flying = false;
+    press("Ctrl", "D");
+    EXPECT_EQ(session.settings.view.show, app::Show::flip);
+}
 
 }  // namespace
