@@ -57,8 +57,8 @@ struct Reference {
     core::Image variance;  // of the mean; empty when unknown
     uint64_t samples = 0;  // 0: unknown
     double seconds = 0;
-    std::string origin;   // "rendered here, path, seed 7" or the file's name
-    RenderParams params;  // that it was rendered with; of one from a file they are unknown
+    std::string origin;     // "rendered here, path, seed 7" or the file's name
+    RenderParams params{};  // that it was rendered with; of one from a file they are unknown
 };
 
 /// An immutable order. Two orders with equal `world`, `camera`, `size`, and restarting `params`
@@ -105,11 +105,12 @@ struct Picture {
     core::Camera camera;
     glm::uvec2 fullSize{0};
     RenderParams params;
-    uint64_t samples = 0;  // that every pixel has had
-    double fraction = 0;   // in [0,1): how much of the next step some pixels have had, too
-    double seconds = 0;    // of rendering, since the start of the picture
-    bool preview = false;  // coarse: rendered while the camera moved
-    bool shaded = false;   // first hits lit from the camera, for the display at exposure 0
+    uint64_t restarts = 0;  // of that request
+    uint64_t samples = 0;   // that every pixel has had
+    double fraction = 0;    // in [0,1): how much of the next step some pixels have had, too
+    double seconds = 0;     // of rendering, since the start of the picture
+    bool preview = false;   // coarse: rendered while the camera moved
+    bool shaded = false;    // first hits lit from the camera, for the display at exposure 0
     std::shared_ptr<const core::Image> guide;  // of a preview: see surfaceGuide()
     bool finished = false;                     // a limit is reached
     bool black = false;  // every pixel has had a sample, and none has brought any light
@@ -124,6 +125,18 @@ inline bool oneView(const Picture& a, const Picture& b)
 {
     return !a.world.owner_before(b.world) && !b.world.owner_before(a.world) &&
            a.camera == b.camera && a.fullSize == b.fullSize;
+}
+
+/// Whether `kept` has every sample of `live`: they are results of one picture, and no other is
+/// later. (One with the same samples may carry more, as their variance.)
+inline bool holds(const std::shared_ptr<const Picture>& kept,
+                  const std::shared_ptr<const Picture>& live)
+{
+    if (!kept || !live) return false;
+    return kept == live ||
+           (kept->restarts == live->restarts && oneView(*kept, *live) && !kept->preview &&
+            kept->params.device == live->params.device &&
+            kept->params.method == live->params.method && kept->samples >= live->samples);
 }
 
 }  // namespace app

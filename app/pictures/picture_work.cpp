@@ -114,6 +114,7 @@ void PictureWork::describe(Picture& picture, const core::Renderer& renderer,
     picture.camera = request.camera;
     picture.fullSize = request.size;
     picture.params = request.params;
+    picture.restarts = request.restarts;
     picture.stats = renderer.stats();
 }
 

@@ -36,8 +36,8 @@ namespace {
 bool staysAsSide(const Session& session, const Parts& parts)
 {
     const auto& [a, b] = session.slots;
-    return (!parts.a && a.picture == session.picture()) ||
-           (!parts.b && b.picture == session.picture());
+    return (!parts.a && holds(a.picture, session.picture())) ||
+           (!parts.b && holds(b.picture, session.picture()));
 }
 
 void addPicture(const Session& session, const Parts& parts, std::vector<Loss>& losses)
@@ -52,7 +52,7 @@ void addPicture(const Session& session, const Parts& parts, std::vector<Loss>& l
 void addSide(const Session& session, size_t side, std::vector<Loss>& losses)
 {
     const std::shared_ptr<const Picture>& stored = session.slots[side].picture;
-    if (!stored || stored == session.picture() || session.isSaved(stored)) return;
+    if (!stored || holds(session.picture(), stored) || session.isSaved(stored)) return;
     if (stored->seconds <= session.muchSeconds) return;
     losses.push_back(
         {side == 0 ? Part::a : Part::b, std::string("picture ") + (side == 0 ? "A" : "B") + ": " +

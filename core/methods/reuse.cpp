@@ -34,7 +34,8 @@ public:
         const ReuseParams last = params_;
         visibility_ = askedVisibility(last, visibility_, figures_);
         perDeviation_ = partPerDeviation(last, perDeviation_, figures_);
-        samplesBefore_ += plainSamples();
+        samplesBefore_ += plainSamples_;
+        plainSamples_ = 0;
         TiledRenderer::setView(view, start);
         passes_ = 0;
         figures_ = {};
@@ -67,7 +68,7 @@ public:
         const double part = isSettled() ? 0 : film_.progress().fraction;
         const double pixels = double(film_.size().x) * film_.size().y * (passes_ + part);
         stats.details = figures_.details(params_, world_ && mayMove(*world_), visibility_,
-                                         recordsKept(params_), pixels, plainSamples());
+                                         recordsKept(params_), pixels, plainSamples_);
         return stats;
     }
 
@@ -105,12 +106,6 @@ private:
     /// Whether the history of this view has all that it can hold.
     bool isSettled() const { return passes_ >= passesOfHistory(params_); }
 
-    /// Samples of this view that have left the history alone.
-    uint32_t plainSamples() const
-    {
-        return static_cast<uint32_t>(film_.progress().samples) - passes_;
-    }
-
     void takePlainPaths(const Budget& budget, const std::stop_token& stop)
     {
         PathJob job{.accel = accel_.get(),
@@ -119,6 +114,7 @@ private:
                     .camera = frameCamera()};
         setPathSettings(plainPaths(params_), job.settings);
         const PathKernel kernel = leastAble(pathVariants(), frameFeatures()).kernel;
+        const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop,
                       [&](const Tile& tile, uint32_t first, uint32_t count, Film& film) {
                           PathJob part = job;
@@ -126,6 +122,7 @@ private:
                           part.sampleCount = count;
                           return kernel(part, tile, film);
                       });
+        plainSamples_ += static_cast<uint32_t>(film_.progress().samples - had);
     }
 
     /// One pass over the picture, or what a budget allows of it.
@@ -205,6 +202,7 @@ private:
     float visibility_ = 0;
     float perDeviation_ = 0;
     uint32_t passes_ = 0;         // of this view, as far as they go to the history
+    uint32_t plainSamples_ = 0;   // of this view that have left the history alone
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     mutable std::mutex figuresMutex_;
     ReuseFigures figures_;  // of this view

@@ -36,7 +36,8 @@ public:
         const core::ReuseParams& params = view.params.as<core::ReuseParams>();
         visibility_ = core::askedVisibility(params_, visibility_, film_.counts().reuse);
         perDeviation_ = core::partPerDeviation(params_, perDeviation_, film_.counts().reuse);
-        samplesBefore_ += plainSamples();
+        samplesBefore_ += plainSamples_;
+        plainSamples_ = 0;
         if (start == core::Start::anew) samplesBefore_ = 0;
         if (start == core::Start::anew || !(params == params_) || !takeMotion(params)) {
             passes_.forget();
@@ -109,7 +110,7 @@ public:
         const double part = goesPlain_ ? 0 : film_.progress().fraction;
         stats.details = figures.details(params_, world_ && core::mayMove(*world_), visibility_,
                                         recordsOf(passes_.settings()), pixels * (rounds_ + part),
-                                        plainSamples());
+                                        plainSamples_);
         film_.addTo(stats);
         const uint64_t plain =
             goesPlain_ ? stats.paths - uint64_t(rounds_) * static_cast<uint64_t>(pixels) : 0;
@@ -134,12 +135,6 @@ private:
         return pieces && passes_.takeMotion(*scene_, *kept_.world, *kept_.hierarchy, *pieces);
     }
 
-    /// Samples of this view that have left the history alone.
-    uint32_t plainSamples() const
-    {
-        return goesPlain_ ? static_cast<uint32_t>(film_.progress().samples) - rounds_ : 0;
-    }
-
     /// One sample per pixel and round: each round looks at what the one before has kept.
     void takePasses(const core::Budget& budget, const std::stop_token& stop)
     {
@@ -153,6 +148,7 @@ private:
     void takePlainPaths(const core::Budget& budget, const std::stop_token& stop)
     {
         if (!goesPlain_) beginPlainPaths();
+        const uint64_t had = film_.progress().samples;
         film_.advance(
             budget, stop, [this] { return plain_.lanes(pace_.dispatchSeconds); },
             [this](shared::Batch batch, const TiledFilm::Then& then) {
@@ -160,6 +156,7 @@ private:
                 plain_.trace(batch, then);
             },
             [this] { plain_.chooseKernel(pace_.dispatchSeconds); });
+        plainSamples_ += static_cast<uint32_t>(film_.progress().samples - had);
     }
 
     /// The film goes on as it is; its frame becomes that of plain paths.
@@ -210,6 +207,7 @@ private:
     float perDeviation_ = 0;      // see shared::allocatedPart
     uint32_t rounds_ = 0;         // whole ones of this view that go to the history
     bool goesPlain_ = false;      // it has all that it can hold: paths of this view leave it alone
+    uint32_t plainSamples_ = 0;   // of this view that have left the history alone
     uint32_t samplesBefore_ = 0;  // of all views since the last that began anew
     double compileSeconds_ = 0;
 };

@@ -1,5 +1,5 @@
-// A view that rests, on every device: once its history has all that it can hold, plain paths go on
-// and leave it alone.
+// T-36. A view that rests, on every device: once its history has all that it can hold, plain paths
+// go on and leave it alone.
 #include <cmath>
 
 #include "core/methods/reuse_settings.h"
@@ -98,6 +98,7 @@ TEST_P(ReuseRest, TheHistoryWaits)
         params.cap = cap;
         look(swung(*world_, 0), params, core::Start::anew, 20);
         EXPECT_EQ(detail("plain"), cap > 4 ? 0 : 12);
+        renderer_->setWorld(world_, {});
         look(swung(*world_, -0.5), params, core::Start::moved);
         return renderer_->read(core::Reading::mean).mean.pixels;
     };
