@@ -52,7 +52,9 @@ void addPicture(const Session& session, const Parts& parts, std::vector<Loss>& l
 void addSide(const Session& session, size_t side, std::vector<Loss>& losses)
 {
     const std::shared_ptr<const Picture>& stored = session.slots[side].picture;
-    if (!stored || holds(session.picture(), stored) || session.isSaved(stored)) return;
+    if (!stored || session.isSaved(stored)) return;
+    // What is on show is told as the picture.
+    if (holds(stored, session.picture()) && stored->seconds == session.picture()->seconds) return;
     if (stored->seconds <= session.muchSeconds) return;
     losses.push_back(
         {side == 0 ? Part::a : Part::b, std::string("picture ") + (side == 0 ? "A" : "B") + ": " +
