@@ -127,16 +127,21 @@ inline bool oneView(const Picture& a, const Picture& b)
            a.camera == b.camera && a.fullSize == b.fullSize;
 }
 
-/// Whether `kept` has every sample of `live`: they are results of one picture, and no other is
-/// later. (One with the same samples may carry more, as their variance.)
+/// Whether two are results of one picture, to which samples were added in between.
+inline bool onePicture(const Picture& a, const Picture& b)
+{
+    return a.restarts == b.restarts && oneView(a, b) && a.params.device == b.params.device &&
+           a.params.deviceIndex == b.params.deviceIndex && a.params.method == b.params.method;
+}
+
+/// Whether `kept` has every sample of `live`. (One with the same samples may carry more, as their
+/// variance.)
 inline bool holds(const std::shared_ptr<const Picture>& kept,
                   const std::shared_ptr<const Picture>& live)
 {
     if (!kept || !live) return false;
     return kept == live ||
-           (kept->restarts == live->restarts && oneView(*kept, *live) && !kept->preview &&
-            kept->params.device == live->params.device &&
-            kept->params.method == live->params.method && kept->samples >= live->samples);
+           (onePicture(*kept, *live) && !kept->preview && kept->samples >= live->samples);
 }
 
 }  // namespace app

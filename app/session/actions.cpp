@@ -9,11 +9,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/base/files.h"
 #include "app/base/nearest.h"
 #include "app/base/new_name.h"
 #include "app/session/action_arguments.h"
 #include "app/session/comparison_actions.h"
+#include "app/session/file_actions.h"
 #include "app/session/set_param.h"
 #include "core/base/check.h"
 
@@ -167,70 +167,6 @@ void playPath(const ActionContext& c)
         track.play();
 }
 
-void loadPath(const ActionContext& c)
-{
-    if (!c.session.document()) return;
-    try {
-        c.session.track.load(fileName(c, "file"), c.session.navigation.camera(),
-                             c.session.document()->world->placement);
-    } catch (const core::Error& error) {
-        if (error.code() == core::ExitCode::commandLine) throw;
-        c.session.notices.tell(Severity::error, error.what());
-    }
-}
-
-/// Whether a file may be written: one that is there is replaced where "replace" says so.
-bool mayWrite(const ActionContext& c, const fs::path& file, bool otherwise)
-{
-    std::error_code unknown;
-    if (!fs::exists(file, unknown) || truth(c, "replace", otherwise)) return true;
-    c.app.wouldReplace = true;
-    c.session.notices.tell(Severity::warning,
-                           file.string() + " is there already: the same once more replaces it");
-    return false;
-}
-
-void save(const ActionContext& c)
-{
-    const fs::path file = fileName(c, "file", newName(".exr").string());
-    if (mayWrite(c, file, true)) c.session.save(file);
-}
-
-/// The first of the path's frames that is there already, or the first of all.
-fs::path firstTaken(const CameraTrack& track, const fs::path& pattern)
-{
-    if (!isNumbered(pattern)) return pattern;  // exportTrack() says so
-    const auto first = static_cast<uint32_t>(track.firstFrame()),
-               last = static_cast<uint32_t>(track.lastFrame());
-    std::error_code unknown;
-    for (uint32_t frame = first; frame <= last; ++frame)
-        if (fs::exists(numbered(pattern, frame), unknown)) return numbered(pattern, frame);
-    return numbered(pattern, first);
-}
-
-void exportPath(const ActionContext& c)
-{
-    const fs::path pattern =
-        c.arguments.contains("file") ? fs::path(fileName(c, "file")) : newPattern(kFramePattern);
-    const uint32_t samples = std::max(count(c, "spp", 64), 1u);
-    if (mayWrite(c, firstTaken(c.session.track, pattern), true))
-        c.session.exportTrack(pattern, samples);
-}
-
-void savePath(const ActionContext& c)
-{
-    if (!c.session.document()) return;
-    try {
-        const fs::path file = fileName(c, "file");
-        if (file.extension() != ".json")
-            throw core::Error(file.string() + ": the name of a camera path ends in .json");
-        if (file == c.session.track.file() || mayWrite(c, file, false)) c.session.savePath(file);
-    } catch (const core::Error& error) {
-        if (error.code() == core::ExitCode::commandLine) throw;
-        c.session.notices.tell(Severity::error, error.what());
-    }
-}
-
 void removeKey(const ActionContext& c)
 {
     const size_t index = count(c, "index");
@@ -248,17 +184,6 @@ void animation(const ActionContext& c)
     player.playing =
         player.duration > 0 &&
         truth(c, "play", c.arguments.contains("time") ? player.playing : !player.playing);
-}
-
-/// With the name of a file, or with nothing that would be lost, the picture in any case.
-void saveAndQuit(const ActionContext& c)
-{
-    std::vector<Loss> losses = lossesOf(c.session);
-    const bool named = c.arguments.contains("file");
-    const bool told = std::ranges::count(losses, Part::picture, &Loss::part) > 0;
-    if (!told && (named || losses.empty())) losses.push_back({Part::picture, "the picture"});
-    saveLosses(c.session, losses, named ? fileName(c, "file") : "");
-    c.app.quitWhenSaved = true;
 }
 
 void cancel(const ActionContext& c)
@@ -374,10 +299,10 @@ std::span<const Action> actions()
                [](C c) { c.session.track.clear(); },
                {.path = true}},
         Action{"play-path", "L", "", "play the camera path, or stop", playPath},
-        Action{"load-path", "", "file", "read a camera path", loadPath, {.path = true}},
-        Action{"save-path", "", "file, replace", "write the camera path", savePath},
+        Action{"load-path", "", "file", "read a camera path", loadPathAction, {.path = true}},
+        Action{"save-path", "", "file, replace", "write the camera path", savePathAction},
         Action{"export-path", "", "file, spp, replace", "render the path's frames to files (%04d)",
-               exportPath},
+               exportPathAction},
         Action{"animation", "N", "play, time, speed", "play the scene's animation, or stop",
                animation},
         // comparison
@@ -461,7 +386,7 @@ std::span<const Action> actions()
         Action{"replay", "", "file", "the view of a saved picture",
                [](C c) { c.session.replay(fileName(c, "file")); }, kPartsOfScene},
         Action{"save", "Ctrl+S", "file, replace", "save the picture (EXR, or PNG by its name)",
-               save},
+               saveAction},
         Action{"screenshot", "F12", "file, panel", "the window as PNG", screenshotAction},
         Action{"screenshot-picture", "Shift+F12", "", "the picture's area alone as PNG",
                [](C c) {
@@ -500,7 +425,7 @@ std::span<const Action> actions()
                [](C c) { c.app.leave = true; }},
         Action{"quit-now", "", "", "quit, whatever is lost", [](C c) { c.app.quit = true; }},
         Action{"save-and-quit", "", "file", "save what would be lost, each to a new file, and quit",
-               saveAndQuit},
+               saveAndQuitAction},
     };
     return kActions;
 }

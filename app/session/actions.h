@@ -16,9 +16,6 @@
 
 namespace app {
 
-/// Where frames of a camera path go when nobody says where; in a folder of their own.
-inline constexpr const char* kFramePattern = "frames/frame-%04d.exr";
-
 struct Action;
 
 /// An action with its arguments, for later.

@@ -176,8 +176,9 @@ void Session::takePicture()
 {
     const std::shared_ptr<const Picture> newest = renderThread_.newest();
     if (newest && newest != picture_) {
+        const bool goesOn = picture_ && onePicture(*picture_, *newest);
         picture_ = newest;
-        if (picture_->seconds < savedSeconds_) savedSeconds_ = 0;  // it began anew
+        if (!goesOn || picture_->seconds < savedSeconds_) savedSeconds_ = 0;  // it began anew
         // One of the scene before is of no view that there is.
         if (document_ && picture_->world.lock() == document_->world)
             convergence_.take(*picture_, sceneName());

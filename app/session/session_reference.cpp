@@ -219,10 +219,7 @@ void Session::completeSlots()
     for (size_t side = 0; side < slots.size(); ++side) {
         if (!slotWants_[side] || !picture_) continue;
         Slot& slot = slots[side];
-        const bool same = slot.picture && slot.picture->restarts == picture_->restarts &&
-                          oneView(*slot.picture, *picture_) &&
-                          slot.picture->params.method == picture_->params.method &&
-                          slot.picture->params.device == picture_->params.device;
+        const bool same = slot.picture && onePicture(*slot.picture, *picture_);
         const bool whole = !picture_->preview && picture_->fraction == 0;
         if (same && !(whole && (picture_->variance || slot.picture->preview))) continue;
         if (same) slot = {picture_, pictureLabel(*picture_), slot.time};

@@ -22,9 +22,8 @@ constexpr double kSaveSeconds = 3;  // a save waits so long for a picture that c
 void Session::handOver(std::vector<SaveItem> items)
 {
     for (SaveItem& item : items) {
-        if (picture_ && item.picture->params.method == picture_->params.method &&
-            oneView(*item.picture, *picture_))
-            savedSeconds_ = item.picture->seconds;
+        if (picture_ && onePicture(*item.picture, *picture_))
+            savedSeconds_ = std::max(savedSeconds_, item.picture->seconds);
         saved_.push_back(item.work.expired() ? item.picture : item.work);
         saves_->add(std::move(item));
         saver_.start("save", saves_->job());

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/files/folder_list.h"
+#include "app/session/file_actions.h"
 #include "app/view/ui/param_widgets.h"
 #include "app/view/ui/ui.h"
 #include "app/view/ui/ui_text.h"
