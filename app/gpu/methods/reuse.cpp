@@ -23,6 +23,7 @@ public:
     void setWorld(std::shared_ptr<const core::World> world, const core::Progress& progress) override
     {
         film_.drop();
+        goesPlain_ = false;
         if (takeWorld(scene_, world_, std::move(world), context_, progress)) return;
         plain_.forgetScene();
         passes_.forget();

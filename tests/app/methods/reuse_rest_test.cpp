@@ -64,6 +64,8 @@ TEST_P(ReuseRest, PlainPathsGoOn)
     expectSameSums(rested, full, plain(24), plain(8));
     for (size_t i = 0; i < maps.size(); ++i)
         EXPECT_EQ(renderer_->maps().at(i).pixels, maps[i].pixels) << core::reuseMaps()[i].name;
+    renderer_->setWorld(world_, {});
+    EXPECT_LE(renderer_->stats().paths, 24u * 40 * 24) << "of a film that is gone";
 }
 
 /// However short the pieces are, and whatever they end in.
