@@ -1,13 +1,17 @@
 // What the kernels of sample reuse share: a lane is a pixel, and each kernel adds to what the one before has left for
-// it. The estimator is that of shared/reuse_path.h.
+// it. The estimator is that of shared/reuse_new.h.
 #include "traverse.glsl"
-#include "shared/reuse_path.h"
+#include "shared/reuse_new.h"
 
 layout(constant_id = kSpecializeSampler) const uint kSampler = 0u;
 
 layout(push_constant, scalar) uniform PushBlock
 {
+#ifdef REKINDLE_BOUNCES
+    ReuseBounceBatch push;
+#else
     ReuseBatch push;
+#endif
 };
 
 layout(set = kSetKernel, binding = kBindPixelsNow, scalar) buffer PixelsNowBlock

@@ -80,7 +80,8 @@ Buffer& ReuseMotion::room(uint32_t binding, Buffer& buffer, uint64_t bytes, VkFo
     if (buffer.bytes() != rounded) {
         buffer = {};
         buffer = Buffer(device_, "what has moved", bytes, format);
-        for (DescriptorSet* set : sets) set->bind(binding, buffer);
+        for (DescriptorSet* set : sets)
+            if (set->knows(binding)) set->bind(binding, buffer);
     }
     return buffer;
 }

@@ -7,19 +7,24 @@
 #include <utility>
 
 #include "core/methods/reuse_maps.h"
-#include "shared/reuse_chain.h"
+#include "shared/reuse_new.h"
+#include "spirv/reuse_bounce.h"
+#include "spirv/reuse_full.h"
 #include "spirv/reuse_hits.h"
 #include "spirv/reuse_new.h"
 #include "spirv/reuse_old.h"
+#include "spirv/reuse_weigh.h"
 
 namespace gpu {
 
 namespace {
 
-constexpr uint32_t kMaxLanes =
-    1u << 16;  // of a batch: what kernels leave to each other stays small
+// Lanes of a batch: what kernels leave to each other stays small.
+constexpr uint32_t kMaxLanes = 1u << 16;
+constexpr uint32_t kMaxLanesOnCpu = 1u << 15;  // fills a software device just as well
 constexpr uint64_t kWord = 16;
-constexpr uint32_t kMostPaths = 5 * kMaxLanes;  // that wait for a batch: 26 MiB
+constexpr uint32_t kMostPaths = 5 * kMaxLanes;  // that wait for a batch: 110 MiB
+constexpr uint32_t kMostBounces = 33;           // of paths of at most 32 scattering events
 
 /// Places for paths that a lane may need.
 uint32_t placesOfLane(const shared::ReuseSettings& settings)
@@ -55,17 +60,26 @@ std::array<DescriptorSet, 2> twoSets(Device& device, const KernelBase& kernel)
 ReusePasses::ReusePasses(Context& context)
     : context_(context), hits_(context.device, k_reuse_hits, &context.layouts),
       new_(context.device, k_reuse_new, &context.layouts),
+      weigh_(context.device, k_reuse_weigh, &context.layouts),
+      full_(context.device, k_reuse_full, &context.layouts),
       old_(context.device, k_reuse_old, &context.layouts),
+      bounce_(context.device, k_reuse_bounce, &context.layouts),
       hitsSets_(twoSets(context.device, hits_)), newSets_(twoSets(context.device, new_)),
-      oldSets_(twoSets(context.device, old_)), motion_(context.device)
-{}
+      weighSets_(twoSets(context.device, weigh_)), fullSets_(twoSets(context.device, full_)),
+      oldSets_(twoSets(context.device, old_)), bounceSets_(twoSets(context.device, bounce_)),
+      motion_(context.device),
+      queues_(context.device, "the queues", (kMostBounces + 1) * sizeof(shared::QueueHead))
+{
+    for (TwoSets* two : {&newSets_, &bounceSets_})
+        for (DescriptorSet& set : *two) set.bind(shared::kBindPathQueues, queues_);
+}
 
 bool ReusePasses::takeMotion(const GpuScene& scene, const core::World& before,
                              const core::Bvh& hierarchyBefore,
                              std::span<const shared::MovedPiece> pieces)
 {
     std::vector<DescriptorSet*> sets;
-    for (auto* two : {&hitsSets_, &newSets_, &oldSets_})
+    for (TwoSets* two : {&hitsSets_, &newSets_, &bounceSets_, &weighSets_, &fullSets_, &oldSets_})
         for (DescriptorSet& set : *two) sets.push_back(&set);
     return motion_.take(scene, before, hierarchyBefore, pieces, sets);
 }
@@ -126,7 +140,7 @@ void ReusePasses::makeStore(uint32_t side)
 void ReusePasses::bindStore(uint32_t side)
 {
     const Store& store = stores_[side];
-    for (auto* sets : {&hitsSets_, &newSets_, &oldSets_}) {
+    for (TwoSets* sets : {&hitsSets_, &newSets_, &weighSets_, &fullSets_, &oldSets_}) {
         (*sets)[side].bind(shared::kBindPixelsNow, store.pixels);
         (*sets)[1 - side].bind(shared::kBindPixelsBefore, store.pixels);
     }
@@ -148,38 +162,59 @@ void ReusePasses::bindStore(uint32_t side)
 void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays, bool chains)
 {
     if (chains) ++rays;  // the way not taken
+    const uint32_t most = context_.device.isSoftware() ? kMaxLanesOnCpu : kMaxLanes;
     const uint32_t lanes =
-        std::min(std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, kMaxLanes)),
+        std::min(std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, most)),
                  std::bit_floor(kMostPaths / rays));
     const bool hasChains = chains_.bytes() > kWord;
-    if (lanes_ >= lanes && mostRays_ >= rays && (hasChains || !chains)) return;
+    if (lanes_ >= lanes && mostRays_ >= rays && (hasChains || !chains) &&
+        (hasTrails_ || takesAll()))
+        return;
     lanes_ = 0;
     const uint64_t paths = uint64_t(lanes) * rays;
+    const uint64_t trails = takesAll() ? 1 : paths;
     const auto make = [&](Buffer& buffer, uint64_t bytes, VkFormat format) {
         buffer = {};
         buffer = Buffer(context_.device, "the new samples", bytes, format);
     };
-    make(newSamples_, paths * shared::kReuseNewWords * kWord, VK_FORMAT_R32G32B32A32_UINT);
+    constexpr VkFormat kWords = VK_FORMAT_R32G32B32A32_UINT;
+    make(newSamples_, paths * shared::kReuseNewWords * kWord, kWords);
     make(waiting_, paths * sizeof(uint32_t), VK_FORMAT_UNDEFINED);
     make(waitingHead_, sizeof(shared::WaitingHead), VK_FORMAT_UNDEFINED);
     make(firstNew_, lanes * sizeof(glm::uvec2), VK_FORMAT_R32G32_UINT);
-    make(chains_, chains ? uint64_t(lanes) * shared::kReuseChainWords * kWord : kWord,
-         VK_FORMAT_R32G32B32A32_UINT);
-    for (uint32_t side = 0; side < 2; ++side) {
-        for (DescriptorSet* set : {&newSets_[side], &oldSets_[side]})
-            set->bind(shared::kBindNewSamples, newSamples_);
-        for (DescriptorSet* set : {&hitsSets_[side], &newSets_[side]}) {
-            set->bind(shared::kBindWaiting, waiting_);
-            set->bind(shared::kBindWaitingHead, waitingHead_);
-        }
-        for (DescriptorSet* set : {&hitsSets_[side], &oldSets_[side]})
-            set->bind(shared::kBindFirstNew, firstNew_);
-        hitsSets_[side].bind(shared::kBindChainsNow, chains_);
-        for (DescriptorSet* set : {&newSets_[side], &oldSets_[side]})
-            set->bind(shared::kBindChains, chains_);
-    }
+    make(chains_, chains ? uint64_t(lanes) * shared::kReuseChainWords * kWord : kWord, kWords);
+    make(trails_, trails * shared::kReuseTrailWords * kWord, kWords);
+    make(gathered_, trails * kWord, VK_FORMAT_UNDEFINED);
+    for (Buffer& side : paths_) make(side, trails * shared::kReuseStateWords * kWord, kWords);
+    bindScratch();
     lanes_ = lanes;
     mostRays_ = rays;
+    hasTrails_ = !takesAll();
+}
+
+/// Shows what kernels leave to each other to those that know it.
+void ReusePasses::bindScratch()
+{
+    const auto bind = [&](uint32_t binding, const Buffer& buffer) {
+        for (TwoSets* two :
+             {&hitsSets_, &newSets_, &bounceSets_, &weighSets_, &fullSets_, &oldSets_})
+            for (DescriptorSet& set : *two)
+                if (set.knows(binding)) set.bind(binding, buffer);
+    };
+    bind(shared::kBindNewSamples, newSamples_);
+    bind(shared::kBindWaiting, waiting_);
+    bind(shared::kBindWaitingHead, waitingHead_);
+    bind(shared::kBindFirstNew, firstNew_);
+    bind(shared::kBindChainsNow, chains_);
+    bind(shared::kBindChains, chains_);
+    bind(shared::kBindTrails, trails_);
+    bind(shared::kBindTrailsNow, trails_);
+    bind(shared::kBindPathGathered, gathered_);
+    for (uint32_t side = 0; side < 2; ++side) {
+        newSets_[side].bind(shared::kBindPathStates, paths_[0]);
+        bounceSets_[side].bind(shared::kBindPathTexels, paths_[side]);
+        bounceSets_[side].bind(shared::kBindPathStates, paths_[1 - side]);
+    }
 }
 
 void ReusePasses::record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
@@ -189,32 +224,89 @@ void ReusePasses::record(VkCommandBuffer commands, const GpuScene& scene, const 
     const shared::WaitingHead nobody{{0, 1, 1, 0}, perDeviation_};
     vk.CmdUpdateBuffer(commands, waitingHead_.get(), 0, sizeof(nobody), &nobody);
     barrier(commands);
-    const auto sets = [&](const std::array<DescriptorSet, 2>& own) {
+    const auto sets = [&](const TwoSets& own) {
         return KernelSets{&scene.set(), &frame.set(), &own[side_]};
     };
     hits_.dispatch(commands, hits_.pipeline(constants), sets(hitsSets_), push, groups);
     barrier(commands);
-    new_.dispatchIndirect(commands, new_.pipeline(constants), sets(newSets_), push, waitingHead_,
-                          0);
+    if (takesAll()) {
+        full_.dispatchIndirect(commands, full_.pipeline(constants), sets(fullSets_), push,
+                               waitingHead_, 0);
+    } else {
+        recordNewPaths(commands, scene, frame, constants, push);
+    }
     barrier(commands);
     old_.dispatch(commands, old_.pipeline(constants), sets(oldSets_), push, groups);
     barrier(commands);
 }
 
+/// The sizes of queues stay on the device: of bounces that no path needs nothing is dispatched.
+void ReusePasses::recordNewPaths(VkCommandBuffer commands, const GpuScene& scene,
+                                 const Frame& frame, const ReuseConstants& constants,
+                                 const shared::ReuseBatch& push)
+{
+    std::array<shared::QueueHead, kMostBounces + 1> heads;
+    heads.fill({0, 1, 1, 0});
+    vk.CmdUpdateBuffer(commands, queues_.get(), 0, sizeof(heads), heads.data());
+    barrier(commands);
+    const auto sets = [&](const DescriptorSet& own) {
+        return KernelSets{&scene.set(), &frame.set(), &own};
+    };
+    new_.dispatchIndirect(commands, new_.pipeline(constants), sets(newSets_[side_]), push,
+                          waitingHead_, 0);
+    const uint32_t bounces = std::min(frame.data().settings.maxDepth + 1, kMostBounces);
+    for (uint32_t b = 0; b < bounces; ++b) {
+        barrier(commands);
+        bounce_.dispatchIndirect(commands, bounce_.pipeline(constants), sets(bounceSets_[b % 2]),
+                                 {push.batch, push.settings, b}, queues_,
+                                 b * sizeof(shared::QueueHead));
+    }
+    barrier(commands);
+    weigh_.dispatchIndirect(commands, weigh_.pipeline(constants), sets(weighSets_[side_]), push,
+                            waitingHead_, 0);
+}
+
+void ReusePasses::makePipelines(const ReuseConstants& constants)
+{
+    hits_.pipeline(constants);
+    old_.pipeline(constants);
+    if (takesAll()) {
+        full_.pipeline(constants);
+        return;
+    }
+    new_.pipeline(constants);
+    bounce_.pipeline(constants);
+    weigh_.pipeline(constants);
+}
+
 bool ReusePasses::compile(const GpuScene& scene, const Frame& frame,
                           const ReuseConstants& constants)
 {
-    if (old_.isCompiled(constants)) return false;
-    for (ReuseKernel* kernel : {&hits_, &new_, &old_})
-        kernel->pipeline(constants);  // where failing leaves no half-recorded commands
+    if (old_.isCompiled(constants) && (takesAll() ? full_ : new_).isCompiled(constants))
+        return false;
+    makePipelines(constants);  // where failing leaves no half-recorded commands
     shared::ReuseBatch nothing{};
     nothing.settings = settings_;
     context_.device.submit(
         [&](VkCommandBuffer commands) {
             record(commands, scene, frame, constants, nothing, 1);
             // No path waits, but the driver compiles what is dispatched.
-            new_.dispatch(commands, new_.pipeline(constants),
-                          {&scene.set(), &frame.set(), &newSets_[side_]}, nothing, 1);
+            const auto sets = [&](const DescriptorSet& own) {
+                return KernelSets{&scene.set(), &frame.set(), &own};
+            };
+            const auto one = [&](const auto& kernel, const Pipeline& pipeline,
+                                 const DescriptorSet& own, const auto& push) {
+                kernel.dispatch(commands, pipeline, sets(own), push, 1);
+                barrier(commands);
+            };
+            if (takesAll()) {
+                one(full_, full_.pipeline(constants), fullSets_[side_], nothing);
+                return;
+            }
+            one(new_, new_.pipeline(constants), newSets_[side_], nothing);
+            one(bounce_, bounce_.pipeline(constants), bounceSets_[0],
+                shared::ReuseBounceBatch{nothing.batch, nothing.settings, 0});
+            one(weigh_, weigh_.pipeline(constants), weighSets_[side_], nothing);
         },
         "the compilation of the kernels");
     return true;

@@ -1,6 +1,7 @@
 // The kernels of sample reuse (shaders/reuse), one after the other over some tiles: first hits
-// and backprojection, new samples, old samples and what is kept. Two stores take turns; what a pass
-// has written becomes what the next one reads only when the pass is whole.
+// and backprojection, new samples, old samples and what is kept. New samples are paths that begin,
+// bounce closed up, and end, a kernel each. Two stores take turns; what a pass has written becomes
+// what the next one reads only when the pass is whole.
 #pragma once
 
 #include <array>
@@ -23,6 +24,8 @@ struct ReuseConstants {
 
 class ReusePasses {
 public:
+    using TwoSets = std::array<DescriptorSet, 2>;
+
     explicit ReusePasses(Context& context);
 
     /// Forgets what is kept.
@@ -51,7 +54,7 @@ public:
     const shared::ReuseSettings& settings() const { return settings_; }
 
     /// The set of the kernel that adds to the film, for a pass that begins now.
-    std::array<DescriptorSet, 2>& filmSets() { return oldSets_; }
+    TwoSets& filmSets() { return oldSets_; }
 
     /// Compiles what has not been compiled. Returns whether anything was.
     bool compile(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants);
@@ -77,25 +80,36 @@ private:
         glm::uvec2 size{0};  // of the picture that it was last made for
     };
     using ReuseKernel = Kernel<shared::ReuseBatch, ReuseConstants>;
+    using BounceKernel = Kernel<shared::ReuseBounceBatch, ReuseConstants>;
 
     void makeStore(uint32_t side);
     void bindStore(uint32_t side);
     void makeScratch(uint32_t tiles, uint32_t rays, bool chains);
+    void bindScratch();
+    void makePipelines(const ReuseConstants& constants);
+    bool takesAll() const { return settings_.strategy == shared::kReuseFull; }
     void record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
                 const ReuseConstants& constants, const shared::ReuseBatch& push, uint32_t groups);
+    void recordNewPaths(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
+                        const ReuseConstants& constants, const shared::ReuseBatch& push);
 
     Context& context_;
-    ReuseKernel hits_, new_, old_;
+    ReuseKernel hits_, new_, weigh_, full_, old_;
+    BounceKernel bounce_;
     // By which store is written.
-    std::array<DescriptorSet, 2> hitsSets_, newSets_, oldSets_;
+    TwoSets hitsSets_, newSets_, weighSets_, fullSets_, oldSets_;
+    TwoSets bounceSets_;  // by which paths are read
     std::array<Store, 2> stores_;
     ReuseMotion motion_;
     Buffer newSamples_, waiting_, waitingHead_, firstNew_, chains_;
+    Buffer trails_, gathered_, queues_;  // of new paths; `full` has none
+    std::array<Buffer, 2> paths_;        // under way
     shared::ReuseSettings settings_{};
     float perDeviation_ = 0;
     shared::CameraData camera_{};        // of what is kept; all zero: nothing is
     glm::uvec2 size_{0};                 // of the present picture
     uint32_t lanes_ = 0, mostRays_ = 0;  // that the scratch is for: paths per lane
+    bool hasTrails_ = false;             // and whether it has room for what `full` has none of
     uint32_t side_ = 0;                  // of the store that is written
 };
 

@@ -163,7 +163,7 @@ void ReuseEstimator::takePaths(Pixel& p, uint32_t taken, shared::ReuseSums& sums
     std::array<shared::ReuseNew, shared::kReuseMostRays> fresh;
     for (uint32_t k = 0; k < taken; ++k) {
         shared::ReuseNew found =
-            shared::takePath(scene_, p.path, settings_, p.v, shared::pathFromHere(p.v),
+            shared::takePath(scene_, p.path, settings_, p.v,
                              shared::pathStream(settings_, p.stream, p.v.rays, k), p.tally);
         shared::countAsPart(sums.part, found);
         if (keepsSamples()) {
@@ -237,9 +237,8 @@ bool ReuseEstimator::findVertex(uvec2 pixel, Pixel& p, shared::ReuseSums& sums) 
 vec3 ReuseEstimator::takeRest(const shared::ReuseChain& chain, Pixel& p) const
 {
     const shared::SampleStream stream = shared::purposeStream(p.stream, shared::kPurposeRest);
-    return shared::takePath(scene_, shared::restSettings(path_), settings_, {},
-                            shared::restOfChain(chain), stream, p.tally)
-        .around;
+    return shared::takeRest(scene_, shared::restSettings(path_), settings_,
+                            shared::restOfChain(chain), stream, p.tally);
 }
 
 /// The pixel of the view before whose history belongs to this first hit; -1: there is none.

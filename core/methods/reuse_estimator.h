@@ -1,5 +1,5 @@
 // What sample reuse does at one pixel, on the CPU, and what a view leaves to the next one. The
-// estimator is that of shaders/shared/reuse_path.h.
+// estimator is that of shaders/shared/reuse_new.h.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 #include "core/methods/reuse_params.h"
 #include "core/trace/accel.h"
 #include "core/trace/scene_view.h"
-#include "shared/reuse_path.h"
+#include "shared/reuse_new.h"
 
 namespace core {
 

@@ -78,13 +78,13 @@ ReuseNew loadNew(uint which, float part)
 {
     ReuseNew found = noReuseNew();
     found.record = unpackReuseSample(newWord(which, 0u), uvec4(0u));
-    const uvec4 light = newWord(which, 2u);
-    found.light = unpackLightRecord(light);
-    found.scale = uintBitsToFloat(light.w);
+    found.light = unpackLightRecord(newWord(which, 2u));
     const vec4 around = uintBitsToFloat(newWord(which, 3u));
     found.around = around.xyz;
     found.lost = around.w;
-    found.direct = uintBitsToFloat(newWord(which, 4u).xyz);
+    const vec4 direct = uintBitsToFloat(newWord(which, 4u));
+    found.direct = direct.xyz;
+    found.scale = direct.w;
     countAsPart(part, found);
     return found;
 }

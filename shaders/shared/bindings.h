@@ -89,6 +89,12 @@ SHARED_CONST uint kBindTrianglesBefore = 22u;   // three texels each
 SHARED_CONST uint kBindSlotsNow = 23u;          // uint per slot of the frame before
 SHARED_CONST uint kBindRemaindersBefore = 24u;  // remainderNow of strategies that keep samples
 SHARED_CONST uint kBindRemaindersNow = 25u;
+SHARED_CONST uint kBindTrails = 26u;        // ReuseTrail per new path, kReuseTrailWords each,
+SHARED_CONST uint kBindTrailsNow = 27u;     // and as it is written
+SHARED_CONST uint kBindPathGathered = 28u;  // vec4 per new path
+SHARED_CONST uint kBindPathTexels = 29u;    // paths under way that are read, kReuseStateWords each,
+SHARED_CONST uint kBindPathStates = 30u;    // and those that are written
+SHARED_CONST uint kBindPathQueues = 31u;    // QueueHead per bounce
 
 // Set 2 of bench_closest and bench_any.
 SHARED_CONST uint kBindRays = 0u;  // texels, two per ray
@@ -153,6 +159,13 @@ struct ReuseBatch {
     Batch batch;
     ReuseSettings settings;
     CameraData cameraBefore;
+};
+
+/// One bounce of the new paths of such a pass.
+struct ReuseBounceBatch {
+    Batch batch;
+    ReuseSettings settings;
+    uint queue;  // index of the one to read; the next one is written
 };
 
 /// Consecutive pixels, row by row.

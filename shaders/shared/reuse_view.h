@@ -1,6 +1,6 @@
 // Old samples, looked at from a first hit that has moved: each is carried along (reuse_shift.h),
 // and the surfaces at both ends are evaluated for the new directions. Nothing is traced here; what
-// is traced anew is in reuse_path.h.
+// is traced anew is in reuse_new.h.
 #ifndef REKINDLE_SHARED_REUSE_VIEW_H
 #define REKINDLE_SHARED_REUSE_VIEW_H
 

@@ -23,9 +23,12 @@
 #include "spirv/mean.h"
 #include "spirv/megakernel.h"
 #include "spirv/occlusion.h"
+#include "spirv/reuse_bounce.h"
+#include "spirv/reuse_full.h"
 #include "spirv/reuse_hits.h"
 #include "spirv/reuse_new.h"
 #include "spirv/reuse_old.h"
+#include "spirv/reuse_weigh.h"
 
 namespace {
 
@@ -53,9 +56,12 @@ const NamedKernel kKernels[] = {
     {"mean", k_mean},
     {"megakernel", k_megakernel},
     {"occlusion", k_occlusion},
+    {"reuse_bounce", k_reuse_bounce},
+    {"reuse_full", k_reuse_full},
     {"reuse_hits", k_reuse_hits},
     {"reuse_new", k_reuse_new},
     {"reuse_old", k_reuse_old},
+    {"reuse_weigh", k_reuse_weigh},
 };
 
 TEST(Kernel, TheBounceWantsWhatItIsGiven)
@@ -121,6 +127,7 @@ TEST(Kernel, PushConstantsAreAsLongAsTheirTypes)
     EXPECT_EQ(readKernelInterface(k_mean).pushBytes, sizeof(shared::PixelRange));
     EXPECT_EQ(readKernelInterface(k_first_hits).pushBytes, sizeof(shared::TileRange));
     EXPECT_EQ(readKernelInterface(k_reuse_old).pushBytes, sizeof(shared::ReuseBatch));
+    EXPECT_EQ(readKernelInterface(k_reuse_bounce).pushBytes, sizeof(shared::ReuseBounceBatch));
     EXPECT_EQ(readKernelInterface(k_gather).pushBytes, sizeof(shared::GatherRules));
     EXPECT_EQ(readKernelInterface(k_bench_any).pushBytes, sizeof(shared::ItemRange));
     EXPECT_EQ(readKernelInterface(k_display).pushBytes, sizeof(shared::DisplaySettings));

@@ -7,7 +7,7 @@
 
 #include "core/base/pcg32.h"
 #include "shared/motion.h"
-#include "shared/reuse_path.h"
+#include "shared/reuse_new.h"
 
 namespace {
 

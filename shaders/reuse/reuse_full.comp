@@ -1,0 +1,72 @@
+// New paths where nothing of them is kept (`full`): a lane takes all of a pixel, and leaves their sums; ways that mirrors
+// and glass have not taken, too.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_basic : require
+
+#define REKINDLE_READS_CHAINS
+#include "reuse_paths.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = kSetKernel, binding = kBindNewSamples, scalar) writeonly buffer NewSamplesBlock
+{
+    uvec4 newSamples[];
+};
+
+layout(set = kSetKernel, binding = kBindWaitingHead, scalar) readonly buffer WaitingHeadBlock
+{
+    WaitingHead waitingHead;
+};
+
+ReuseSums takePaths(uvec2 pixel, uint lane, uint count, inout ReuseTally tally)
+{
+    ReuseSums sums = noReuseSums();
+    const uvec4 here = pixelsNow[pixelIndex(pixel)];
+    const SampleStream stream = pixelStream(pixel);
+    PathSettings path = frame.settings;
+    ReuseVertex v;
+    vec3 towardsBefore;
+    vec3 seen = vec3(0.0);
+    if (!firstVertex(pixel, lane, stream, here, path, v, towardsBefore, seen)) return sums;
+    lookBack(here, towardsBefore, v);
+    sums.beta = v.beta;
+    sums.rays = v.rays;
+    sums.part = partOfPath(v.rays, count);
+    for (uint k = 0u; k < count; ++k) {
+        ReuseNew found =
+            takePath(scene, path, push.settings, v, pathStream(push.settings, stream, v.rays, k), tally);
+        countAsPart(sums.part, found);
+        addReuseNew(sums, found);
+    }
+    return sums;
+}
+
+void main()
+{
+    const uint number = gl_GlobalInvocationID.x;
+    ReuseTally tally = ReuseTally(0u, 0u);
+    if (number < waitingHead.queue.count) {
+        const uint lane = laneOfPath(number);
+        const uint which = whichOfPath(number);  // of `full`: how many
+        const uvec2 pixel = lanePixel(push.batch, lane);
+        const uint to = kReuseNewWords * number;
+        if (FEATURE(kFeatureDelta) && which == kRestPath) {
+            const SampleStream stream = purposeStream(pixelStream(pixel), kPurposeRest);
+            const vec3 L = takeRest(scene, restSettings(frame.settings), push.settings, restOfChain(loadChain(lane)),
+                                    stream, tally);
+            newSamples[to + 3u] = uvec4(floatBitsToUint(L), 0u);
+        } else {
+            const ReuseSums sums = takePaths(pixel, lane, which, tally);
+            for (uint i = 0u; i < kReuseNewWords; ++i) newSamples[to + i] = packPathSums(sums, i);
+        }
+    }
+    const uint closestRays = subgroupAdd(tally.closestRays);
+    const uint shadowRays = subgroupAdd(tally.shadowRays);
+    if (subgroupElect()) {
+        atomicAdd(counters.closestRays, closestRays);
+        atomicAdd(counters.shadowRays, shadowRays);
+    }
+}
