@@ -21,9 +21,9 @@ namespace {
 
 // Lanes of a batch: what kernels leave to each other stays small.
 constexpr uint32_t kMaxLanes = 1u << 16;
-constexpr uint32_t kMaxLanesOnCpu = 1u << 15;  // fills a software device just as well
+constexpr uint32_t kMaxSoftwareLanes = 1u << 15;  // fills a software device just as well
 constexpr uint64_t kWord = 16;
-constexpr uint32_t kMostPaths = 5 * kMaxLanes;  // that wait for a batch: 110 MiB
+constexpr uint32_t kMostPaths = 2 * kMaxLanes;  // that wait for a batch: 44 MiB
 constexpr uint32_t kMostBounces = 33;           // of paths of at most 32 scattering events
 
 /// Places for paths that a lane may need.
@@ -34,6 +34,19 @@ uint32_t placesOfLane(const shared::ReuseSettings& settings)
     const float rays = settings.rays * (allocates ? shared::kReuseMostPart : 1.0f);
     // Credit may make one of a part.
     return static_cast<uint32_t>(std::ceil(std::max(rays, 1.0f)));
+}
+
+/// The constants of kernels with these settings: on software devices code that is not run costs
+/// nearly as much as code that is.
+ReuseConstants specialised(ReuseConstants constants, const shared::ReuseSettings& settings)
+{
+    if (shared::keepsSamples(settings.strategy)) constants.features |= shared::kFeatureKeepsSamples;
+    if (!shared::keepsDirections(settings)) constants.features |= shared::kFeatureKeepsPlaces;
+    if (shared::keepsMeans(settings.strategy)) constants.features |= shared::kFeatureKeepsMeans;
+    constants.records = recordsOf(settings);
+    constants.lights = lightsOf(settings);
+    constants.fresh = placesOfLane(settings);
+    return constants;
 }
 
 /// Words that a store has room for in each pixel: only what the strategy reads.
@@ -162,7 +175,7 @@ void ReusePasses::bindStore(uint32_t side)
 void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays, bool chains)
 {
     if (chains) ++rays;  // the way not taken
-    const uint32_t most = context_.device.isSoftware() ? kMaxLanesOnCpu : kMaxLanes;
+    const uint32_t most = context_.device.isSoftware() ? kMaxSoftwareLanes : kMaxLanes;
     const uint32_t lanes =
         std::min(std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, most)),
                  std::bit_floor(kMostPaths / rays));
@@ -279,9 +292,9 @@ void ReusePasses::makePipelines(const ReuseConstants& constants)
     weigh_.pipeline(constants);
 }
 
-bool ReusePasses::compile(const GpuScene& scene, const Frame& frame,
-                          const ReuseConstants& constants)
+bool ReusePasses::compile(const GpuScene& scene, const Frame& frame, const ReuseConstants& wanted)
 {
+    const ReuseConstants constants = specialised(wanted, settings_);
     if (old_.isCompiled(constants) && (takesAll() ? full_ : new_).isCompiled(constants))
         return false;
     makePipelines(constants);  // where failing leaves no half-recorded commands
@@ -312,9 +325,10 @@ bool ReusePasses::compile(const GpuScene& scene, const Frame& frame,
     return true;
 }
 
-double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants,
+double ReusePasses::run(const GpuScene& scene, const Frame& frame, const ReuseConstants& wanted,
                         const shared::Batch& batch, uint32_t flags)
 {
+    const ReuseConstants constants = specialised(wanted, settings_);
     shared::ReuseBatch push{batch, settings_, camera_};
     push.settings.flags = flags | (motion_.count() << shared::kReuseMovedShift);
     const glm::uvec2 before = stores_[1 - side_].size;

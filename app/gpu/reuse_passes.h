@@ -20,6 +20,9 @@ struct ReuseConstants {
     static constexpr uint32_t kFirst = 0;
     uint32_t features = 0xffffffffu;  // number 0: lang.h
     uint32_t sampler = 0;             // shared::kSpecializeSampler
+    uint32_t records = 0;             // these by ReusePasses: see shared::kSpecializeRecords
+    uint32_t lights = 0;
+    uint32_t fresh = 0;
 };
 
 class ReusePasses {

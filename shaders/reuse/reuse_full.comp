@@ -1,5 +1,5 @@
-// New paths where nothing of them is kept (`full`): a lane takes all of a pixel, and leaves their sums; ways that mirrors
-// and glass have not taken, too.
+// New paths where nothing of them is kept (`full`): a lane takes all of a pixel, and leaves their sums. Ways that
+// mirrors and glass have not taken are followed here, too.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

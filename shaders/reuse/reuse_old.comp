@@ -10,7 +10,7 @@
 #define REKINDLE_READS_CHAINS
 #include "colour.glsl"
 #include "film.glsl"
-#include "reuse.glsl"
+#include "reuse_competition.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -89,187 +89,162 @@ ReuseNew loadNew(uint which, float part)
     return found;
 }
 
-ReuseSample oldSample(uint source, uint i)
+/// The first word of an old sample, as it lies in memory.
+uvec4 oldWord(uint source, uint i)
 {
-    const int at = int(recordIndex(sizeBefore(), source, i));
-    ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), uvec4(0u));
-    r.slot = slotNow(r.slot);
-    return r;
+    uvec4 word = texelFetch(placesBefore, int(recordIndex(sizeBefore(), source, i)));
+    word.x = slotNow(word.x);
+    return word;
 }
 
-/// Adds an old sample by which radiance L comes; one that is hidden loses its weight.
-void addOrDrop(ReuseView view, vec3 L, bool hidden, inout float weight, inout vec3 brings, inout ReuseSums sums)
+/// Adds an old sample by which radiance L comes, unless it is hidden.
+void addOld(uint i, ReuseSample r, ReuseView view, vec3 L, bool hides, inout ReuseSums sums)
 {
-    if (hidden) {
+    if (hides) {
         dropOldSample(sums, view, L);
-        weight = 0.0;
     } else {
-        brings = addOldSample(sums, view, L);
+        const vec3 brings = addOldSample(sums, view, L);
+        enter(kOfSamples, i, view.u * view.p, brings, view.u * view.perPlace, r.place);
     }
 }
 
-/// Old samples of directions and the new one: adds them up and keeps some. What arrives is evaluated in a loop of its
-/// own, over those that need it: on software devices a branch costs the same whether it is taken or not, and a loop as
-/// much as the lane that needs it most often.
-void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel,
-                  NewPaths fresh, float xi, inout ReuseSums sums, inout ReuseTally tally)
+/// Whether an old sample survives, of strategies that drop some.
+bool survives(SampleStream stream, uint i, inout ReuseView view)
 {
-    const uint most = recordsOf(push.settings);
-    float weights[kReuseMostScores];  // v
-    vec3 brings[kReuseMostScores];    // u F
-    float places[kReuseMostScores];  // u as it is stored
-    uint placed[kReuseMostRecords];  // where on its triangle the sample is now
-    vec3 responses[kReuseMostRecords];
-    uint evaluated = 0u;  // a bit for each
-    uint hidden = 0u;
-    uint turned = 0u;
-    const uint count = looks ? most : 0u;
-    for (uint i = 0u; i < most; ++i) {
-        weights[i] = 0.0;
-        brings[i] = vec3(0.0);
-        places[i] = 0.0;
-    }
-    for (uint i = 0u; i < count; ++i) {
-        ReuseSample r = oldSample(source, i);
+    return push.settings.strategy != kReuseRejection || survivesRejection(rejectionNumber(stream, i), view);
+}
+
+/// Looks at those old samples of a pixel that keep their directions. Visibility is not asked for where samples do.
+void lookAtDirections(ReuseVertex v, PathSettings path, SampleStream stream, uint source,
+                      inout ReuseSums sums)
+{
+    for (uint i = 0u; i < kRecords; ++i) {
+        const ReuseSample r = unpackReuseSample(oldWord(source, i), uvec4(0u));
         ReuseView view;
-        if (!aimOldSample(scene, push.settings, v, r, view)) continue;
-        placed[i] = r.place;
-        if (push.settings.strategy == kReuseRejection && !survivesRejection(rejectionNumber(stream, i), view)) continue;
-        weights[i] = view.u * view.p;
-        places[i] = view.u * view.perPlace;
-        responses[i] = view.response;
-        if (oldSampleHides(scene, push.settings, v, view, stream, i, tally)) hidden |= 1u << i;
-        if (isEvaluated(push.settings, r)) {
-            evaluated |= 1u << i;
-            if (view.turned) turned |= 1u << i;
-        } else {
-            addOrDrop(view, unpackRgbe(r.radiance), (hidden & (1u << i)) != 0u, weights[i], brings[i], sums);
-        }
+        if (r.slot != kNone || !aimOldDirection(scene, push.settings, v, r, view)) continue;
+        if (!survives(stream, i, view)) continue;
+        const vec3 L = r.radiance == kReuseEvaluated ? skyOfSample(scene, path, v, view) : unpackRgbe(r.radiance);
+        addOld(i, r, view, L, false, sums);
     }
-    while (evaluated != 0u) {
-        const uint i = uint(findLSB(evaluated));
-        evaluated &= evaluated - 1u;
-        const int at = int(recordIndex(sizeBefore(), source, i));
+}
+
+/// Which old samples of a pixel are looked at by their places, a bit for each.
+uint samplesWithPlaces(uint source)
+{
+    if (!keepsDirections(push.settings)) return (1u << kRecords) - 1u;
+    uint found = 0u;
+    for (uint i = 0u; i < kRecords; ++i) {
+        const uint slot = texelFetch(placesBefore, int(recordIndex(sizeBefore(), source, i))).x;
+        if (slot != kNone) found |= 1u << i;
+    }
+    return found;
+}
+
+/// Looks at old samples that have a place, or may have one. Where most keep their directions this is a loop over the
+/// others: on software devices a branch costs the same whether it is taken or not, and a loop as much as the lane that
+/// needs it most often.
+void lookAtPlaces(ReuseVertex v, PathSettings path, SampleStream stream, uint source,
+                  inout ReuseSums sums, inout ReuseTally tally)
+{
+    uint left = samplesWithPlaces(source);
+    while (left != 0u) {
+        const uint i = uint(findLSB(left));
+        left &= left - 1u;
         uvec4 arriving = uvec4(0u);
-        if (hasArrivingWords(push.settings)) arriving = texelFetch(arrivingBefore, at);
-        ReuseSample r = unpackReuseSample(texelFetch(placesBefore, at), arriving);
-        r.slot = slotNow(r.slot);
-        r.place = placed[i];
+        if (hasArrivingWords(push.settings))
+            arriving = texelFetch(arrivingBefore, int(recordIndex(sizeBefore(), source, i)));
+        ReuseSample r = unpackReuseSample(oldWord(source, i), arriving);
         ReuseView view;
-        vec3 n;
-        Triangle t;
-        view.distance = kInfinity;
-        view.perPlace = 1.0;
-        view.turned = (turned & (1u << i)) != 0u;
-        if (showsElse(r, view)) {
-            weights[i] = 0.0;
-            continue;
+        if (!aimOldSample(scene, push.settings, v, r, view) || !survives(stream, i, view)) continue;
+        const bool hides = oldSampleHides(scene, push.settings, v, view, stream, i, tally);
+        vec3 L = unpackRgbe(r.radiance);
+        if (isEvaluated(push.settings, r)) {
+            const vec3 place = v.vertex.surface.position + view.distance * view.direction;
+            if (showsElse(r, view) || !arrivingIsOld(scene, push.settings, place, r)) continue;
+            L = evaluateArriving(scene, path, push.settings, v, r, view);
         }
-        if (wayToPlace(scene, r, v.vertex.surface.position, view.direction, t, n)) {
-            if (!arrivingIsOld(scene, push.settings, v.vertex.surface.position + view.direction, r)) {
-                weights[i] = 0.0;
-                continue;
-            }
-            view.distance = length(view.direction);
-            view.direction /= view.distance;
-            view.perPlace = view.distance * view.distance / abs(dot(n, view.direction));
-        }
-        view.response = responses[i];
-        view.u = places[i] / view.perPlace;
-        view.p = weights[i] / view.u;
-        addOrDrop(view, evaluateArriving(scene, path, push.settings, v, r, view), (hidden & (1u << i)) != 0u, weights[i],
-                  brings[i], sums);
+        addOld(i, r, view, L, hides, sums);
     }
-    vec3 mean = sums.around;
-    for (uint k = 0u; k < fresh.count; ++k) {
-        const ReuseNew found = loadNew(fresh.first + k, fresh.part);
-        mean += found.scale * found.around;
-        places[most + k] = found.record.u;
-        weights[most + k] = found.record.u > 0.0 ? found.scale : 0.0;
-        brings[most + k] = found.record.u > 0.0 ? found.scale * found.around : vec3(0.0);
-    }
-    const uint all = most + fresh.count;
-    for (uint i = 0u; i < all; ++i) {
-        weights[i] = reuseScore(push.settings, weights[i], luminance(brings[i]), mean);
-        sums.remainder += brings[i];
-    }
-    const float kappa = reuseThreshold(weights, all, most);
-    float sum = 0.0;
-    uint kept = 0u;
-    for (uint i = 0u; i < all && kept < most; ++i) {
-        if (!usableDensity(weights[i])) continue;
-        if (kappa > 0.0 && !reuseKeep(sum, weights[i], kappa, xi)) continue;
-        const int at = int(recordIndex(sizeBefore(), source, min(i, most - 1u)));
-        const uint which = fresh.first + i - most;
-        uvec4 place;
-        if (i < most) {
-            place = texelFetch(placesBefore, at);
-            place = uvec4(slotNow(place.x), placed[i], place.zw);
-        } else {
-            place = newWord(which, 0u);
-        }
-        const float scale = kappa > 0.0 ? reuseKeepScale(weights[i], kappa) : 1.0;
-        place.z = floatBitsToUint(places[i] * scale);
-        sums.remainder -= scale * brings[i];
-        const uint to = recordIndex(sizeNow(), pixel, kept++);
-        placesNow[to] = place;
-        if (place.w != kReuseEvaluated || !hasArrivingWords(push.settings)) continue;
-        if (i < most)
-            arrivingNow[to] = texelFetch(arrivingBefore, at);
-        else
-            arrivingNow[to] = newWord(which, 1u);
-    }
-    for (; kept < most; ++kept) placesNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(kNone, 0u, 0u, 0u);
 }
 
-/// The same of connections to emitters.
-void reuseLights(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel,
-                 NewPaths fresh, float xi, inout ReuseSums sums, inout ReuseTally tally)
+/// The same of old connections to emitters.
+void lookAtLights(ReuseVertex v, PathSettings path, SampleStream stream, uint source,
+                  inout ReuseSums sums, inout ReuseTally tally)
 {
-    const uint most = lightsOf(push.settings);
-    float scores[kReuseMostScores];
-    vec3 brings[kReuseMostScores];
-    float weights[kReuseMostScores];
-    for (uint i = 0u; i < most; ++i) {
-        weights[i] = 0.0;
-        brings[i] = vec3(0.0);
-        if (!looks) continue;
+    for (uint i = 0u; i < kLights; ++i) {
         ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
         if (!(r.v > 0.0)) continue;
-        brings[i] = addOldLight(scene, path, push.settings, v, stream, i, r, sums, tally);
-        weights[i] = r.v;
+        const vec3 brings = addOldLight(scene, path, push.settings, v, stream, i, r, sums, tally);
+        enter(kOfLights, i, r.v, brings, r.v, 0u);
     }
-    vec3 mean = sums.direct;
-    for (uint k = 0u; k < fresh.count; ++k) {
+}
+
+/// Keeps what has won a place.
+void storeSamples(uint source, uint pixel, NewPaths fresh)
+{
+    for (uint place = 0u; place < kRecords; ++place) {
+        const Kept one = keptIn(place);
+        const bool isOld = one.which < kRecords;
+        const uint which = fresh.first + one.which - kRecords;
+        uvec4 word = uvec4(kNone, 0u, 0u, 0u);
+        if (isOld) {
+            word = oldWord(source, one.which);
+        } else if (one.which != kNone) {
+            word = newWord(which, 0u);
+        }
+        const uint to = recordIndex(sizeNow(), pixel, place);
+        placesNow[to] = uvec4(word.x, one.place, floatBitsToUint(one.stored), word.w);
+        if (one.which == kNone || word.w != kReuseEvaluated || !hasArrivingWords(push.settings)) continue;
+        if (isOld) {
+            arrivingNow[to] = texelFetch(arrivingBefore, int(recordIndex(sizeBefore(), source, one.which)));
+        } else {
+            arrivingNow[to] = newWord(which, 1u);
+        }
+    }
+}
+
+void storeLights(uint source, uint pixel, NewPaths fresh)
+{
+    for (uint place = 0u; place < kLights; ++place) {
+        const Kept one = keptIn(place);
+        uvec4 word = uvec4(0u);
+        if (one.which < kLights) {
+            word = texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, one.which)));
+        } else if (one.which != kNone) {
+            word = newWord(fresh.first + one.which - kLights, 2u);
+        }
+        word.z = floatBitsToUint(one.stored);
+        lightsNow[recordIndex(sizeNow(), pixel, place)] = word;
+    }
+}
+
+/// Adds up old samples and new ones, and keeps some of both.
+void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool looks, uint source, uint pixel,
+                  NewPaths fresh, inout ReuseSums sums, inout ReuseTally tally)
+{
+    const uint allSamples = competing(kRecords, fresh.count);
+    const uint allLights = competing(kLights, fresh.count);
+    beginCompetition(kOfSamples, allSamples);
+    beginCompetition(kOfLights, allLights);
+    if (looks) {
+        if (keepsDirections(push.settings)) lookAtDirections(v, path, stream, source, sums);
+        lookAtPlaces(v, path, stream, source, sums, tally);
+        lookAtLights(v, path, stream, source, sums, tally);
+    }
+    for (uint k = 0u; k < competing(0u, fresh.count); ++k) {
+        if (k >= fresh.count) continue;
         const ReuseNew found = loadNew(fresh.first + k, fresh.part);
-        mean += found.light.v * found.direct;
-        weights[most + k] = found.light.v;
-        brings[most + k] = found.light.v * found.direct;
+        addReuseNew(sums, found);
+        const ReuseSample r = found.record;
+        if (r.u > 0.0) enter(kOfSamples, kRecords + k, found.scale, found.scale * found.around, r.u, r.place);
+        enter(kOfLights, kLights + k, found.light.v, found.light.v * found.direct, found.light.v, 0u);
     }
-    const uint all = most + fresh.count;
-    // Unbiased connections are not looked at again.
-    const float carries = isUnbiased(push.settings) ? 0.0 : 1.0;
-    for (uint i = 0u; i < all; ++i) {
-        scores[i] = reuseScore(push.settings, weights[i], luminance(brings[i]), mean);
-        sums.remainder += carries * brings[i];
-    }
-    const float kappa = reuseThreshold(scores, all, most);
-    float sum = 0.0;
-    uint kept = 0u;
-    for (uint i = 0u; i < all && kept < most; ++i) {
-        if (!usableDensity(scores[i])) continue;
-        if (kappa > 0.0 && !reuseKeep(sum, scores[i], kappa, xi)) continue;
-        uvec4 light;
-        if (i < most)
-            light = texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i)));
-        else
-            light = newWord(fresh.first + i - most, 2u);
-        const float scale = kappa > 0.0 ? reuseKeepScale(scores[i], kappa) : 1.0;
-        light.z = floatBitsToUint(weights[i] * scale);
-        sums.remainder -= (carries * scale) * brings[i];
-        lightsNow[recordIndex(sizeNow(), pixel, kept++)] = light;
-    }
-    for (; kept < most; ++kept) lightsNow[recordIndex(sizeNow(), pixel, kept)] = uvec4(0u);
+    const SampleStream keeping = decisionStream(stream, kPurposeResampling);
+    sums.remainder = compete(kOfSamples, allSamples, kRecords, sums.around, streamFloat(keeping, 0u));
+    storeSamples(source, pixel, fresh);
+    const vec3 ofLights = compete(kOfLights, allLights, kLights, sums.direct, streamFloat(keeping, 1u));
+    storeLights(source, pixel, fresh);
+    if (!isUnbiased(push.settings)) sums.remainder += ofLights;  // else they are not looked at again
 }
 
 /// One more sample of the pixel, or (begins) the first ones: as many as the history stands for.
@@ -308,7 +283,7 @@ vec3 meanOfTaps(SurfacePoint s, SurfaceMotion motion, vec3 nearest)
     return sum.w > 0.01 ? sum.xyz / sum.w : nearest;
 }
 
-/// Adds the new paths of a pixel.
+/// Adds the new paths of a pixel, where nothing is kept of them.
 void addNewPaths(NewPaths fresh, inout ReuseSums sums)
 {
     if (push.settings.strategy == kReuseFull && fresh.count > 0u) {
@@ -357,7 +332,6 @@ void main()
     const uint i = pixelIndex(pixel);
     const uvec4 here = pixelsNow[i];
     const SampleStream stream = pixelStream(pixel);
-    const SampleStream keeping = decisionStream(stream, kPurposeResampling);
     const uint strategy = push.settings.strategy;
     ReuseSums sums = noReuseSums();
     ReuseTally tally = ReuseTally(0u, 0u);
@@ -381,10 +355,10 @@ void main()
     if (keepsSamples(strategy)) {
         if (looks && carriesRemainder(push.settings))
             giveBack(v, texelFetch(remaindersBefore, int(source)).xyz, sums);
-        reuseSamples(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 0u), sums, tally);
-        reuseLights(v, path, stream, looks, source, i, fresh, streamFloat(keeping, 1u), sums, tally);
+        reuseSamples(v, path, stream, looks, source, i, fresh, sums, tally);
+    } else {
+        addNewPaths(fresh, sums);
     }
-    addNewPaths(fresh, sums);
     if (carriesRemainder(push.settings)) remaindersNow[i] = vec4(remainderNow(sums), 0.0);
     if (FEATURE(kFeatureDelta) && fresh.rest != kNone) sums.rest = loadNew(fresh.rest, 1.0).around;
     vec3 L = reusedRadiance(sums);

@@ -124,6 +124,9 @@ SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 // display follow it.
 SHARED_CONST uint kSpecializeSampler = 1u;  // the sampler's kind, so that only one is compiled
 SHARED_CONST uint kSpecializeGuided = 2u;   // guided paths: the kind of guide, 0 for none
+SHARED_CONST uint kSpecializeRecords = 2u;  // sample reuse: samples that a pixel keeps,
+SHARED_CONST uint kSpecializeLights = 3u;   // connections,
+SHARED_CONST uint kSpecializeFresh = 4u;    // and new paths that it may have
 SHARED_CONST uint kSpecializeNumbers = 1u;  // gather: numbers in place of bits,
 SHARED_CONST uint kSpecializeShape = 2u;    // and the shape of the lights
 SHARED_CONST uint kSpecializeShow = 1u;     // the display's first: see app/gpu/window/display.cpp

@@ -38,6 +38,10 @@ SHARED_CONST uint kFeatureInstances = 1u << 22;       // meshes that are stored 
 // An environment that most places see through openings
 SHARED_CONST uint kFeatureSkyRegions = 1u << 23;
 SHARED_CONST uint kFeatureMoves = 1u << 24;  // sample reuse, of a scene whose poses differ
+// Of sample reuse, what its strategy keeps: samples, with what arrives at their places, or means.
+SHARED_CONST uint kFeatureKeepsSamples = 1u << 25;
+SHARED_CONST uint kFeatureKeepsPlaces = 1u << 26;
+SHARED_CONST uint kFeatureKeepsMeans = 1u << 27;
 
 SHARED_CONST uint kNone = 0xffffffffu;
 

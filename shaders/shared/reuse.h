@@ -1,9 +1,11 @@
-// Sample reuse when the density has changed from q to p, as kernels and the CPU share it: the
-// fraction alpha of Reweighting-Augmentation, streaming RIS, the solver for c, and selection by
-// thresholds. After S. Wang, "Efficient Sample Usage in Photo-Realistic Rendering" (2022), chapter
-// 7, and J. Talbot, D. Cline, P. Egbert, "Importance Resampling for Global Illumination" (2005).
-// What differs from the thesis: c is the root of c n = N R(c), and alpha is one function of (q, p),
-// evaluated alike for old samples and candidates.
+// Sample reuse when the density has changed from q to p: the fraction alpha of
+// Reweighting-Augmentation and selection by thresholds, which the renderers use, and streaming RIS
+// and the solver for c, which only the estimators of core/reuse do (a renderer's c is N / (N + n),
+// and its candidates are drawn in reuse_new.h). After S. Wang, "Efficient Sample Usage in
+// Photo-Realistic Rendering" (2022), chapter 7, and J. Talbot, D. Cline, P. Egbert, "Importance
+// Resampling for Global Illumination" (2005). What differs from the thesis: c as solved is the root
+// of c n = N R(c), and alpha is one function of (q, p), evaluated alike for old samples and
+// candidates.
 //
 //   N, n   old samples (a nominal count), new samples (rays)
 //   M      N / c, the size of their union
@@ -37,7 +39,10 @@ SHARED_BEGIN
 
 SHARED_CONST float kReuseLeastC = 1e-6f;      // below it history is not worth its loop: discard
 SHARED_CONST uint kReuseMaxCandidates = 16u;  // of the batch that c is solved on
-SHARED_CONST uint kReuseMostScores = 48u;     // of a store that devices cut down
+#ifndef REKINDLE_MOST_SCORES
+#define REKINDLE_MOST_SCORES 48u  // kernels know how many there are
+#endif
+SHARED_CONST uint kReuseMostScores = REKINDLE_MOST_SCORES;  // of a store that is cut down
 
 SHARED_CONST float kReuseLeastDensity = 1.1754943508e-38f;  // the reciprocal is still a number
 

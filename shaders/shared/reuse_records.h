@@ -34,13 +34,14 @@ SHARED_CONST uint kReuseMovedShift = 8u;
 /// Whether what is kept of a pixel is the mean of what was seen there, and no samples.
 SHARED_FN bool keepsMeans(uint strategy)
 {
-    return strategy == kReuseNaive || strategy == kReuseSvgf;
+    return FEATURE(kFeatureKeepsMeans) && (strategy == kReuseNaive || strategy == kReuseSvgf);
 }
 
 /// Whether samples are kept.
 SHARED_FN bool keepsSamples(uint strategy)
 {
-    return !keepsMeans(strategy) && strategy != kReuseDiscard && strategy != kReuseFull;
+    return FEATURE(kFeatureKeepsSamples) && !keepsMeans(strategy) && strategy != kReuseDiscard &&
+           strategy != kReuseFull;
 }
 
 /// How samples are reused; the same for all pixels.
@@ -79,7 +80,7 @@ SHARED_FN bool carriesRemainder(ReuseSettings settings)
 /// direction comes the same. Where nothing moves and it is not asked what lies in between.
 SHARED_FN bool keepsDirections(ReuseSettings settings)
 {
-    return (settings.flags & kReuseDirects) != 0u;
+    return !FEATURE(kFeatureKeepsPlaces) || (settings.flags & kReuseDirects) != 0u;
 }
 
 /// Pieces of the scene that have moved since the frame before.
@@ -114,7 +115,6 @@ SHARED_FN uint candidatesOf(ReuseSettings settings)
 // Below so many samples in its history a pixel gets a path in every pass, however few are asked
 // for: each is a large part of the picture.
 SHARED_CONST float kReuseYoung = 8.0f;
-SHARED_CONST uint kReuseMostRecords = 16u;   // samples kept per pixel
 SHARED_CONST uint kReuseMostRays = 32u;      // of a pixel in one pass
 SHARED_CONST uint kReuseMostFresh = 16384u;  // the same of `full`
 

@@ -236,19 +236,40 @@ SHARED_FN bool wayToPlace(IN(SceneView) scene, ReuseSample r, vec3 position, OUT
     return true;
 }
 
-/// Aims an old sample anew from the new first hit; its place may change. False when it is of no
-/// further use.
-SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
-                            INOUT(ReuseSample) r, OUT(ReuseView) view)
+SHARED_FN ReuseView noReuseView()
 {
+    ReuseView view;
+    view.direction = vec3(0.0f);
     view.distance = kInfinity;
     view.response = vec3(0.0f);
     view.p = 0.0f;
     view.u = 0.0f;
     view.perPlace = 1.0f;
     view.survival = 1.0f;
-    view.direction = vec3(0.0f);
     view.turned = false;
+    return view;
+}
+
+/// What an old sample counts that `view` is aimed at; `share`: by what its place has become. False
+/// when it is of no further use.
+SHARED_FN bool weighOldSample(ReuseSettings settings, IN(ReuseVertex) v, ReuseSample r, float share,
+                              INOUT(ReuseView) view)
+{
+    float q;
+    // Dark here, a sample may be of use again: its density is not zero.
+    if (!evaluateAt(v, view.direction, view.response, view.p, q)) view.response = vec3(0.0f);
+    view.u = r.u / view.perPlace * (share * reuseShare(settings, v.c, q, view.p));
+    if (settings.strategy == kReuseRejection && v.c * q > view.p)
+        view.survival = view.p / (v.c * q);
+    return view.u > 0.0f && view.u < kInfinity;
+}
+
+/// Aims an old sample anew from the new first hit; its place may change. False when it is of no
+/// further use.
+SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                            INOUT(ReuseSample) r, OUT(ReuseView) view)
+{
+    view = noReuseView();
     if (!(r.u > 0.0f)) return false;
     float share = 1.0f;
     vec3 n;
@@ -268,13 +289,18 @@ SHARED_FN bool aimOldSample(IN(SceneView) scene, ReuseSettings settings, IN(Reus
         view.direction /= view.distance;
         view.perPlace = d2 / abs(dot(n, view.direction));
     }
-    float q;
-    // Dark here, a sample may be of use again: its density is not zero.
-    if (!evaluateAt(v, view.direction, view.response, view.p, q)) view.response = vec3(0.0f);
-    view.u = r.u / view.perPlace * (share * reuseShare(settings, v.c, q, view.p));
-    if (settings.strategy == kReuseRejection && v.c * q > view.p)
-        view.survival = view.p / (v.c * q);
-    return view.u > 0.0f && view.u < kInfinity;
+    return weighOldSample(settings, v, r, share, view);
+}
+
+/// The same of a sample that has no place but a direction.
+SHARED_FN bool aimOldDirection(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                               ReuseSample r, OUT(ReuseView) view)
+{
+    view = noReuseView();
+    if (!(r.u > 0.0f)) return false;
+    view.direction = unpackOct(r.place);
+    if (!wayIsOld(scene, settings, v, view.direction, false, kNone)) return false;
+    return weighOldSample(settings, v, r, 1.0f, view);
 }
 
 /// Drops an old sample or pays for those that are: `xi` is uniform. False where it is dropped.
@@ -298,6 +324,18 @@ SHARED_FN PathState pathFromHere(IN(ReuseVertex) v)
 SHARED_FN bool showsElse(ReuseSample r, IN(ReuseView) view)
 {
     return view.turned && r.nextDirection == kReuseBent;
+}
+
+/// Radiance that comes from where nothing is met, along `view.direction`, whose density is
+/// `view.p`.
+SHARED_FN vec3 skyOfSample(IN(SceneView) scene, PathSettings path, IN(ReuseVertex) v,
+                           IN(ReuseView) view)
+{
+    PathState ray = pathFromHere(v);
+    ray.direction = view.direction;
+    ray.pdf = view.p;
+    ray.depth = 1u;
+    return shadeMiss(scene, path, ray);
 }
 
 /// Radiance that comes from the place of a sample whose radiance is evaluated, along

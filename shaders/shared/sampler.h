@@ -31,7 +31,6 @@ SHARED_CONST uint kPurposeCandidates = 1u;    // directions proposed to resampli
 SHARED_CONST uint kPurposeSelection = 2u;     // which candidate, neighbour or history is taken
 SHARED_CONST uint kPurposeResampling = 3u;    // which stored samples survive
 SHARED_CONST uint kPurposeLightTracing = 4u;  // paths from emitters, virtual lights
-SHARED_CONST uint kPurposeTraining = 5u;      // paths that only teach a guide
 SHARED_CONST uint kPurposeOcclusion = 6u;     // ambient occlusion
 SHARED_CONST uint kPurposeRounding = 7u;      // stochastic rounding of what is stored
 SHARED_CONST uint kPurposeVisibility = 8u;    // which old samples are asked for visibility again
