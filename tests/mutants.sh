@@ -34,19 +34,19 @@ reuse-keep-unpaid@shaders/shared/reuse.h@min(kappa / score, Real(kInfinity)) : R
 reuse-count-for-nominal@core/reuse/reweighting_augmentation.h@fraction.alphaOverQ(q, p) / N;@fraction.alphaOverQ(q, p) / static_cast<typename C::Real>(old.size());@Lab.Flatland*
 reuse-after-trace-unpaid@core/reuse/reweighting_augmentation.h@draw.u * share / draw.omega@draw.u * share@Lab.Traps*
 reuse-correction-sign@core/reuse/change.h@static_cast<Real>(1 - weightSum)@static_cast<Real>(weightSum - 1)@Lab.Every*
-reuse-bent-twice@shaders/shared/reuse_path.h@if (place.bends && !keepsDirections(settings)) alpha@if (place.bends) alpha@*ReuseMirrors*cpu*
-reuse-lamp-twice@shaders/shared/reuse_path.h@packRgbe(max(L - place.emitted, vec3(0.0f)),@packRgbe(L,@*ReuseMirrors*cpu*
-reuse-residual-alone@shaders/shared/reuse_path.h@: reconnection(way, place.normal, position, v.positionBefore);@: 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-bent-twice@shaders/shared/reuse_new.h@if (trail.bends && !keepsDirections(settings)) alpha@if (trail.bends) alpha@*ReuseMirrors*cpu*
+reuse-lamp-twice@shaders/shared/reuse_new.h@packRgbe(max(L - trail.emitted, vec3(0.0f)),@packRgbe(L,@*ReuseMirrors*cpu*
+reuse-residual-alone@shaders/shared/reuse_new.h@: reconnection(way, n, position, v.positionBefore);@: 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-slide-unpaid@shaders/shared/reuse_shift.h@    r.u *= lengths * lengths;@    if (false) @ReuseShift*
 reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@return vec2(0.5f);@ReuseShift*
 reuse-remainder-whole@core/methods/reuse_estimator.cpp@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
-reuse-rays-unpaid@shaders/shared/reuse_path.h@(draw.omega * v.rays)@draw.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-rays-unpaid@shaders/shared/reuse_new.h@(trail.omega * v.rays)@trail.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-paths-change-c@core/methods/reuse_estimator.cpp@const uint32_t taken = shared::takeRays(settings_, p.v.rays * part, p.v.history);@p.v.c = shared::shareOfHistory(settings_, p.v.history, p.v.rays *= part); sums.rays = p.v.rays; const uint32_t taken = shared::takeRays(settings_, p.v.rays, p.v.history);@*PathAllocation*MeanStays*cpu*
-motion-new-side@shaders/shared/reuse_path.h@!(wayIsOld(scene, settings, v, way, ends, place.triangle) &&@!(true &&@*ReuseMotion.Shadows*cpu*
+motion-new-side@shaders/shared/reuse_new.h@const bool old = wayIsOld(scene, settings, v, way, ends, triangle) &&@const bool old = true &&@*ReuseMotion.Shadows*cpu*
 motion-old-arrivals@core/methods/reuse_estimator.cpp@if (!shared::arrivingIsOld(scene_, settings_, place, r)) continue;@@*ReuseMotion.Light*cpu*
 motion-camera-rests@shaders/shared/motion.h@    camera.position = m.now + m.turn * (camera.position - m.before);@@Motion.*:*ReuseMotion.WhatMoves*cpu*
-reuse-light-share@shaders/shared/reuse_path.h@result.light.v = (1.0f - share) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-light-share@shaders/shared/reuse_new.h@result.light.v = (1.0f - share) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseBias.Asking*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 completion-run-mass@core/completion/row_weights.cpp@const double each = share / (end - begin);@const double each = share;@RowWeights*
