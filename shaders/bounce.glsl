@@ -20,23 +20,12 @@ layout(set = kSetKernel, binding = kBindQueues, scalar) buffer QueueBlock
     QueueHead queues[];
 };
 
+#include "queue.glsl"
+
 /// Words of a path's state.
 uint stateSize()
 {
     return FEATURE(kFeaturePanes | kFeatureSkyRegions | kFeatureVolume) ? kStateWords : 3u;
-}
-
-/// Appends the lanes that are `alive` to the queue of the next bounce: one atomic per subgroup, no barrier.
-uint queueSlot(bool alive, uint next)
-{
-    const uvec4 ballot = subgroupBallot(alive);
-    const uint count = subgroupBallotBitCount(ballot);
-    uint base = 0u;
-    if (subgroupElect() && count > 0u) {
-        base = atomicAdd(queues[next].count, count);
-        atomicMax(queues[next].groupsX, (base + count + kGroupSize - 1u) / kGroupSize);
-    }
-    return subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
 }
 
 void main()

@@ -36,6 +36,8 @@ layout(set = kSetKernel, binding = kBindPathQueues, scalar) buffer PathQueueBloc
     QueueHead queues[];
 };
 
+#include "queue.glsl"
+
 const uint kNumberBits = 19u;  // of a path; its depth lies above them
 const uint kDepthBits = 6u;    // and above these the settings that it follows
 const uint kRestSettings = 31u;  // restSettings; else settingsAfter so many bounces
@@ -49,17 +51,10 @@ struct PathUnderWay {
     PathState ray;
 };
 
-/// Appends the paths that are `alive` to a queue: one atomic per subgroup, no barrier.
+/// Appends the paths that are `alive` to a queue.
 void queuePath(bool alive, uint queue, PathUnderWay path)
 {
-    const uvec4 ballot = subgroupBallot(alive);
-    const uint count = subgroupBallotBitCount(ballot);
-    uint base = 0u;
-    if (subgroupElect() && count > 0u) {
-        base = atomicAdd(queues[queue].count, count);
-        atomicMax(queues[queue].groupsX, (base + count + kGroupSize - 1u) / kGroupSize);
-    }
-    const uint to = kReuseStateWords * (subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot));
+    const uint to = kReuseStateWords * queueSlot(alive, queue);
     if (!alive) return;
     const PathState ray = path.ray;
     const uint head = path.number | (ray.depth << kNumberBits) | (path.settings << (kNumberBits + kDepthBits));
