@@ -1,5 +1,5 @@
-// What the kernels of sample reuse share: a lane is a pixel, and each kernel adds to what the one before has left for
-// it. The estimator is that of shared/reuse_new.h.
+// What the kernels of sample reuse share: a lane is a pixel, or one of its new paths (reuse_paths.glsl), and each
+// kernel adds to what the one before has left for it. The estimator is that of shared/reuse_new.h.
 #include "traverse.glsl"
 #include "shared/reuse_new.h"
 

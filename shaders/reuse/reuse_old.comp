@@ -115,8 +115,7 @@ bool survives(SampleStream stream, uint i, inout ReuseView view)
 }
 
 /// Looks at those old samples of a pixel that keep their directions. Visibility is not asked for where samples do.
-void lookAtDirections(ReuseVertex v, PathSettings path, SampleStream stream, uint source,
-                      inout ReuseSums sums)
+void lookAtDirections(ReuseVertex v, PathSettings path, SampleStream stream, uint source, inout ReuseSums sums)
 {
     for (uint i = 0u; i < kRecords; ++i) {
         const ReuseSample r = unpackReuseSample(oldWord(source, i), uvec4(0u));
@@ -143,8 +142,8 @@ uint samplesWithPlaces(uint source)
 /// Looks at old samples that have a place, or may have one. Where most keep their directions this is a loop over the
 /// others: on software devices a branch costs the same whether it is taken or not, and a loop as much as the lane that
 /// needs it most often.
-void lookAtPlaces(ReuseVertex v, PathSettings path, SampleStream stream, uint source,
-                  inout ReuseSums sums, inout ReuseTally tally)
+void lookAtPlaces(ReuseVertex v, PathSettings path, SampleStream stream, uint source, inout ReuseSums sums,
+                  inout ReuseTally tally)
 {
     uint left = samplesWithPlaces(source);
     while (left != 0u) {
@@ -168,8 +167,8 @@ void lookAtPlaces(ReuseVertex v, PathSettings path, SampleStream stream, uint so
 }
 
 /// The same of old connections to emitters.
-void lookAtLights(ReuseVertex v, PathSettings path, SampleStream stream, uint source,
-                  inout ReuseSums sums, inout ReuseTally tally)
+void lookAtLights(ReuseVertex v, PathSettings path, SampleStream stream, uint source, inout ReuseSums sums,
+                  inout ReuseTally tally)
 {
     for (uint i = 0u; i < kLights; ++i) {
         ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
