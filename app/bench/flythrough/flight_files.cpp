@@ -65,7 +65,10 @@ Json windowJson(const SceneResult& scene)
                         {"relmse_ratio", row.ratio.value},
                         {"relmse_ratio_se", row.ratio.error},
                         {"trimmed_ratio", row.trimmedRatio.value},
-                        {"trimmed_ratio_se", row.trimmedRatio.error}});
+                        {"trimmed_ratio_se", row.trimmedRatio.error},
+                        {"shown_mse", row.shown.value},
+                        {"shown_mse_ratio", row.shownRatio.value},
+                        {"shown_mse_ratio_se", row.shownRatio.error}});
     return {{"speed", scene.windowSpeed},
             {"seconds", scene.windowSeconds},
             {"mean_reference", scene.windowRadiance},
@@ -167,7 +170,7 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
     std::string text = scene.name + ", in the window's loop, " + std::to_string(r.windowSize.x) +
                        'x' + std::to_string(r.windowSize.y) + ", " + numberText(scene.windowSpeed) +
                        ' ' + scene.unit + " per second:\n" + padded("", 26) +
-                       "target ms  ms/picture  scale  relMSE/discard  no fireflies\n";
+                       "target ms  ms/picture  scale  relMSE/discard  no fireflies  as shown\n";
     for (const WindowRow& row : scene.window)
         text +=
             "  " +
@@ -177,7 +180,9 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
             padded(printed("%.0f", 1e3 * row.pictureSeconds), 12) +
             padded(printed("%.2f", row.scale), 7) +
             padded(printed("%.3g", row.ratio.value) + printed(" +- %.2g", row.ratio.error), 16) +
-            printed("%.3g", row.trimmedRatio.value) + '\n';
+            padded(printed("%.3g", row.trimmedRatio.value), 14) +
+            printed("%.3g", row.shownRatio.value) + printed(" +- %.2g", row.shownRatio.error) +
+            '\n';
     return text;
 }
 

@@ -29,6 +29,7 @@ std::string windowTable(const SceneResult& scene, double target)
                 numberCell(shortNumber(row.errors.relMse.value)) +
                 numberCell(measured(row.ratio.value, row.ratio.error)) +
                 numberCell(shortNumber(row.trimmedRatio.value)) +
+                numberCell(measured(row.shownRatio.value, row.shownRatio.error)) +
                 numberCell(percent(bias.value / scene.windowRadiance) + " ± " +
                            percent(bias.error / scene.windowRadiance)) +
                 "</tr>\n";
@@ -36,7 +37,7 @@ std::string windowTable(const SceneResult& scene, double target)
     return tableMarkup("<th>strategy</th>" + numberHead("ms per picture") +
                            numberHead("scale of sides") + numberHead("relMSE") +
                            numberHead("over discard") + numberHead("without fireflies") +
-                           numberHead("signed error"),
+                           numberHead("as shown") + numberHead("signed error"),
                        rows);
 }
 
@@ -53,7 +54,10 @@ std::string windowMarkup(const Results& r, const SceneResult& scene)
             escapeMarkup(scene.unit) + " per second for " + shortNumber(scene.windowSeconds) +
             " s: pictures are as small as the wanted rate demands, and stretched over the window. "
             "What is on show in the last view is compared with what the window shows there at "
-            "rest, so that edges count, too. <i>paths</i> are new ones per pixel and picture.");
+            "rest, so that edges count, too; as radiance, and <i>as shown</i>: the mean square "
+            "error of "
+            "the colours on the screen (smooth within surfaces while the camera moves) over "
+            "Discard's. <i>paths</i> are new ones per pixel and picture.");
     double last = 0, share = 0;
     for (const WindowRow& row : scene.window) {
         share += row.share / static_cast<double>(scene.window.size());

@@ -55,7 +55,9 @@ struct WindowRow {
     double share = 1;           // of the time its threads wanted to run, that they ran: the clock
                                 // of all other times is slowed by it
     PictureErrors errors{};
-    Measured ratio{}, trimmedRatio{};  // over those of Discard at the same target
+    Measured shown{};  // mean square error of the colours on show
+    // over those of Discard at the same target
+    Measured ratio{}, trimmedRatio{}, shownRatio{};
 };
 
 /// A picture of the last frame, and the part of it that is shown larger.

@@ -84,7 +84,10 @@ bool WindowPilot::land(WindowLanding& landing)
 {
     const core::Camera end = session_.navigation.camera();
     if (!wait([&] { return session_.picture()->camera == end; })) return false;
-    landing.picture = core::stretched(session_.picture()->mean, size_);
+    const Picture& picture = *session_.picture();
+    landing.picture = core::stretched(picture.mean, size_);
+    landing.colours =
+        displayColours(picture.mean, picture.preview ? picture.guide.get() : nullptr, size_);
     return true;
 }
 
@@ -114,6 +117,22 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
     landing.scale = scales / std::max(landing.pictures, 1u);
     if (!flown || !land(landing)) return {};
     return landing;
+}
+
+core::Image displayColours(const core::Image& picture, const core::Image* guide, glm::uvec2 size)
+{
+    shared::DisplaySettings s{};
+    s.width = size.x;
+    s.height = size.y;
+    s.show = guide ? shared::kShowPreview : shared::kShowRadiance;
+    s.exposure = ViewParams{}.exposure;
+    s.tone = static_cast<uint32_t>(ViewParams{}.tone);
+    const std::vector<uint8_t> bytes = core::displayImage(&picture, guide, s);
+    core::Image colours(size.x, size.y, 3);
+    for (size_t i = 0; i < size_t(size.x) * size.y; ++i)
+        for (size_t c = 0; c < 3; ++c)
+            colours.pixels[3 * i + c] = static_cast<float>(bytes[4 * i + c]) / 255;
+    return colours;
 }
 
 CameraTrack lastSeconds(const Flight& flight, double speed, double seconds)

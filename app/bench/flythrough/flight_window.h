@@ -18,6 +18,7 @@ namespace app::flight {
 /// What a flight has left on show, and what was seen on the way.
 struct WindowLanding {
     core::Image picture;    // of the flight's last view, stretched over the window
+    core::Image colours;    // the same as the window shows it (displayColours)
     double scale = 1;       // of a picture's sides to the window's, mean of the flight
     uint32_t pictures = 0;  // that were shown on the way
     double seconds = 0;     // of the slowed clock, from the first key to the last
@@ -52,6 +53,11 @@ private:
     double now_ = 0;           // of that clock
     double frameSeconds_ = 1;  // wanted
 };
+
+/// What a window of that size shows of a picture: encoded colours from 0 to 1, at exposure 0 and
+/// with the tone curve that the viewer begins with. With a `guide` (surfaceGuide) it is smooth
+/// within surfaces, as pictures of a moving camera are.
+core::Image displayColours(const core::Image& picture, const core::Image* guide, glm::uvec2 size);
 
 /// The last `seconds` of a flight, at `speed` (steps of the flight per second).
 CameraTrack lastSeconds(const Flight& flight, double speed, double seconds);

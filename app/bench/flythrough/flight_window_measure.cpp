@@ -20,16 +20,19 @@ constexpr uint64_t kLeastSpp = 64;  // of the reference, whose pictures are larg
 
 /// All that is known of one crew at one rate.
 struct WindowCell {
-    ErrorSum errors;
+    ErrorSum errors, shown;
     std::vector<double> scales, pictureSeconds, shares;
 
-    explicit WindowCell(const FlightReference& reference)
-        : errors(reference.mean, reference.variance)
+    /// `colours`: of the reference. Noise that is left in it counts as an error of all.
+    WindowCell(const FlightReference& reference, const core::Image& colours,
+               const core::Image& noVariance)
+        : errors(reference.mean, reference.variance), shown(colours, noVariance)
     {}
 
     void add(const WindowLanding& landing)
     {
         errors.add(landing.picture);
+        shown.add(landing.colours);
         scales.push_back(landing.scale);
         pictureSeconds.push_back(landing.pictureSeconds());
         shares.push_back(landing.share);
@@ -53,7 +56,8 @@ WindowRow rowOf(const Crew& crew, double target, const WindowCell& cell)
             .pictureSeconds = mean(cell.pictureSeconds),
             .scale = mean(cell.scales),
             .share = mean(cell.shares),
-            .errors = cell.errors.errors()};
+            .errors = cell.errors.errors(),
+            .shown = cell.shown.errors().mse};
 }
 
 }  // namespace
@@ -121,9 +125,11 @@ void Measurement::flyInWindow(size_t index)
                       warmUp = lastSeconds(*flight_, speed, 0.3);
     WindowPilot window(o_.scenes[index], {.device = o_.device, .deviceIndex = o_.deviceIndex},
                        *o_.window, tools_.stop);
+    const core::Image colours = displayColours(truth->mean, nullptr, *o_.window),
+                      noVariance(o_.window->x, o_.window->y, 3);
     std::vector<WindowRow> rows;
     for (const double target : kTargets) {
-        std::vector<WindowCell> cells(crews.size(), WindowCell(*truth));
+        std::vector<WindowCell> cells(crews.size(), WindowCell(*truth, colours, noVariance));
         for (uint32_t seed = 0; seed < o_.seeds; ++seed)
             for (size_t i = 0; i < crews.size(); ++i) {
                 tools_.progress(scene_.name + ": in the window's loop, " +
@@ -143,6 +149,7 @@ void Measurement::flyInWindow(size_t index)
             const WindowRow& first = rows[rows.size() - 1 - i];
             rows.back().ratio = quotient(rows.back().errors.relMse, first.errors.relMse);
             rows.back().trimmedRatio = quotient(rows.back().errors.trimmed, first.errors.trimmed);
+            rows.back().shownRatio = quotient(rows.back().shown, first.shown);
         }
     }
     SceneResult& result = results_.scenes.back();
