@@ -32,7 +32,7 @@ struct LobeChoice {
     float through;  // to the diffuse part, at wo
 };
 
-SHARED_FN LobeChoice chooseLobes(Bsdf b, vec3 wo)
+SHARED_FN LobeChoice chooseLobes(IN(Bsdf) b, vec3 wo)
 {
     LobeChoice c;
     vec3 reflected = vec3(0.0f);
@@ -57,7 +57,7 @@ SHARED_FN LobeChoice chooseLobes(Bsdf b, vec3 wo)
 }
 
 /// Probability that a sampled normal reflects rather than transmits.
-SHARED_FN float reflectShare(Bsdf b, vec3 reflected, float through)
+SHARED_FN float reflectShare(IN(Bsdf) b, vec3 reflected, float through)
 {
     if (!FEATURE(kFeatureTransmission) || (b.parts & kBsdfTransmission) == 0u) {
         return 1.0f;
@@ -68,13 +68,13 @@ SHARED_FN float reflectShare(Bsdf b, vec3 reflected, float through)
 }
 
 /// True when normals whose mirror direction ends below the surface are of use, to refraction.
-SHARED_FN bool refractsBelow(Bsdf b)
+SHARED_FN bool refractsBelow(IN(Bsdf) b)
 {
     return FEATURE(kFeatureTransmission) && (b.parts & kBsdfSolid) != 0u;
 }
 
 /// Adds the main interface's lobe with density to f and pdf.
-SHARED_FN void addFacet(Bsdf b, float probability, vec3 wo, vec3 wi, INOUT(vec3) f,
+SHARED_FN void addFacet(IN(Bsdf) b, float probability, vec3 wo, vec3 wi, INOUT(vec3) f,
                         INOUT(float) pdf)
 {
     bool up = wi.z > 0.0f;
@@ -98,7 +98,7 @@ SHARED_FN void addFacet(Bsdf b, float probability, vec3 wo, vec3 wi, INOUT(vec3)
 }
 
 /// evalPdfBsdf of what is not plain Lambert, both directions being off the horizon.
-SHARED_FN void evalLobes(Bsdf b, LobeChoice c, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+SHARED_FN void evalLobes(IN(Bsdf) b, LobeChoice c, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
 {
     f = vec3(0.0f);
     pdf = 0.0f;
@@ -136,7 +136,7 @@ SHARED_FN void evalLobes(Bsdf b, LobeChoice c, vec3 wo, vec3 wi, OUT(vec3) f, OU
 
 /// How the lobes share directions at wo, for many evaluations there; of a Lambert surface nothing
 /// needs to be known.
-SHARED_FN LobeChoice lobesAt(Bsdf b, vec3 wo)
+SHARED_FN LobeChoice lobesAt(IN(Bsdf) b, vec3 wo)
 {
     LobeChoice c;
     c.coat = 0.0f;
@@ -149,7 +149,8 @@ SHARED_FN LobeChoice lobesAt(Bsdf b, vec3 wo)
 
 /// f (no cosine) and the solid-angle density of sampleBsdf, delta lobes excluded from both; `lobes`
 /// are those at wo.
-SHARED_FN void evalPdfLobes(Bsdf b, LobeChoice lobes, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+SHARED_FN void evalPdfLobes(IN(Bsdf) b, LobeChoice lobes, vec3 wo, vec3 wi, OUT(vec3) f,
+                            OUT(float) pdf)
 {
     f = vec3(0.0f);
     pdf = 0.0f;
@@ -166,12 +167,12 @@ SHARED_FN void evalPdfLobes(Bsdf b, LobeChoice lobes, vec3 wo, vec3 wi, OUT(vec3
     evalLobes(b, lobes, wo, wi, f, pdf);
 }
 
-SHARED_FN void evalPdfBsdf(Bsdf b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
+SHARED_FN void evalPdfBsdf(IN(Bsdf) b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
 {
     evalPdfLobes(b, lobesAt(b, wo), wo, wi, f, pdf);
 }
 
-SHARED_FN vec3 evalBsdf(Bsdf b, vec3 wo, vec3 wi)
+SHARED_FN vec3 evalBsdf(IN(Bsdf) b, vec3 wo, vec3 wi)
 {
     vec3 f;
     float pdf;
@@ -179,7 +180,7 @@ SHARED_FN vec3 evalBsdf(Bsdf b, vec3 wo, vec3 wi)
     return f;
 }
 
-SHARED_FN float pdfBsdf(Bsdf b, vec3 wo, vec3 wi)
+SHARED_FN float pdfBsdf(IN(Bsdf) b, vec3 wo, vec3 wi)
 {
     vec3 f;
     float pdf;
@@ -191,7 +192,8 @@ SHARED_FN float pdfBsdf(Bsdf b, vec3 wo, vec3 wi)
 
 /// Reflects or transmits at the normal h of the main interface, by u in [0, c.facet); sets wi and
 /// flags, and the complete weight of a delta lobe.
-SHARED_FN void sampleInterface(Bsdf b, LobeChoice c, vec3 wo, vec3 h, float u, INOUT(BsdfSample) s)
+SHARED_FN void sampleInterface(IN(Bsdf) b, LobeChoice c, vec3 wo, vec3 h, float u,
+                               INOUT(BsdfSample) s)
 {
     vec3 reflected;
     float through;
@@ -216,7 +218,7 @@ SHARED_FN void sampleInterface(Bsdf b, LobeChoice c, vec3 wo, vec3 h, float u, I
 }
 
 /// Whether light goes through as through a pane: straight on, along -wo.
-SHARED_FN bool isPane(Bsdf b)
+SHARED_FN bool isPane(IN(Bsdf) b)
 {
     return FEATURE(kFeaturePanes) && b.alpha == 0.0f &&
            (b.parts & (kBsdfTransmission | kBsdfSolid)) == kBsdfTransmission;
@@ -224,7 +226,7 @@ SHARED_FN bool isPane(Bsdf b)
 
 /// What of the light along -wo a pane lets through: the weight of its delta lobe of transmission
 /// times the probability that it is drawn.
-SHARED_FN vec3 straightThrough(Bsdf b, vec3 wo)
+SHARED_FN vec3 straightThrough(IN(Bsdf) b, vec3 wo)
 {
     if (!(wo.z > kMinCosine)) return vec3(0.0f);
     vec3 reflected;
@@ -239,7 +241,8 @@ SHARED_FN vec3 straightThrough(Bsdf b, vec3 wo)
 /// Draws wi for wo. False when the path ends here (absorbed, or below the horizon): that share of
 /// the density is missing from the integral of pdfBsdf. uLobe chooses the lobe and is reused inside
 /// it; `c` are the lobes at wo.
-SHARED_FN bool sampleLobes(Bsdf b, LobeChoice c, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) s)
+SHARED_FN bool sampleLobes(IN(Bsdf) b, LobeChoice c, vec3 wo, float uLobe, vec2 u,
+                           OUT(BsdfSample) s)
 {
     s.wi = vec3(0.0f, 0.0f, 1.0f);
     s.pdf = 0.0f;
@@ -285,13 +288,13 @@ SHARED_FN bool sampleLobes(Bsdf b, LobeChoice c, vec3 wo, float uLobe, vec2 u, O
     return maxComponent(s.weight) > 0.0f && maxComponent(s.weight) < 1.0e30f;
 }
 
-SHARED_FN bool sampleBsdf(Bsdf b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) s)
+SHARED_FN bool sampleBsdf(IN(Bsdf) b, vec3 wo, float uLobe, vec2 u, OUT(BsdfSample) s)
 {
     return sampleLobes(b, lobesAt(b, wo), wo, uLobe, u, s);
 }
 
 /// Estimate of the share of light from all sides that goes towards wo: what denoisers call albedo.
-SHARED_FN vec3 albedoBsdf(Bsdf b, vec3 wo)
+SHARED_FN vec3 albedoBsdf(IN(Bsdf) b, vec3 wo)
 {
     if (isLambert(b)) {
         return b.diffuse;

@@ -72,7 +72,7 @@ struct Bsdf {
 // --- the main interface and the coat -----------------------------------------------------------
 
 /// Adds the metallic part's reflection at cosine c (Schlick) to `reflected`.
-SHARED_FN void addMetal(Bsdf b, float c, INOUT(vec3) reflected)
+SHARED_FN void addMetal(IN(Bsdf) b, float c, INOUT(vec3) reflected)
 {
     if (FEATURE(kFeatureMetal)) {
         float m = 1.0f - c;
@@ -83,14 +83,14 @@ SHARED_FN void addMetal(Bsdf b, float c, INOUT(vec3) reflected)
 
 /// True inside a solid past the critical angle, where everything is reflected whatever the specular
 /// factor says.
-SHARED_FN bool isTotal(Bsdf b, float exact)
+SHARED_FN bool isTotal(IN(Bsdf) b, float exact)
 {
     return FEATURE(kFeatureTransmission) && (b.parts & kBsdfSolid) != 0u && exact >= 1.0f;
 }
 
 /// Colour that a facet of the main interface reflects at cosine c, and the share (a scalar, so that
 /// the complement of a coloured reflection does not tint what lies below) that passes through it.
-SHARED_FN void facetFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
+SHARED_FN void facetFresnel(IN(Bsdf) b, float c, OUT(vec3) reflected, OUT(float) through)
 {
     float exact = fresnelDielectric(c, b.eta);
     float t = fresnelShare(exact, b.r0, b.shareScale);
@@ -105,7 +105,7 @@ SHARED_FN void facetFresnel(Bsdf b, float c, OUT(vec3) reflected, OUT(float) thr
 
 /// The same for the whole rough interface seen at cosine c: its albedo, and what reaches the
 /// diffuse part below.
-SHARED_FN void interfaceAlbedo(Bsdf b, float c, OUT(vec3) reflected, OUT(float) through)
+SHARED_FN void interfaceAlbedo(IN(Bsdf) b, float c, OUT(vec3) reflected, OUT(float) through)
 {
     float exact = fresnelDielectric(c, b.eta);
     float t = fresnelShare(exact, b.r0, b.shareScale);
@@ -122,7 +122,7 @@ SHARED_FN void interfaceAlbedo(Bsdf b, float c, OUT(vec3) reflected, OUT(float) 
 }
 
 /// Albedo of the coat at cosine c.
-SHARED_FN float coatAlbedo(Bsdf b, float c)
+SHARED_FN float coatAlbedo(IN(Bsdf) b, float c)
 {
     vec2 xy = roughAlbedo(
         c, fresnelShare(fresnelDielectric(c, kCoatIor), kCoatR0, 1.0f / (1.0f - kCoatR0)),
@@ -133,7 +133,7 @@ SHARED_FN float coatAlbedo(Bsdf b, float c)
 /// What the coat leaves to its base for light that goes by cosines co and ci (signed). It lies on
 /// the outside of a solid and on both sides of anything else. The largest albedo belongs to the
 /// smallest cosine.
-SHARED_FN float coatThrough(Bsdf b, float co, float ci)
+SHARED_FN float coatThrough(IN(Bsdf) b, float co, float ci)
 {
     bool inside = (b.parts & kBsdfInside) != 0u;
     bool solid = (b.parts & kBsdfSolid) != 0u;
@@ -235,14 +235,14 @@ SHARED_FN float emissionThroughCoat(float clearcoat, float c)
 }
 
 /// Neither interface, transmission nor coat: evaluation is one multiplication.
-SHARED_FN bool isLambert(Bsdf b)
+SHARED_FN bool isLambert(IN(Bsdf) b)
 {
     return !FEATURE(kFeatureSpecular | kFeatureTransmission | kFeatureClearcoat) ||
            (b.parts & ~kBsdfDiffuse) == 0u;
 }
 
 /// True when no lobe has a density, so that light sampling is useless.
-SHARED_FN bool isDelta(Bsdf b)
+SHARED_FN bool isDelta(IN(Bsdf) b)
 {
     return (b.parts & kBsdfDiffuse) == 0u &&
            ((b.parts & kBsdfMicrofacet) == 0u || b.alpha == 0.0f) &&
