@@ -14,7 +14,6 @@ namespace {
 using glm::vec2, glm::vec3;
 
 constexpr size_t kWave = 256;
-constexpr float kOffEdge = 3e-5f;  // of the largest coordinate: 256 steps of a float
 
 /// A camera ray on its way through mirrors and glass.
 struct Walk {
@@ -61,32 +60,12 @@ bool drawsDelta(const shared::Vertex& v, float u, float& probability)
     return u < v.lobes.coat + v.lobes.facet && facet;
 }
 
-/// The place of a hit, at least as far from the edges of its triangle as rays start off it. A point
-/// on the edge of two walls may otherwise lie behind one of them, by rounding, and see nothing.
-vec2 insideTriangle(const shared::Triangle& t, vec2 barycentrics)
-{
-    const vec3 v0 = shared::xyz(t.v0), v1 = shared::xyz(t.v1), v2 = shared::xyz(t.v2);
-    const float area = glm::length(glm::cross(v1 - v0, v2 - v0));  // twice
-    const vec3 most = glm::max(glm::max(glm::abs(v0), glm::abs(v1)), glm::abs(v2));
-    const float distance = kOffEdge * std::max({most.x, most.y, most.z});
-    const vec3 edges(glm::distance(v1, v2), glm::distance(v2, v0), glm::distance(v0, v1));
-    // An edge's distance from the opposite corner is the area over its length.
-    const vec3 least = glm::min(distance * edges / std::max(area, 1e-30f), vec3(1.0f / 3));
-    vec3 weights(1 - barycentrics.x - barycentrics.y, barycentrics.x, barycentrics.y);
-    weights = glm::max(weights, least);
-    // What the others took comes from the largest, which has a third at least.
-    const float excess = weights.x + weights.y + weights.z - 1;
-    (weights.x >= std::max(weights.y, weights.z) ? weights.x
-     : weights.y >= weights.z                    ? weights.y
-                                                 : weights.z) -= excess;
-    return {weights.y, weights.z};
-}
-
 /// One surface: true where the walk goes on.
 bool meetSurface(const ReceiverJob& job, const shared::SceneView& scene, shared::Hit hit,
                  Walk& walk, std::vector<Receiver>& receivers, vec3& direct)
 {
-    hit.barycentrics = insideTriangle(shared::triangleInSlot(scene, hit.slot), hit.barycentrics);
+    hit.barycentrics =
+        shared::insideTriangle(shared::triangleInSlot(scene, hit.slot), hit.barycentrics);
     shared::Vertex v;
     if (!shared::prepareVertex(scene, job.settings, hit, walk.path, v, direct)) return false;
     const shared::VertexNumbers numbers = shared::drawVertexNumbers(walk.stream, walk.path.depth);

@@ -13,6 +13,32 @@
 
 SHARED_BEGIN
 
+SHARED_CONST float kOffEdge = 3.0e-5f;  // of the largest coordinate: 256 steps of a float
+
+/// Barycentrics of a hit moved at least as far from the edges of its triangle as rays start off it.
+/// A point on the edge of two walls may otherwise lie behind one of them, by rounding, and see
+/// nothing. Pixel centres may meet such edges on whole diagonals of a picture.
+SHARED_FN vec2 insideTriangle(Triangle t, vec2 barycentrics)
+{
+    const vec3 v0 = xyz(t.v0);
+    const vec3 v1 = xyz(t.v1);
+    const vec3 v2 = xyz(t.v2);
+    const float area = length(cross(v1 - v0, v2 - v0));  // twice
+    const float distance = kOffEdge * maxComponent(max(max(abs(v0), abs(v1)), abs(v2)));
+    const vec3 edges = vec3(length(v1 - v2), length(v2 - v0), length(v0 - v1));
+    // An edge's distance from the opposite corner is the area over its length.
+    const vec3 least = min(edges * (distance / max(area, 1.0e-30f)), vec3(1.0f / 3.0f));
+    vec3 w = vec3(1.0f - barycentrics.x - barycentrics.y, barycentrics.x, barycentrics.y);
+    w = max(w, least);
+    // What the others took comes from the largest, which has a third at least.
+    const float excess = w.x + w.y + w.z - 1.0f;
+    if (w.y > w.x && w.y >= w.z)
+        w.y -= excess;
+    else if (w.z > w.x && w.z > w.y)
+        w.z -= excess;
+    return vec2(w.y, w.z);
+}
+
 /// The nearest intersection: distance, weights of the second and third vertex, slot of the
 /// triangle.
 struct Hit {
