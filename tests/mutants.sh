@@ -39,12 +39,13 @@ reuse-lamp-twice@shaders/shared/reuse_new.h@packRgbe(max(L - trail.emitted, vec3
 reuse-residual-alone@shaders/shared/reuse_new.h@: reconnection(way, n, position, v.positionBefore);@: 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-slide-unpaid@shaders/shared/reuse_shift.h@    r.u *= lengths * lengths;@    if (false) @ReuseShift*
 reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@return vec2(0.5f);@ReuseShift*
-reuse-remainder-whole@core/methods/reuse_estimator.cpp@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInSlot(scene, hit.slot), hit.barycentrics)@hit.barycentrics@*ReuseEdges*cpu*
+reuse-remainder-whole@core/methods/reuse_estimator_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
 reuse-rays-unpaid@shaders/shared/reuse_new.h@(trail.omega * v.rays)@trail.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
-reuse-paths-change-c@core/methods/reuse_estimator.cpp@const uint32_t taken = shared::takeRays(settings_, p.v.rays * part, p.v.history);@p.v.c = shared::shareOfHistory(settings_, p.v.history, p.v.rays *= part); sums.rays = p.v.rays; const uint32_t taken = shared::takeRays(settings_, p.v.rays, p.v.history);@*PathAllocation*MeanStays*cpu*
+reuse-paths-change-c@core/methods/reuse_estimator_body.h@p.taken = shared::takeRays(job_.settings, p.v.rays * part, p.v.history);@p.v.c = shared::shareOfHistory(job_.settings, p.v.history, p.v.rays *= part); sums.rays = p.v.rays; p.taken = shared::takeRays(job_.settings, p.v.rays, p.v.history);@*PathAllocation*MeanStays*cpu*
 motion-new-side@shaders/shared/reuse_new.h@const bool old = wayIsOld(scene, settings, v, way, ends, triangle) &&@const bool old = true &&@*ReuseMotion.Shadows*cpu*
-motion-old-arrivals@core/methods/reuse_estimator.cpp@if (!shared::arrivingIsOld(scene_, settings_, place, r)) continue;@@*ReuseMotion.Light*cpu*
+motion-old-arrivals@core/methods/reuse_estimator_body.h@if (!shared::arrivingIsOld(job_.scene, job_.settings, place, r)) continue;@@*ReuseMotion.Light*cpu*
 motion-camera-rests@shaders/shared/motion.h@    camera.position = m.now + m.turn * (camera.position - m.before);@@Motion.*:*ReuseMotion.WhatMoves*cpu*
 reuse-light-share@shaders/shared/reuse_new.h@result.light.v = (1.0f - share) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseBias.Asking*cpu*

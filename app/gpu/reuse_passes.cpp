@@ -36,13 +36,10 @@ uint32_t placesOfLane(const shared::ReuseSettings& settings)
     return static_cast<uint32_t>(std::ceil(std::max(rays, 1.0f)));
 }
 
-/// The constants of kernels with these settings: on software devices code that is not run costs
-/// nearly as much as code that is.
+/// The constants of kernels with these settings: on software devices arrays whose lengths are known
+/// lie in registers.
 ReuseConstants specialised(ReuseConstants constants, const shared::ReuseSettings& settings)
 {
-    if (shared::keepsSamples(settings.strategy)) constants.features |= shared::kFeatureKeepsSamples;
-    if (!shared::keepsDirections(settings)) constants.features |= shared::kFeatureKeepsPlaces;
-    if (shared::keepsMeans(settings.strategy)) constants.features |= shared::kFeatureKeepsMeans;
     constants.records = recordsOf(settings);
     constants.lights = lightsOf(settings);
     constants.fresh = placesOfLane(settings);

@@ -136,15 +136,25 @@ private:
         shared::ReuseSettings settings = reuseSettings(params_);
         settings.visibility = visibility_;
         settings.flags = reuseFlags(params_, passes_, mayMove(*world_));
-        const ReuseEstimator estimator(*accel_, before_, now_, moved_, path, settings,
-                                       perDeviation_, samplesBefore_);
+        const ReuseJob job = makeReuseJob(*accel_, before_, now_, moved_, path, settings,
+                                          perDeviation_, samplesBefore_);
+        const ReuseKernel kernel =
+            leastAble(reuseVariants(), reuseFeatures(params_, frameFeatures(), mayMove(*world_)))
+                .kernel;
         const uint64_t had = film_.progress().samples;
         film_.advance(budget, stop, [&](const Tile& tile, uint32_t, uint32_t, Film& film) {
+            std::array<shared::ReuseSums, size_t(kFilmTile) * kFilmTile> found;
+            const std::span sums =
+                std::span(found).first(size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0));
+            shared::ReuseTally rays{0, 0};
+            kernel(job, tile, sums, rays);
             TileTally tally;
+            tally.rays = uint64_t(rays.closestRays) + rays.shadowRays;
             ReuseFigures figures;
+            size_t i = 0;
             for (uint32_t y = tile.y0; y < tile.y1; ++y)
                 for (uint32_t x = tile.x0; x < tile.x1; ++x)
-                    addPixel(estimator, {x, y}, film, tally, figures);
+                    addPixel(sums[i++], size_t(y) * film.width + x, film, tally, figures);
             count(figures);
             return tally;
         });
@@ -161,12 +171,9 @@ private:
         figures_.add(figures);
     }
 
-    void addPixel(const ReuseEstimator& estimator, glm::uvec2 pixel, Film& film, TileTally& tally,
+    void addPixel(const shared::ReuseSums& sums, size_t i, Film& film, TileTally& tally,
                   ReuseFigures& figures)
     {
-        const size_t i = size_t(pixel.y) * film.width + pixel.x;
-        shared::ReuseTally rays{1, 0};
-        const shared::ReuseSums sums = estimator.estimate(pixel, rays);
         const float weight = sums.nominal + sums.rays;
         if (passes_ > 0) {
             film.add(i, shared::plainRadiance(sums), tally.counters);
@@ -190,7 +197,6 @@ private:
             figures.lost += double(shared::biasShare(sums, sums.lost));
         }
         tally.paths += paths;
-        tally.rays += rays.closestRays + rays.shadowRays;
     }
 
     bool keepsMeans() const { return shared::keepsMeans(static_cast<uint32_t>(params_.reuse)); }

@@ -1,11 +1,13 @@
-// What sample reuse does at one pixel, on the CPU, and what a view leaves to the next one. The
-// estimator is that of shaders/shared/reuse_new.h.
+// What sample reuse does at the pixels of a tile, on the CPU, and what a view leaves to the next
+// one. The estimator is that of shaders/shared/reuse_new.h. Compiled for different features like
+// the path tracer (path_kernel.h).
 #pragma once
 
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "core/base/parallel.h"
 #include "core/methods/reuse_params.h"
 #include "core/trace/accel.h"
 #include "core/trace/scene_view.h"
@@ -38,47 +40,41 @@ struct TracedScene : shared::SceneView {
 };
 
 /// What all pixels of a pass have in common. Old samples are read from `before`, and what is kept
-/// is written to `now`, whose camera and size are those of the picture. Different pixels may be
+/// is written to `now`, whose camera and size are those of the picture. Different tiles may be
 /// estimated at the same time.
-class ReuseEstimator {
-public:
-    /// Refers to all three and to `moved`, which must outlive it: what of the scene has moved since
-    /// `before`. `perDeviation`: see allocatedPart; `firstSample`: the index of the pass's first
-    /// sample.
-    ReuseEstimator(const Accel& accel, const ReuseStore& before, ReuseStore& now,
-                   std::span<const shared::MovedPiece> moved, const shared::PathSettings& path,
-                   const shared::ReuseSettings& settings, float perDeviation, uint32_t firstSample);
-
-    /// What a pass finds at a pixel, and in the store what it leaves there. Adds its rays to
-    /// `tally`.
-    shared::ReuseSums estimate(glm::uvec2 pixel, shared::ReuseTally& tally) const;
-
-private:
-    struct Pixel;
-    template <class Record> struct Competition;
-
-    bool findVertex(glm::uvec2 pixel, Pixel& p, shared::ReuseSums& sums) const;
-    ptrdiff_t findHistory(const Pixel& p, const shared::ReuseChain& chain,
-                          const shared::CameraData& cameraBefore) const;
-    float deviationAround(size_t source) const;
-    void takePaths(Pixel& p, uint32_t taken, shared::ReuseSums& sums) const;
-    glm::vec3 takeRest(const shared::ReuseChain& chain, Pixel& p) const;
-    void keepSamples(Pixel& p, std::span<const shared::ReuseNew> fresh,
-                     shared::ReuseSums& sums) const;
-    void keepMean(const Pixel& p, const shared::ReuseSums& sums) const;
-    void lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,
-                   Competition<shared::ReuseLight>& lights, shared::ReuseSums& sums) const;
-    glm::vec3 meanOfTaps(const Pixel& p, glm::vec3 nearest) const;
-    bool keepsMeans() const { return shared::keepsMeans(settings_.strategy); }
-    bool keepsSamples() const { return shared::keepsSamples(settings_.strategy); }
-
-    TracedScene scene_;
-    const ReuseStore& before_;
-    ReuseStore& now_;
-    shared::PathSettings path_;
-    shared::ReuseSettings settings_;
-    float perDeviation_;
-    uint32_t records_, lights_, firstSample_;
+struct ReuseJob {
+    TracedScene scene;
+    const ReuseStore& before;
+    ReuseStore& now;
+    shared::PathSettings path;
+    shared::ReuseSettings settings;
+    float perDeviation;    // see allocatedPart
+    uint32_t firstSample;  // the index of the pass's first sample
 };
+
+/// Refers to all three and to `moved`, which must outlive it: what of the scene has moved since
+/// `before`.
+ReuseJob makeReuseJob(const Accel& accel, const ReuseStore& before, ReuseStore& now,
+                      std::span<const shared::MovedPiece> moved, const shared::PathSettings& path,
+                      const shared::ReuseSettings& settings, float perDeviation,
+                      uint32_t firstSample);
+
+/// What a pass finds at the pixels of a tile of at most kFilmTile x kFilmTile, row by row in
+/// `sums`, and in the store what it leaves there. Adds its rays to `tally`.
+using ReuseKernel = void (*)(const ReuseJob& job, const Tile& tile,
+                             std::span<shared::ReuseSums> sums, shared::ReuseTally& tally);
+
+struct ReuseVariant {
+    uint32_t features;
+    ReuseKernel kernel;
+};
+
+/// From the least able to the one that knows everything.
+std::span<const ReuseVariant> reuseVariants();
+
+void estimateFlatReuseTile(const ReuseJob& job, const Tile& tile, std::span<shared::ReuseSums> sums,
+                           shared::ReuseTally& tally);
+void estimateAnyReuseTile(const ReuseJob& job, const Tile& tile, std::span<shared::ReuseSums> sums,
+                          shared::ReuseTally& tally);
 
 }  // namespace core

@@ -74,6 +74,20 @@ inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass, bool mayMov
            (mayMove && followsMotion(params) ? shared::kReuseMoves : 0);
 }
 
+/// kFeature bits of what passes do in a scene of such features: what they leave out is not in the
+/// code that runs. Emitters are chosen by power, and panes block (setPathSettings).
+inline uint32_t reuseFeatures(const ReuseParams& params, uint32_t ofScene, bool mayMove)
+{
+    const auto strategy = static_cast<uint32_t>(params.reuse);
+    const bool directs = (reuseFlags(params, 0, mayMove) & shared::kReuseDirects) != 0;
+    return (ofScene & ~(shared::kFeatureEmitterTree | shared::kFeaturePanes)) |
+           (mayMove && followsMotion(params) ? shared::kFeatureMoves : 0) |
+           (params.bias != ReuseBias::fast ? shared::kFeatureAsksVisibility : 0) |
+           (shared::keepsSamples(strategy) ? shared::kFeatureKeepsSamples : 0) |
+           (directs ? 0 : shared::kFeatureKeepsPlaces) |
+           (shared::keepsMeans(strategy) ? shared::kFeatureKeepsMeans : 0);
+}
+
 /// Indices of samples that a view's pass number `pass` uses up. None is left out: every fourth
 /// point of a sequence lies in the same quarter of its domain.
 inline uint32_t samplesOfPass(const ReuseParams& params, uint32_t pass)

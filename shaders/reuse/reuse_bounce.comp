@@ -61,8 +61,8 @@ void main()
         const bool first = push.queue == 0u;
         vec3 gathered = first ? vec3(0.0) : gatheredNow[path.number].xyz;
         const vec3 before = gathered;
-        alive = extendNewPath(scene, settings, push.settings, path.importance, stream, path.ray, gathered, trail,
-                              record, tally);
+        alive = traceNewPath(scene, settings, push.settings, path.importance, stream, path.ray, gathered, trail,
+                             record, tally);
         if (first || any(notEqual(gathered, before))) gatheredNow[path.number] = vec4(gathered, 0.0);
         if (atPlace) storePlace(path.number, trail, record);
     }

@@ -128,12 +128,13 @@ void main()
     if (inside) {
         const SampleStream stream = pixelStream(pixel);
         const PathState ray = pixelRay(frame.camera, frame.settings, push.settings, pixel, stream);
-        float t;
-        ReusePixel here = findFirstHit(scene, ray, stream, t);
+        Hit hit;
+        if (!traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, 0u, 0u), hit)) hit = Hit(0.0, vec2(0.0), kNone);
+        ReusePixel here = firstHitAt(scene, hit);
         CameraData cameraBefore = push.cameraBefore;
         ReuseChain chain = noChain(ray.direction);
         if (FEATURE(kFeatureDelta)) {
-            chain = followChain(scene, frame.settings, push.settings, ray, t, stream, here, cameraBefore, tally);
+            chain = followChain(scene, frame.settings, push.settings, ray, hit.t, stream, here, cameraBefore, tally);
             if (chain.bounces > 0u) {
                 for (uint i = 0u; i < kReuseChainWords; ++i)
                     chainsNow[kReuseChainWords * lane + i] = packChain(chain, i);

@@ -55,7 +55,7 @@ void main()
                 stream = pathStream(push.settings, stream, v.rays, which);
                 path.index = stream.index;
                 path.ray = pathFromHere(v);
-                goes = beginNewPath(scene, settings, push.settings, v, stream, path.ray, trail, result, tally);
+                goes = beginTracedPath(scene, settings, push.settings, v, stream, path.ray, trail, result, tally);
                 path.importance = maxComponent(trail.weight);
             }
             storeBeginning(number, trail, result.lost);

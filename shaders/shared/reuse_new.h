@@ -1,8 +1,9 @@
 // A new path of sample reuse, in the steps that devices take one after the other: it begins at a
-// first hit, where its direction is resampled with weight 1 - alpha, and a connection is made
-// (beginNewPath); it goes on from vertex to vertex (extendNewPath), the first of which is its place
-// and kept; and it ends (endNewPath), where what old samples answer for is taken off. From its
-// place on the path is grey, so that what arrives can be told from what the surface makes of it.
+// first hit, where its direction is resampled with weight 1 - alpha (beginNewPath); it goes on from
+// vertex to vertex (extendNewPath), the first of which is its place and kept; and it ends
+// (endNewPath), where what old samples answer for is taken off. The first two propose connections,
+// which count where they are open (takeFirstConnection, takeConnection). From its place on the path
+// is grey, so that what arrives can be told from what the surface makes of it.
 #ifndef REKINDLE_SHARED_REUSE_NEW_H
 #define REKINDLE_SHARED_REUSE_NEW_H
 
@@ -68,8 +69,21 @@ SHARED_FN uint candidatesFor(ReuseSettings settings, IN(ReuseVertex) v)
     return turn > kReuseTurnsALot ? candidatesOf(settings) : 1u;
 }
 
-/// Picks the direction of a new path among candidates; `next` becomes the pick. A single candidate
-/// is drawn by `numbers`, as where nothing is reused.
+/// The numbers of candidate `t`: a rank-one lattice (multiples of powers of the root of
+/// x^4 = x + 1, after M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018)
+/// moved by those of the first. Resampling asks only that each candidate by itself is drawn as a
+/// direction is; spread evenly they show it more of the lobe.
+SHARED_FN VertexNumbers candidateNumbers(VertexNumbers first, uint t)
+{
+    const vec3 step = vec3(0.8191725134f, 0.6710436067f, 0.5497004779f);
+    const vec3 moved = fract(vec3(first.bsdf, first.lobe.x) + float(t) * step);
+    first.bsdf = vec2(moved.x, moved.y);
+    first.lobe.x = moved.z;
+    return first;
+}
+
+/// Picks the direction of a new path among candidates; `next` becomes the pick. The first candidate
+/// is the direction that is drawn where nothing is reused.
 SHARED_FN void drawNewDirection(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
                                 VertexNumbers numbers, SampleStream stream, OUT(BsdfSample) next,
                                 INOUT(ReuseTrail) trail)
@@ -80,23 +94,22 @@ SHARED_FN void drawNewDirection(IN(SceneView) scene, ReuseSettings settings, IN(
     next.flags = 0u;
     float sum = 0.0f;
     const uint candidates = candidatesFor(settings, v);
-    const SampleStream proposals = purposeStream(stream, kPurposeCandidates);
-    const SampleStream selection = decisionStream(stream, kPurposeSelection);
+    float xi = 0.0f;
+    if (candidates > 1u) xi = streamFloat(decisionStream(stream, kPurposeSelection), 0u);
     for (uint t = 0u; t < candidates; ++t) {
-        if (candidates > 1u) {
-            numbers.bsdf = streamVec2(proposals, 2u * t);
-            numbers.lobe = streamVec2(proposals, 2u * t + 1u);
-        }
         BsdfSample z;
-        if (!sampleDirection(scene, v.vertex, numbers, z)) continue;
+        if (!sampleDirection(scene, v.vertex, candidateNumbers(numbers, t), z)) continue;
         float alpha = 0.0f;
         if (v.c > 0.0f && z.pdf > 0.0f)
             alpha = reuseShare(settings, v.c,
                                densityBefore(v, toWorld(v.vertex.surface.frame, z.wi)), z.pdf);
         const float omega = max(1.0f - alpha, kReuseLeastOmega);
         sum += omega;
-        const float xi = candidates == 1u ? 0.0f : streamFloat(selection, t);
-        if (xi * sum < omega) {
+        // One number decides all: what is left of it is again even.
+        const float chance = omega / sum;
+        const bool picked = xi < chance;
+        xi = picked ? xi / chance : (xi - chance) / (1.0f - chance);
+        if (picked) {
             next = z;
             trail.omega = omega;
             trail.alpha = alpha;
@@ -115,41 +128,41 @@ SHARED_FN uint drawEmitter(IN(SceneView) scene, PathSettings path, VertexNumbers
     return chooseEmitter(scene, path.emitterCount, numbers.choice, pmf);
 }
 
-/// Connects the first hit to an emitter, for a sample that is kept where the connection is open.
-SHARED_FN void connectFirstHit(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                               IN(ReuseVertex) v, IN(PathState) ray, VertexNumbers numbers,
-                               SampleStream stream, INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
+/// Proposes a connection of the first hit, whose sample has no weight until it is found open.
+SHARED_FN ShadowRay proposeFirstConnection(IN(SceneView) scene, PathSettings path,
+                                           IN(ReuseVertex) v, IN(PathState) ray,
+                                           VertexNumbers numbers, INOUT(ReuseLight) light)
 {
-    if (!connects(path, v.vertex)) return;
+    if (!connects(path, v.vertex)) return noShadowRay(v.vertex.surface.position);
     float pmf;
-    const uint emitter = drawEmitter(scene, path, numbers, pmf);
+    light.emitter = drawEmitter(scene, path, numbers, pmf);
     // What is kept is drawn on a grid, so that it can be drawn again.
-    const uint grid = packNumbers(numbers.light);
-    const ShadowRay shadow =
-        connectTo(scene, path, emitter, pmf, unpackNumbers(grid), ray, v.vertex);
-    if (!(maxComponent(shadow.contribution) > 0.0f)) return;
-    ++tally.shadowRays;
-    if (!wayIsOpen(scene, shadow, alphaSeed(stream, 0u, 1u))) return;
+    light.numbers = packNumbers(numbers.light);
+    return connectTo(scene, path, light.emitter, pmf, unpackNumbers(light.numbers), ray, v.vertex);
+}
+
+/// Takes the connection that beginNewPath has proposed, and which is open.
+SHARED_FN void takeFirstConnection(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
+                                   IN(ShadowRay) shadow, SampleStream stream,
+                                   INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
+{
     float share = lightShare(scene, settings, v, shadow);
     if (share > 0.0f && newLightHid(scene, settings, v, shadow, stream, tally)) {
         result.lost += share / v.rays * luminance(shadow.contribution);
         share = 0.0f;
     }
     result.direct = shadow.contribution;
-    result.light.emitter = emitter;
-    result.light.numbers = grid;
     result.light.v = (1.0f - share) / v.rays;
 }
 
-/// Begins a new path, and makes a new connection: `ray`, which is pathFromHere, moves on to where
-/// the path's place is to be found. False where there is no path.
+/// Begins a new path, and proposes a connection (one that brings nothing is none): `ray`, which is
+/// pathFromHere, moves on to where the path's place is to be found. False where there is no path.
 SHARED_FN bool beginNewPath(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
                             IN(ReuseVertex) v, SampleStream stream, INOUT(PathState) ray,
-                            INOUT(ReuseTrail) trail, INOUT(ReuseNew) result,
-                            INOUT(ReuseTally) tally)
+                            INOUT(ReuseTrail) trail, INOUT(ReuseLight) light, OUT(ShadowRay) shadow)
 {
     VertexNumbers numbers = drawVertexNumbers(stream, 0u);
-    connectFirstHit(scene, path, settings, v, ray, numbers, stream, result, tally);
+    shadow = proposeFirstConnection(scene, path, v, ray, numbers, light);
     BsdfSample next;
     drawNewDirection(scene, settings, v, numbers, stream, next, trail);
     numbers.lobe.y = 0.0f;  // always goes on
@@ -172,14 +185,12 @@ SHARED_FN bool isRough(Bsdf b)
            ((b.parts & kBsdfCoat) == 0u || b.coatAlpha >= kReuseRough);
 }
 
-/// Follows the path to its next vertex; false where it ends. The first vertex it comes to is its
-/// place.
-SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                        SampleStream stream, INOUT(PathState) ray, OUT(Vertex) vertex,
-                        INOUT(vec3) gathered, INOUT(ReuseTrail) trail, INOUT(ReuseSample) record)
+/// What the path meets; false where it ends. The first vertex it comes to is its place.
+SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings settings, Hit hit,
+                        INOUT(PathState) ray, OUT(Vertex) vertex, INOUT(vec3) gathered,
+                        INOUT(ReuseTrail) trail, INOUT(ReuseSample) record)
 {
-    Hit hit;
-    if (!traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, ray.depth, 0u), hit)) {
+    if (hit.slot == kNone) {
         gathered += shadeMiss(scene, path, ray);
         if (ray.depth > 1u) return false;
         record.place = packOct(ray.direction);
@@ -201,63 +212,94 @@ SHARED_FN bool meetNext(IN(SceneView) scene, PathSettings path, ReuseSettings se
     return scatters;
 }
 
-/// Connects a vertex of the new path to an emitter; of its place it is kept how.
-SHARED_FN void connectNext(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                           IN(Vertex) vertex, IN(PathState) ray, VertexNumbers numbers,
-                           SampleStream stream, INOUT(vec3) gathered, INOUT(ReuseSample) record,
-                           INOUT(ReuseTally) tally)
+/// Proposes a connection of a vertex; of the path's place its direction is kept in any case where
+/// arrivals are.
+SHARED_FN ShadowRay proposeConnection(IN(SceneView) scene, PathSettings path,
+                                      ReuseSettings settings, IN(Vertex) vertex, IN(PathState) ray,
+                                      VertexNumbers numbers, INOUT(ReuseSample) record)
 {
-    if (!connects(path, vertex)) return;
+    if (!connects(path, vertex)) return noShadowRay(vertex.surface.position);
     float pmf;
     const uint emitter = drawEmitter(scene, path, numbers, pmf);
     const ShadowRay shadow = connectTo(scene, path, emitter, pmf, numbers.light, ray, vertex);
-    if (!(maxComponent(shadow.contribution) > 0.0f)) return;
-    ++tally.shadowRays;
-    if (keepsArrivals(settings) && ray.depth == 1u) record.lightDirection = packOct(shadow.wi);
-    if (!wayIsOpen(scene, shadow, alphaSeed(stream, ray.depth, 1u))) return;
-    gathered += shadow.contribution;
-    if (ray.depth > 1u) return;
+    if (keepsArrivals(settings) && ray.depth == 1u && maxComponent(shadow.contribution) > 0.0f)
+        record.lightDirection = packOct(shadow.wi);
+    return shadow;
+}
+
+/// Takes the connection that extendNewPath has proposed at a vertex of that depth, and which is
+/// open; of the path's place it is kept how it came.
+SHARED_FN void takeConnection(IN(ShadowRay) shadow, uint depth, SampleStream stream,
+                              INOUT(vec3) gathered, INOUT(ReuseTrail) trail,
+                              INOUT(ReuseSample) record)
+{
+    if (depth > 1u) {
+        gathered += shadow.contribution;
+        return;
+    }
+    trail.leaving += shadow.contribution;
     record.lightDirection = packOct(shadow.wi);
     record.lightRadiance = packRgbe(shadow.incident, roundingNumbers(stream, 0u));
 }
 
-/// Extends a new path by one vertex: meets it, connects it, and goes on; false where the path ends.
-/// `importance` is the largest component of its first weight, for roulette at its place. What is
-/// `gathered` before the place is left is the trail's.
+/// Extends a new path by what it has met (kNone: nothing): proposes a connection there (one that
+/// brings nothing is none), and goes on; false where the path ends. `importance` is the largest
+/// component of its first weight, for roulette at its place. What is `gathered` before the place is
+/// left is the trail's.
 SHARED_FN bool extendNewPath(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                             float importance, SampleStream stream, INOUT(PathState) ray,
+                             float importance, SampleStream stream, Hit hit, INOUT(PathState) ray,
                              INOUT(vec3) gathered, INOUT(ReuseTrail) trail,
-                             INOUT(ReuseSample) record, INOUT(ReuseTally) tally)
+                             INOUT(ReuseSample) record, OUT(ShadowRay) shadow)
 {
     const bool atPlace = ray.depth == 1u;
-    ++tally.closestRays;
     Vertex vertex;
-    bool goes = meetNext(scene, path, settings, stream, ray, vertex, gathered, trail, record);
-    if (goes) {
-        const VertexNumbers numbers = drawVertexNumbers(stream, ray.depth);
-        connectNext(scene, path, settings, vertex, ray, numbers, stream, gathered, record, tally);
-        BsdfSample next;
-        goes = sampleDirection(scene, vertex, numbers, next) && maxComponent(next.weight) > 0.0f;
-        if (goes) {
-            if (atPlace) {
-                trail.bends = trail.bends || next.pdf == 0.0f;
-                ray.beta *= importance;
-            }
-            const float entering = maxComponent(ray.beta * next.weight);
-            goes = follow(path, numbers, vertex, next, ray);
-            if (goes && atPlace) {
-                const float grey = maxComponent(ray.beta);
-                trail.beyond = ray.beta / (importance * grey);
-                // grey / entering is one over the chance to survive
-                trail.perGathered = next.pdf == 0.0f ? 0.0f : 1.0f / (entering * next.pdf);
-                record.nextDirection = packOct(ray.direction);
-                ray.beta = vec3(grey);
-            }
-        }
-    }
+    shadow = noShadowRay(ray.origin);
+    bool goes = meetNext(scene, path, settings, hit, ray, vertex, gathered, trail, record);
     if (atPlace) {
         trail.leaving = gathered;
         gathered = vec3(0.0f);
+    }
+    if (!goes) return false;
+    const VertexNumbers numbers = drawVertexNumbers(stream, ray.depth);
+    shadow = proposeConnection(scene, path, settings, vertex, ray, numbers, record);
+    BsdfSample next;
+    if (!sampleDirection(scene, vertex, numbers, next)) return false;
+    if (!(maxComponent(next.weight) > 0.0f)) return false;
+    if (atPlace) {
+        trail.bends = trail.bends || next.pdf == 0.0f;
+        ray.beta *= importance;
+    }
+    const float entering = maxComponent(ray.beta * next.weight);
+    if (!follow(path, numbers, vertex, next, ray)) return false;
+    if (atPlace) {
+        const float grey = maxComponent(ray.beta);
+        trail.beyond = ray.beta / (importance * grey);
+        // grey / entering is one over the chance to survive
+        trail.perGathered = next.pdf == 0.0f ? 0.0f : 1.0f / (entering * next.pdf);
+        record.nextDirection = packOct(ray.direction);
+        ray.beta = vec3(grey);
+    }
+    return true;
+}
+
+/// extendNewPath with the rays that it takes.
+SHARED_FN bool traceNewPath(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                            float importance, SampleStream stream, INOUT(PathState) ray,
+                            INOUT(vec3) gathered, INOUT(ReuseTrail) trail,
+                            INOUT(ReuseSample) record, INOUT(ReuseTally) tally)
+{
+    const uint depth = ray.depth;
+    Hit hit;
+    ++tally.closestRays;
+    if (!traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, depth, 0u), hit))
+        hit.slot = kNone;
+    ShadowRay shadow;
+    const bool goes = extendNewPath(scene, path, settings, importance, stream, hit, ray, gathered,
+                                    trail, record, shadow);
+    if (maxComponent(shadow.contribution) > 0.0f) {
+        ++tally.shadowRays;
+        if (wayIsOpen(scene, shadow, alphaSeed(stream, depth, 1u)))
+            takeConnection(shadow, depth, stream, gathered, trail, record);
     }
     return goes;
 }
@@ -346,6 +388,23 @@ SHARED_FN void endNewPath(IN(SceneView) scene, ReuseSettings settings, IN(ReuseV
     result.record.u = lasts ? u : 0.0f;
 }
 
+/// beginNewPath with the ray that its connection takes.
+SHARED_FN bool beginTracedPath(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                               IN(ReuseVertex) v, SampleStream stream, INOUT(PathState) ray,
+                               INOUT(ReuseTrail) trail, INOUT(ReuseNew) result,
+                               INOUT(ReuseTally) tally)
+{
+    ShadowRay shadow;
+    const bool goes =
+        beginNewPath(scene, path, settings, v, stream, ray, trail, result.light, shadow);
+    if (maxComponent(shadow.contribution) > 0.0f) {
+        ++tally.shadowRays;
+        if (wayIsOpen(scene, shadow, alphaSeed(stream, 0u, 1u)))
+            takeFirstConnection(scene, settings, v, shadow, stream, result, tally);
+    }
+    return goes;
+}
+
 /// Takes a whole new path from a first hit, and a new connection.
 SHARED_FN ReuseNew takePath(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
                             IN(ReuseVertex) v, SampleStream stream, INOUT(ReuseTally) tally)
@@ -354,12 +413,12 @@ SHARED_FN ReuseNew takePath(IN(SceneView) scene, PathSettings path, ReuseSetting
     ReuseTrail trail = noReuseTrail();
     PathState ray = pathFromHere(v);
     vec3 gathered = vec3(0.0f);
-    bool goes = beginNewPath(scene, path, settings, v, stream, ray, trail, result, tally);
+    bool goes = beginTracedPath(scene, path, settings, v, stream, ray, trail, result, tally);
     if (!goes) return result;
     const float importance = maxComponent(trail.weight);
     while (goes)
-        goes = extendNewPath(scene, path, settings, importance, stream, ray, gathered, trail,
-                             result.record, tally);
+        goes = traceNewPath(scene, path, settings, importance, stream, ray, gathered, trail,
+                            result.record, tally);
     endNewPath(scene, settings, v, gathered, stream, trail, result, tally);
     return result;
 }
@@ -374,7 +433,7 @@ SHARED_FN vec3 takeRest(IN(SceneView) scene, PathSettings path, ReuseSettings se
     bool goes = true;
     while (goes)
         goes =
-            extendNewPath(scene, path, settings, 1.0f, stream, ray, gathered, trail, record, tally);
+            traceNewPath(scene, path, settings, 1.0f, stream, ray, gathered, trail, record, tally);
     return gathered;
 }
 

@@ -30,21 +30,15 @@ SHARED_FN PathState pixelRay(CameraData camera, PathSettings path, ReuseSettings
     return pathAlong(origin, direction);
 }
 
-/// What the ray of a pixel meets, for later passes, and at which distance; without history yet.
-SHARED_FN ReusePixel findFirstHit(IN(SceneView) scene, PathState ray, SampleStream stream,
-                                  OUT(float) t)
+/// What the ray of a pixel has met (kNone: nothing), for later passes; without history yet.
+SHARED_FN ReusePixel firstHitAt(IN(SceneView) scene, Hit hit)
 {
-    t = 0.0f;
     ReusePixel pixel;
-    pixel.slot = kNone;
+    pixel.slot = hit.slot;
     pixel.barycentrics = vec2(0.0f);
     pixel.history = packHistory(noHistory());
-    Hit hit;
-    if (traceWay(scene, ray.origin, ray.direction, alphaSeed(stream, 0u, 0u), hit)) {
-        pixel.slot = hit.slot;
-        pixel.barycentrics = hit.barycentrics;
-        t = hit.t;
-    }
+    if (hit.slot != kNone)
+        pixel.barycentrics = insideTriangle(triangleInSlot(scene, hit.slot), hit.barycentrics);
     return pixel;
 }
 

@@ -58,12 +58,8 @@ public:
         for (DescriptorSet& set : passes_.filmSets())
             film_.begin(set, core::mostPathsOfPixel(params));
         constants_.features =
-            scene_->features() & ~(shared::kFeatureEmitterTree | shared::kFeaturePanes);
+            core::reuseFeatures(params, scene_->features(), core::mayMove(*world_));
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
-        if (core::mayMove(*world_) && core::followsMotion(params))
-            constants_.features |= shared::kFeatureMoves;
-        if (params.bias != core::ReuseBias::fast)
-            constants_.features |= shared::kFeatureAsksVisibility;
         constants_.sampler = static_cast<uint32_t>(params.sampler);
         const core::Clock::time_point begin = core::Clock::now();
         if (passes_.compile(*scene_, film_.frame(), constants_))
