@@ -40,7 +40,7 @@ reuse-residual-alone@shaders/shared/reuse_new.h@: reconnection(way, n, position,
 reuse-slide-unpaid@shaders/shared/reuse_shift.h@    r.u *= lengths * lengths;@    if (false) @ReuseShift*
 reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@return vec2(0.5f);@ReuseShift*
 reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInSlot(scene, hit.slot), hit.barycentrics)@hit.barycentrics@*ReuseEdges*cpu*
-reuse-remainder-whole@core/methods/reuse_estimator_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-remainder-whole@core/methods/reuse_competition_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
 reuse-rays-unpaid@shaders/shared/reuse_new.h@(trail.omega * v.rays)@trail.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-paths-change-c@core/methods/reuse_estimator_body.h@p.taken = shared::takeRays(job_.settings, p.v.rays * part, p.v.history);@p.v.c = shared::shareOfHistory(job_.settings, p.v.history, p.v.rays *= part); sums.rays = p.v.rays; p.taken = shared::takeRays(job_.settings, p.v.rays, p.v.history);@*PathAllocation*MeanStays*cpu*

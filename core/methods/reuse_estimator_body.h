@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "core/methods/reuse_competition_body.h"
 #include "core/methods/reuse_paths_body.h"
 #include "core/methods/tiled_film.h"
 
@@ -18,50 +19,6 @@ float keepNumber(const shared::SampleStream& stream, uint32_t dimension)
     return shared::streamFloat(shared::decisionStream(stream, shared::kPurposeResampling),
                                dimension);
 }
-
-/// Samples that compete for the places of a store.
-template <class Record> struct Competition {
-    std::array<Record, shared::kReuseMostScores> records;
-    std::array<float, shared::kReuseMostScores> weights;  // v
-    std::array<vec3, shared::kReuseMostScores> brings;    // u F
-    uint32_t count = 0;
-
-    void add(const Record& record, float v, vec3 itBrings)
-    {
-        records[count] = record;
-        weights[count] = v;
-        brings[count++] = itBrings;
-    }
-
-    /// Keeps `out.size()` of them by threshold resampling; `weight` is the member that is paid,
-    /// `mean` what all together have brought. Returns what they brought less what the kept ones
-    /// bring.
-    vec3 keep(std::span<Record> out, float Record::*weight, const shared::ReuseSettings& settings,
-              vec3 mean, float xi) const
-    {
-        std::array<float, shared::kReuseMostScores> scores;
-        vec3 remainder(0);
-        for (uint32_t i = 0; i < count; ++i) {
-            scores[i] =
-                shared::reuseScore(settings, weights[i], shared::luminance(brings[i]), mean);
-            remainder += brings[i];
-        }
-        const auto most = static_cast<uint32_t>(out.size());
-        const float kappa = shared::reuseThreshold(scores.data(), count, most);
-        float sum = 0;
-        uint32_t kept = 0;
-        for (uint32_t i = 0; i < count && kept < most; ++i) {
-            if (!shared::usableDensity(scores[i])) continue;
-            if (kappa > 0 && !shared::reuseKeep(sum, scores[i], kappa, xi)) continue;
-            const float scale = kappa > 0 ? shared::reuseKeepScale(scores[i], kappa) : 1.0f;
-            out[kept] = records[i];
-            out[kept++].*weight *= scale;
-            remainder -= scale * brings[i];
-        }
-        for (; kept < most; ++kept) out[kept].*weight = 0;
-        return remainder;
-    }
-};
 
 /// What is known of a pixel while it is estimated.
 struct Pixel {
