@@ -51,7 +51,7 @@ bool leave(const ReceiverJob& job, const shared::SceneView& scene, const Receive
     const shared::Vertex v = vertexOf(scene, r);
     walk.stream = receiverStream(job, r.place);
     // The numbers at the receiver have been used for the choice among its lobes.
-    walk.stream.seed ^= shared::kPurposeCandidates * 0x9e3779b9u;
+    walk.stream.seed ^= shared::kPurposeLostLight * 0x9e3779b9u;
     const shared::VertexNumbers n = shared::drawVertexNumbers(walk.stream, r.events);
     shared::BsdfSample next;
     if (!shared::sampleLobes(v.bsdf, v.lobes, v.wo, n.lobe.x, n.bsdf, next)) return false;

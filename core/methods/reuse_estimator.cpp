@@ -1,8 +1,6 @@
 // See reuse_estimator.h.
 #include "core/methods/reuse_estimator.h"
 
-#include <array>
-
 #include "core/methods/reuse_settings.h"
 
 namespace shared {

@@ -8,7 +8,7 @@
 SHARED_BEGIN
 
 /// True when any lobe has no density.
-SHARED_FN bool hasDelta(Bsdf b)
+SHARED_FN bool hasDelta(IN(Bsdf) b)
 {
     return FEATURE(kFeatureDelta) && (((b.parts & kBsdfMicrofacet) != 0u && b.alpha == 0.0f) ||
                                       ((b.parts & kBsdfCoat) != 0u && b.coatAlpha == 0.0f));
@@ -23,7 +23,7 @@ struct DeltaWays {
 };
 
 /// The ways of light towards wo, of a model of which isDelta is true.
-SHARED_FN DeltaWays deltaWays(Bsdf b, vec3 wo)
+SHARED_FN DeltaWays deltaWays(IN(Bsdf) b, vec3 wo)
 {
     DeltaWays ways;
     ways.reflected = vec3(0.0f);

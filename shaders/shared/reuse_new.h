@@ -75,8 +75,8 @@ SHARED_FN uint candidatesFor(ReuseSettings settings, IN(ReuseVertex) v)
 /// direction is; spread evenly they show it more of the lobe.
 SHARED_FN VertexNumbers candidateNumbers(VertexNumbers first, uint t)
 {
-    const vec3 step = vec3(0.8191725134f, 0.6710436067f, 0.5497004779f);
-    const vec3 moved = fract(vec3(first.bsdf, first.lobe.x) + float(t) * step);
+    const vec3 apart = vec3(0.8191725134f, 0.6710436067f, 0.5497004779f);
+    const vec3 moved = fract(vec3(first.bsdf, first.lobe.x) + float(t) * apart);
     first.bsdf = vec2(moved.x, moved.y);
     first.lobe.x = moved.z;
     return first;
@@ -179,7 +179,7 @@ SHARED_FN bool beginNewPath(IN(SceneView) scene, PathSettings path, ReuseSetting
 }
 
 /// Whether light that leaves a surface hardly depends on the direction over the width of a pixel.
-SHARED_FN bool isRough(Bsdf b)
+SHARED_FN bool isRough(IN(Bsdf) b)
 {
     return ((b.parts & kBsdfMicrofacet) == 0u || b.alpha >= kReuseRough) &&
            ((b.parts & kBsdfCoat) == 0u || b.coatAlpha >= kReuseRough);

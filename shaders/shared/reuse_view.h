@@ -100,7 +100,7 @@ SHARED_FN void takeHistory(IN(SceneView) scene, ReuseSettings settings, vec3 tow
 }
 
 /// Width of the narrowest lobe of a surface that has a density; 1 without.
-SHARED_FN float narrowestLobe(Bsdf b)
+SHARED_FN float narrowestLobe(IN(Bsdf) b)
 {
     float width = 1.0f;
     if ((b.parts & kBsdfMicrofacet) != 0u && b.alpha > 0.0f) width = min(width, b.alpha);

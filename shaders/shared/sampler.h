@@ -24,11 +24,11 @@ SHARED_CONST uint kDimensionLobe = 1u;  // x lobe, y roulette
 SHARED_CONST uint kDimensionLight = 2u;
 SHARED_CONST uint kDimensionLightChoice = 3u;
 
-// What random numbers are for. Estimators that share a pixel and a sample index (candidates and the
-// paths that are traced of them, say) must not share numbers: each purpose has streams of its own.
-SHARED_CONST uint kPurposePath = 0u;          // paths from the camera
-SHARED_CONST uint kPurposeCandidates = 1u;    // directions proposed to resampling
-SHARED_CONST uint kPurposeSelection = 2u;     // which candidate, neighbour or history is taken
+// What random numbers are for. Estimators that share a pixel and a sample index (old samples and
+// new paths, say) must not share numbers: each purpose has streams of its own.
+SHARED_CONST uint kPurposePath = 0u;       // paths from the camera
+SHARED_CONST uint kPurposeLostLight = 1u;  // walks on from receivers, of light that is clamped away
+SHARED_CONST uint kPurposeSelection = 2u;  // which candidate, neighbour or history is taken
 SHARED_CONST uint kPurposeResampling = 3u;    // which stored samples survive
 SHARED_CONST uint kPurposeLightTracing = 4u;  // paths from emitters, virtual lights
 SHARED_CONST uint kPurposeOcclusion = 6u;     // ambient occlusion

@@ -55,9 +55,8 @@ std::string windowMarkup(const Results& r, const SceneResult& scene)
             " s: pictures are as small as the wanted rate demands, and stretched over the window. "
             "What is on show in the last view is compared with what the window shows there at "
             "rest, so that edges count, too; as radiance, and <i>as shown</i>: the mean square "
-            "error of "
-            "the colours on the screen (smooth within surfaces while the camera moves) over "
-            "Discard's. <i>paths</i> are new ones per pixel and picture.");
+            "error of the colours on the screen (smooth within surfaces while the camera moves) "
+            "over Discard's. <i>paths</i> are new ones per pixel and picture.");
     double last = 0, share = 0;
     for (const WindowRow& row : scene.window) {
         share += row.share / static_cast<double>(scene.window.size());

@@ -111,12 +111,18 @@ TEST(FlightPage, TellsErrorsOfTheWindowByWhatTheWindowShows)
     scene.windowRadiance = 1;
     scene.window = {{.strategy = "discard", .target = 0.1}};
     scene.window[0].errors.signedError = {0.01, 0.001};
+    scene.window[0].shownRatio = {0.345, 0.012};
     results.scenes = {scene};
     const std::string page = resultsPage(results, {});
     EXPECT_TRUE(contains(page, "1.0 %")) << page.substr(page.find("In the window's own loop"));
     EXPECT_FALSE(contains(page, "0.50 %"));
     const auto json = nlohmann::json::parse(resultsJson(results));
     EXPECT_EQ(json.at("scenes")[0].at("window").at("mean_reference"), 1);
+    EXPECT_TRUE(contains(page, "as shown")) << page;
+    const auto& row = json.at("scenes")[0].at("window").at("rows").at(0);
+    EXPECT_EQ(row.at("shown_mse_ratio"), 0.345);
+    EXPECT_EQ(row.at("shown_mse_ratio_se"), 0.012);
+    EXPECT_TRUE(contains(resultsTable(results), "0.345 +- 0.012")) << resultsTable(results);
 }
 
 TEST(FlightPage, TellsHowManyPathsThereWere)

@@ -54,6 +54,34 @@ TEST(FlightWindow, TracksEndWhereFlightsEnd)
     EXPECT_EQ(speedThatFits(Flight::along(path), 24, 1.5), 6);
 }
 
+/// What is compared as shown: blocks of a still picture, and of one with a guide blocks only where
+/// neighbours are of different surfaces.
+TEST(FlightWindow, ColoursAreThoseOnShow)
+{
+    core::Image picture(2, 1, 3), alike(2, 1, 1), apart(2, 1, 1);
+    for (int c = 0; c < 3; ++c) picture.at(1, 0)[c] = 0.5f;
+    for (uint32_t x = 0; x < 2; ++x) {
+        apart.at(x, 0)[0] = 16;                         // itself
+        alike.at(x, 0)[0] = x == 0 ? 16 + 32 : 16 + 8;  // and the other
+    }
+    const auto redAt = [&](const core::Image* guide, uint32_t x) {
+        return displayColours(picture, guide, {8, 4}).at(x, 1)[0];
+    };
+    const float dark = redAt(nullptr, 0), bright = redAt(nullptr, 7);
+    EXPECT_LT(dark, 0.1f);
+    EXPECT_GT(bright, 0.3f);
+    EXPECT_LE(bright, 1.0f);
+    for (uint32_t x = 0; x < 8; ++x) {
+        EXPECT_EQ(redAt(nullptr, x), x < 4 ? dark : bright) << x;
+        EXPECT_NEAR(redAt(&apart, x), x < 4 ? dark : bright, 0.005) << x;
+    }
+    for (uint32_t x = 2; x < 6; ++x) {
+        EXPECT_GT(redAt(&alike, x), redAt(&alike, x - 1)) << x;
+        EXPECT_GT(redAt(&alike, x), dark) << x;
+        EXPECT_LT(redAt(&alike, x), bright) << x;
+    }
+}
+
 /// Means over blocks of 8x8 pixels: what is seen where, and little of the noise.
 core::Image blocks(const core::Image& picture)
 {
