@@ -1,6 +1,7 @@
 #include "app/bench/bench_clock.h"
 
 #include <algorithm>
+#include <chrono>
 #include <ctime>
 #include <thread>
 
@@ -41,6 +42,14 @@ double onHost(const std::function<void()>& work)
     const double start = processSeconds();
     work();
     return (processSeconds() - start) / cores();
+}
+
+double onCard(const std::function<double()>& work)
+{
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds waking{100};
+    for (const auto start = Clock::now(); Clock::now() - start < waking;) work();
+    return work();
 }
 
 double median(std::vector<double> values)

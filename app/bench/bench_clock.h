@@ -15,6 +15,11 @@ unsigned cores();
 /// Seconds that `work` takes on all cores of this process.
 double onHost(const std::function<void()>& work);
 
+/// Seconds that a graphics card takes by its own clock, which `work` returns. What comes before
+/// does not count: a card that idled while the host was measured has lowered its clock, so `work`
+/// is repeated until that has risen again.
+double onCard(const std::function<double()>& work);
+
 /// Whether the host's cores do the work of such a device. Throws core::Error (noDevice).
 bool worksOnHost(const Target& target);
 

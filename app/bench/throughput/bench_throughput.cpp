@@ -37,8 +37,10 @@ Json measureRays(const std::string& set, std::span<const gpu::DeviceRay> rays, g
     const double amount = static_cast<double>(rays.size());
     const auto trace = [&] { return any ? device.traceAny() : device.traceClosest(); };
     std::vector<BenchFigure> figures;
-    figures.push_back(
-        {"vulkan", amount, [&] { return software ? onHost([&] { trace(); }) : trace(); }, {}});
+    figures.push_back({"vulkan",
+                       amount,
+                       [&] { return software ? onHost([&] { trace(); }) : onCard(trace); },
+                       {}});
     figures.push_back(
         {any ? "rtcOccluded1" : "rtcIntersect1",
          amount,
@@ -85,9 +87,11 @@ Json measureSamples(std::shared_ptr<const core::World> world, const core::View& 
                            static_cast<double>(view.size.x) * view.size.y,
                            [&r, onHostClock] {
                                if (onHostClock) return onHost([&r] { r.advance({}, {}); });
-                               const double start = r.stats().renderSeconds;
-                               r.advance({}, {});
-                               return r.stats().renderSeconds - start;
+                               return onCard([&r] {
+                                   const double start = r.stats().renderSeconds;
+                                   r.advance({}, {});
+                                   return r.stats().renderSeconds - start;
+                               });
                            },
                            {}});
     }
