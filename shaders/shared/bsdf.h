@@ -126,10 +126,9 @@ SHARED_FN void evalLobes(IN(Bsdf) b, LobeChoice c, vec3 wo, vec3 wi, OUT(vec3) f
             pdf += c.coat * facet.pdf;
         }
     }
-    if (!(pdf + f.x + f.y + f.z < 1.0e30f)) {
-        f = vec3(0.0f);
-        pdf = 0.0f;
-    }
+    // Each by itself: who wants one of them need not know the other.
+    if (!(f.x + f.y + f.z < 1.0e30f)) f = vec3(0.0f);
+    if (!(pdf < 1.0e30f)) pdf = 0.0f;
 }
 
 // --- public evaluation -------------------------------------------------------------------------
@@ -167,6 +166,15 @@ SHARED_FN void evalPdfLobes(IN(Bsdf) b, LobeChoice lobes, vec3 wo, vec3 wi, OUT(
     evalLobes(b, lobes, wo, wi, f, pdf);
 }
 
+/// The density alone.
+SHARED_FLAT SHARED_FN float pdfLobes(IN(Bsdf) b, LobeChoice lobes, vec3 wo, vec3 wi)
+{
+    vec3 unused;
+    float pdf;
+    evalPdfLobes(b, lobes, wo, wi, unused, pdf);
+    return pdf;
+}
+
 SHARED_FN void evalPdfBsdf(IN(Bsdf) b, vec3 wo, vec3 wi, OUT(vec3) f, OUT(float) pdf)
 {
     evalPdfLobes(b, lobesAt(b, wo), wo, wi, f, pdf);
@@ -182,10 +190,7 @@ SHARED_FN vec3 evalBsdf(IN(Bsdf) b, vec3 wo, vec3 wi)
 
 SHARED_FN float pdfBsdf(IN(Bsdf) b, vec3 wo, vec3 wi)
 {
-    vec3 f;
-    float pdf;
-    evalPdfBsdf(b, wo, wi, f, pdf);
-    return pdf;
+    return pdfLobes(b, lobesAt(b, wo), wo, wi);
 }
 
 // --- public sampling ---------------------------------------------------------------------------

@@ -28,6 +28,10 @@
 #define FEATURE(bit) true
 #endif
 
+// Before SHARED_FN: what is called is compiled into the function, and left out where its result is
+// not used, as in every kernel.
+#define SHARED_FLAT [[gnu::flatten]]
+
 namespace shared {
 using namespace glm;  // the mathematics below is written in GLSL's vocabulary
 using glm::mat3;
@@ -55,6 +59,7 @@ inline uint floatAsUint(float x)
 #define SHARED_BEGIN
 #define SHARED_END
 #define SHARED_FN
+#define SHARED_FLAT
 #define SHARED_CONST const
 #define IN(T) T
 #define OUT(T) out T

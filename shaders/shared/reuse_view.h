@@ -158,25 +158,20 @@ SHARED_FN bool arrivingIsOld(IN(SceneView) scene, ReuseSettings settings, vec3 p
     return old;
 }
 
-/// What the surface of the frame before did to a direction (world): f and the density with which it
-/// would have been drawn; both 0 where no light went that way.
-SHARED_FN void evaluateBefore(IN(ReuseVertex) v, vec3 wi, OUT(vec3) f, OUT(float) q)
+/// A direction (world) in the frame of the surface as the frame before met it; false where no light
+/// went that way.
+SHARED_FN bool wentBefore(IN(ReuseVertex) v, vec3 wi, OUT(vec3) local)
 {
-    f = vec3(0.0f);
-    q = 0.0f;
-    if (!(v.c > 0.0f)) return;
-    const vec3 local = toLocal(v.frameBefore, wi);
-    if (!(dot(wi, v.normalBefore) * local.z > 0.0f)) return;
-    evalPdfLobes(v.bsdfBefore, v.lobesBefore, v.woBefore, local, f, q);
+    local = toLocal(v.frameBefore, wi);
+    return v.c > 0.0f && dot(wi, v.normalBefore) * local.z > 0.0f;
 }
 
 /// The density with which the frame before would have drawn a direction (world).
 SHARED_FN float densityBefore(IN(ReuseVertex) v, vec3 wi)
 {
-    vec3 unused;
-    float q;
-    evaluateBefore(v, wi, unused, q);
-    return q;
+    vec3 local;
+    if (!wentBefore(v, wi, local)) return 0.0f;
+    return pdfLobes(v.bsdfBefore, v.lobesBefore, v.woBefore, local);
 }
 
 /// f |cos| and the densities q and p of a direction (world, unit) at a first hit. False when no
@@ -374,10 +369,11 @@ SHARED_FN vec3 evaluateArriving(IN(SceneView) scene, PathSettings path, ReuseSet
 SHARED_FN float lightShare(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
                            IN(ShadowRay) shadow)
 {
-    if (isUnbiased(settings)) return 0.0f;
+    vec3 local;
+    if (isUnbiased(settings) || !wentBefore(v, shadow.wi, local)) return 0.0f;
     vec3 f;
     float q;
-    evaluateBefore(v, shadow.wi, f, q);
+    evalPdfLobes(v.bsdfBefore, v.lobesBefore, v.woBefore, local, f, q);
     if (!(maxComponent(f) > 0.0f)) return 0.0f;
     const bool ends = shadow.tMax < 1.0f;
     const vec3 end = shadow.origin + shadow.direction;
