@@ -2,13 +2,12 @@
 // camera moves and forgotten with the scene, and lowers the variance where light is hard to find.
 #include <array>
 #include <cmath>
-#include <memory>
 
 #include <gtest/gtest.h>
 
-#include "app/methods/methods.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
+#include "tests/support/methods/shared_renderer.h"
 #include "tests/support/statistics/image_mean.h"
 #include "tests/support/statistics/stats.h"
 
@@ -23,7 +22,7 @@ protected:
     void SetUp() override
     {
         ASSERT_EQ(app::whyNot("guided", GetParam()), "");
-        guided_ = app::makeRenderer("guided", {.device = GetParam()});
+        guided_ = &tests::sharedRenderer("guided", GetParam());
     }
 
     void begin(const std::string& scene, glm::uvec2 size)
@@ -51,9 +50,9 @@ protected:
     /// The path tracer's picture of the same view.
     core::Estimate plain(core::PathParams params, uint32_t samples) const
     {
-        const auto renderer = app::makeRenderer("path", {.device = GetParam()});
-        renderer->setWorld(world_, {});
-        return render(*renderer, {world_->cameras.at(0), size_, params}, samples);
+        core::Renderer& renderer = tests::sharedRenderer("path", GetParam());
+        renderer.setWorld(world_, {});
+        return render(renderer, {world_->cameras.at(0), size_, params}, samples);
     }
 
     template <class T = double> T detail(const std::string& name) const
@@ -66,7 +65,7 @@ protected:
 
     std::string guiding() const { return detail<std::string>("guiding"); }
 
-    std::unique_ptr<core::Renderer> guided_;
+    core::Renderer* guided_ = nullptr;
     std::shared_ptr<const core::World> world_;
     glm::uvec2 size_{};
 };

@@ -10,7 +10,7 @@
 #include "app/session/replay.h"
 #include "app/session/set_param.h"
 #include "core/base/check.h"
-#include "tests/support/process/kept_objects.h"
+#include "tests/support/methods/shared_renderer.h"
 #include "tests/support/scenes/asset.h"
 #include "tests/support/scenes/instanced_scenes.h"
 #include "tests/support/statistics/compare_films.h"
@@ -35,13 +35,7 @@ struct Where {
     std::string method;
     app::DeviceKind device;
 
-    core::Renderer& renderer() const
-    {
-        static std::map<std::pair<std::string, app::DeviceKind>, core::Renderer*> all;
-        core::Renderer*& mine = all[{method, device}];
-        if (mine == nullptr) mine = &tests::kept(app::makeRenderer(method, {.device = device}));
-        return *mine;
-    }
+    core::Renderer& renderer() const { return tests::sharedRenderer(method, device); }
 };
 
 void PrintTo(const Where& where, std::ostream* out)

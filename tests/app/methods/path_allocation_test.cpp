@@ -134,8 +134,7 @@ TEST_P(PathAllocationFlights, ItIsWhatTheCpuFinds)
         SCOPED_TRACE(core::enumName(strategy));
         core::Image found[2], rays[2];
         for (const bool cpu : {false, true}) {
-            renderer_ =
-                app::makeRenderer("reuse", {.device = cpu ? app::DeviceKind::cpu : GetParam()});
+            renderer_ = &sharedRenderer("reuse", cpu ? app::DeviceKind::cpu : GetParam());
             begin("cornell-moderate", {32, 24});
             found[cpu] = fly(byDeviation(strategy, 12, 2), 7, 0.25).mean;
             rays[cpu] = renderer_->maps()[5];

@@ -137,7 +137,7 @@ TEST_P(ReuseFull, ItIsWhatTheCpuFinds)
 {
     core::Estimate found[2];
     for (const bool cpu : {false, true}) {
-        renderer_ = app::makeRenderer("reuse", {.device = cpu ? app::DeviceKind::cpu : GetParam()});
+        renderer_ = &sharedRenderer("reuse", cpu ? app::DeviceKind::cpu : GetParam());
         begin("cornell-moderate", {40, 30});
         found[cpu] = fly(with(ReuseStrategy::full, 12), 6, 0.25);
     }
@@ -160,8 +160,7 @@ TEST_P(ReuseFull, BehindGlassItIsWhatTheCpuFinds)
     for (const ReuseStrategy strategy : {ReuseStrategy::discard, ReuseStrategy::full}) {
         tests::Moments means[2];
         for (const bool cpu : {false, true}) {
-            renderer_ =
-                app::makeRenderer("reuse", {.device = cpu ? app::DeviceKind::cpu : GetParam()});
+            renderer_ = &sharedRenderer("reuse", cpu ? app::DeviceKind::cpu : GetParam());
             begin("glass", {32, 24});
             for (uint32_t flight = 0; flight < 16; ++flight) {
                 const core::Estimate e = fly(with(strategy, 50 + (cpu ? 20 : 0) + flight), 5, 0.5);

@@ -33,12 +33,12 @@ TEST_P(ReuseMethod, WithoutHistoryItIsPathTracing)
     core::PathParams path;
     path.seed = 6;
     path.sampler = core::SamplerKind::independent;
-    const auto tracer = app::makeRenderer("path", {.device = GetParam()});
-    tracer->setWorld(world_, {});
-    tracer->setView({world_->cameras.at(0), size_, path}, core::Start::anew);
-    tracer->advance({.samples = 128}, {});
+    core::Renderer& tracer = sharedRenderer("path", GetParam());
+    tracer.setWorld(world_, {});
+    tracer.setView({world_->cameras.at(0), size_, path}, core::Start::anew);
+    tracer.advance({.samples = 128}, {});
     const tests::FilmComparison c =
-        tests::compareFilms(reused, tracer->read(core::Reading::everything));
+        tests::compareFilms(reused, tracer.read(core::Reading::everything));
     EXPECT_TRUE(c.agree()) << c.describe();
 }
 
@@ -52,15 +52,15 @@ TEST_P(ReuseMethod, MirrorsAndGlassAreLookedThrough)
     plain.cap = 1024;
     look(world_->cameras.at(0), plain, core::Start::anew, 256);
     const core::Estimate here = renderer_->read(core::Reading::everything);
-    const auto tracer = app::makeRenderer("path", {.device = GetParam()});
-    tracer->setWorld(world_, {});
+    core::Renderer& tracer = sharedRenderer("path", GetParam());
+    tracer.setWorld(world_, {});
     core::PathParams path;
     path.seed = 8;
     path.sampler = core::SamplerKind::independent;
-    tracer->setView({world_->cameras.at(0), size_, path}, core::Start::anew);
-    tracer->advance({.samples = 256}, {});
+    tracer.setView({world_->cameras.at(0), size_, path}, core::Start::anew);
+    tracer.advance({.samples = 256}, {});
     const tests::FilmComparison c =
-        tests::compareFilms(here, tracer->read(core::Reading::everything));
+        tests::compareFilms(here, tracer.read(core::Reading::everything));
     EXPECT_TRUE(c.agree()) << c.describe();
 
     const std::vector<bool> chained = seenThroughPane();
@@ -278,7 +278,8 @@ TEST_P(ReuseMethod, ASmallerPictureBeforeDoesNotMatter)
     const core::Camera camera = swung(*world_, 0);
     look(camera, params, core::Start::anew, 4);
     const core::Image expected = renderer_->read(core::Reading::mean).mean;
-    renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
+    const auto fresh = app::makeRenderer("reuse", {.device = GetParam()});
+    renderer_ = fresh.get();
     renderer_->setWorld(world_, {});
     size_ = {16, 12};
     look(camera, params, core::Start::anew, 3);
@@ -314,12 +315,12 @@ TEST_P(ReuseMethod, ItIsWhatTheCpuFinds)
          {Case{1}, Case{0.3f}, Case{2.5f}, Case{1, core::ReuseBias::bounded},
           Case{1, core::ReuseBias::unbiased}}) {
         SCOPED_TRACE(std::string(core::enumName(bias)).append(", rays " + std::to_string(rays)));
-        renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
+        renderer_ = &sharedRenderer("reuse", GetParam());
         begin("cornell-moderate", {40, 30});
         ReuseParams params = with(ReuseStrategy::ra, 12, rays);
         params.bias = bias;
         const core::Image here = fly(params, 14, 0.25).mean;
-        renderer_ = app::makeRenderer("reuse", {.device = app::DeviceKind::cpu});
+        renderer_ = &sharedRenderer("reuse", app::DeviceKind::cpu);
         renderer_->setWorld(world_, {});
         const core::Image there = fly(params, 14, 0.25).mean;
         // Rays that graze an edge may fall to either side of it, and places that slide are rounded
@@ -340,7 +341,7 @@ TEST_P(ReuseMethod, MapsAreThoseOfTheCpu)
          {ReuseStrategy::ra, ReuseStrategy::naive, ReuseStrategy::svgf}) {
         SCOPED_TRACE(core::enumName(strategy));
         const auto mapsOf = [&](app::DeviceKind device) {
-            renderer_ = app::makeRenderer("reuse", {.device = device});
+            renderer_ = &sharedRenderer("reuse", device);
             renderer_->setWorld(world_, {});
             fly(with(strategy, 12, 0.25f), 14, 0.25);
             return renderer_->maps();

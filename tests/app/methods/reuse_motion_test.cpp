@@ -296,7 +296,8 @@ TEST_P(ReuseMotion, AnotherSceneFindsNothingOfTheLast)
     ASSERT_EQ(playThroughRebuilds(paramsOf(ReuseStrategy::ra, 5), 1), 1u);
     start(Moves{.ball = true}, 4);
     const core::Image after = play(paramsOf(ReuseStrategy::ra, 5));
-    renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
+    const auto fresh = app::makeRenderer("reuse", {.device = GetParam()});
+    renderer_ = fresh.get();
     start(Moves{.ball = true}, 4);
     EXPECT_EQ(play(paramsOf(ReuseStrategy::ra, 5)).pixels, after.pixels);
 }

@@ -22,12 +22,12 @@ protected:
 
     core::Estimate plain(uint32_t samples) const
     {
-        const auto tracer = app::makeRenderer("path", {.device = GetParam()});
-        tracer->setWorld(world_, {});
+        core::Renderer& tracer = sharedRenderer("path", GetParam());
+        tracer.setWorld(world_, {});
         const core::PathParams path = core::plainPaths(quicklyFull());
-        tracer->setView({world_->cameras.at(0), size_, path}, core::Start::anew);
-        tracer->advance({.samples = samples}, {});
-        return tracer->read(core::Reading::everything);
+        tracer.setView({world_->cameras.at(0), size_, path}, core::Start::anew);
+        tracer.advance({.samples = samples}, {});
+        return tracer.read(core::Reading::everything);
     }
 };
 

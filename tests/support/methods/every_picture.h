@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "app/methods/methods.h"
+#include "tests/support/methods/shared_renderer.h"
 
 namespace tests {
 
@@ -22,12 +22,12 @@ inline void forEachPicture(const std::shared_ptr<const core::World>& world, glm:
         if (method.id() == "ao") continue;
         for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan}) {
             if (!app::whyNot(method.id(), device).empty()) continue;
-            const auto renderer = app::makeRenderer(method.id(), {.device = device});
-            renderer->setWorld(world, {});
-            renderer->setView({world->cameras.front(), size, method.defaults}, core::Start::anew);
-            renderer->advance({.samples = samples}, {});
-            const core::Estimate estimate = renderer->read(core::Reading::everything);
             const std::string id(method.id());
+            core::Renderer& renderer = sharedRenderer(id, device);
+            renderer.setWorld(world, {});
+            renderer.setView({world->cameras.front(), size, method.defaults}, core::Start::anew);
+            renderer.advance({.samples = samples}, {});
+            const core::Estimate estimate = renderer.read(core::Reading::everything);
             check({estimate, id, id + " on " + std::string(core::enumName(device))});
         }
     }

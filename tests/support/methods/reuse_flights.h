@@ -2,14 +2,13 @@
 #pragma once
 
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "app/methods/methods.h"
+#include "tests/support/methods/shared_renderer.h"
 #include "tests/support/scenes/asset.h"
 #include "tests/support/statistics/image_mean.h"
 
@@ -45,7 +44,7 @@ protected:
     void SetUp() override
     {
         ASSERT_EQ(app::whyNot("reuse", GetParam()), "");
-        renderer_ = app::makeRenderer("reuse", {.device = GetParam()});
+        renderer_ = &sharedRenderer("reuse", GetParam());
     }
 
     void begin(const std::string& scene, glm::uvec2 size)
@@ -106,7 +105,7 @@ protected:
         return 0;
     }
 
-    std::unique_ptr<core::Renderer> renderer_;
+    core::Renderer* renderer_ = nullptr;
     std::shared_ptr<const core::World> world_;
     glm::uvec2 size_{};
 };
