@@ -68,7 +68,9 @@ Json windowJson(const SceneResult& scene)
                         {"trimmed_ratio_se", row.trimmedRatio.error},
                         {"shown_mse", row.shown.value},
                         {"shown_mse_ratio", row.shownRatio.value},
-                        {"shown_mse_ratio_se", row.shownRatio.error}});
+                        {"shown_mse_ratio_se", row.shownRatio.error},
+                        {"shown_mse_by_size", row.bySize.value},
+                        {"shown_mse_by_size_ratio", row.bySizeRatio.value}});
     return {{"speed", scene.windowSpeed},
             {"seconds", scene.windowSeconds},
             {"mean_reference", scene.windowRadiance},
@@ -167,10 +169,11 @@ std::string rowsCsv(const Results& r)
 
 static std::string windowTable(const Results& r, const SceneResult& scene)
 {
-    std::string text = scene.name + ", in the window's loop, " + std::to_string(r.windowSize.x) +
-                       'x' + std::to_string(r.windowSize.y) + ", " + numberText(scene.windowSpeed) +
-                       ' ' + scene.unit + " per second:\n" + padded("", 26) +
-                       "target ms  ms/picture  scale  relMSE/discard  no fireflies  as shown\n";
+    std::string text =
+        scene.name + ", in the window's loop, " + std::to_string(r.windowSize.x) + 'x' +
+        std::to_string(r.windowSize.y) + ", " + numberText(scene.windowSpeed) + ' ' + scene.unit +
+        " per second:\n" + padded("", 26) +
+        "target ms  ms/picture  scale  relMSE/discard  no fireflies  as shown           by size\n";
     for (const WindowRow& row : scene.window)
         text +=
             "  " +
@@ -181,8 +184,10 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
             padded(printed("%.2f", row.scale), 7) +
             padded(printed("%.3g", row.ratio.value) + printed(" +- %.2g", row.ratio.error), 16) +
             padded(printed("%.3g", row.trimmedRatio.value), 14) +
-            printed("%.3g", row.shownRatio.value) + printed(" +- %.2g", row.shownRatio.error) +
-            '\n';
+            padded(printed("%.3g", row.shownRatio.value) +
+                       printed(" +- %.2g", row.shownRatio.error),
+                   18) +
+            printed("%.3g", row.bySizeRatio.value) + '\n';
     return text;
 }
 

@@ -55,7 +55,7 @@ private:
     bool measureCell(double step, uint32_t frame);
     bool measureDiscard(double step, uint32_t frame, std::vector<double>& seconds);
     void finishScene();
-    std::optional<FlightReference> windowReference(size_t index);
+    std::optional<FlightReference> windowReference(size_t index, glm::uvec2 size, bool rests);
     void flyInWindow(size_t index);
     void takeShots(const Cells& cells);
     void addShot(const std::string& name, uint32_t samples, const Landing& landing);

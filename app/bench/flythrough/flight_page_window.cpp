@@ -30,15 +30,16 @@ std::string windowTable(const SceneResult& scene, double target)
                 numberCell(measured(row.ratio.value, row.ratio.error)) +
                 numberCell(shortNumber(row.trimmedRatio.value)) +
                 numberCell(measured(row.shownRatio.value, row.shownRatio.error)) +
+                numberCell(shortNumber(row.bySizeRatio.value)) +
                 numberCell(percent(bias.value / scene.windowRadiance) + " ± " +
                            percent(bias.error / scene.windowRadiance)) +
                 "</tr>\n";
     }
-    return tableMarkup("<th>strategy</th>" + numberHead("ms per picture") +
-                           numberHead("scale of sides") + numberHead("relMSE") +
-                           numberHead("over discard") + numberHead("without fireflies") +
-                           numberHead("as shown") + numberHead("signed error"),
-                       rows);
+    return tableMarkup(
+        "<th>strategy</th>" + numberHead("ms per picture") + numberHead("scale of sides") +
+            numberHead("relMSE") + numberHead("over discard") + numberHead("without fireflies") +
+            numberHead("as shown") + numberHead("by size") + numberHead("signed error"),
+        rows);
 }
 
 }  // namespace
@@ -56,7 +57,9 @@ std::string windowMarkup(const Results& r, const SceneResult& scene)
             "What is on show in the last view is compared with what the window shows there at "
             "rest, so that edges count, too; as radiance, and <i>as shown</i>: the mean square "
             "error of the colours on the screen (smooth within surfaces while the camera moves) "
-            "over Discard's. <i>paths</i> are new ones per pixel and picture.");
+            "over Discard's. <i>By size</i> is what of that no samples can take away: the error of "
+            "pictures that are as small, but have no noise. <i>paths</i> are new ones per pixel "
+            "and picture.");
     double last = 0, share = 0;
     for (const WindowRow& row : scene.window) {
         share += row.share / static_cast<double>(scene.window.size());

@@ -55,9 +55,10 @@ struct WindowRow {
     double share = 1;           // of the time its threads wanted to run, that they ran: the clock
                                 // of all other times is slowed by it
     PictureErrors errors{};
-    Measured shown{};  // mean square error of the colours on show
-    // over those of Discard at the same target
-    Measured ratio{}, trimmedRatio{}, shownRatio{};
+    Measured shown{};   // mean square error of the colours on show
+    Measured bySize{};  // the same of pictures without noise that are as small
+    // over those of Discard at the same target; of bySize over what Discard has on show
+    Measured ratio{}, trimmedRatio{}, shownRatio{}, bySizeRatio{};
 };
 
 /// A picture of the last frame, and the part of it that is shown larger.

@@ -86,8 +86,9 @@ bool WindowPilot::land(WindowLanding& landing)
     if (!wait([&] { return session_.picture()->camera == end; })) return false;
     const Picture& picture = *session_.picture();
     landing.picture = core::stretched(picture.mean, size_);
-    landing.colours =
-        displayColours(picture.mean, picture.preview ? picture.guide.get() : nullptr, size_);
+    landing.size = {picture.mean.width, picture.mean.height};
+    if (picture.preview) landing.guide = picture.guide;
+    landing.colours = displayColours(picture.mean, landing.guide.get(), size_);
     return true;
 }
 

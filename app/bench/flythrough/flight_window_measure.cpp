@@ -18,10 +18,17 @@ constexpr double kTargets[] = {0.033, 0.1};          // seconds from picture to 
 constexpr float kFewerPaths[] = {0.5f, 0.25f};
 constexpr uint64_t kLeastSpp = 64;  // of the reference, whose pictures are larger than the others'
 
+/// How large a picture was that a flight ended with, and by which surfaces it was shown.
+struct Landed {
+    glm::uvec2 size;
+    std::shared_ptr<const core::Image> guide;
+};
+
 /// All that is known of one crew at one rate.
 struct WindowCell {
     ErrorSum errors, shown;
     std::vector<double> scales, pictureSeconds, shares;
+    std::vector<Landed> landed;
 
     /// `colours`: of the reference. Noise that is left in it counts as an error of all.
     WindowCell(const FlightReference& reference, const core::Image& colours,
@@ -36,6 +43,7 @@ struct WindowCell {
         scales.push_back(landing.scale);
         pictureSeconds.push_back(landing.pictureSeconds());
         shares.push_back(landing.share);
+        landed.push_back({landing.size, landing.guide});
     }
 };
 
@@ -79,15 +87,17 @@ std::vector<Crew> crewsOf(const std::vector<std::string>& strategies, float rays
     return crews;
 }
 
-/// What the window shows when the camera rests: first hits anywhere in the pixel.
-std::optional<FlightReference> Measurement::windowReference(size_t index)
+/// A picture of the last view without noise: of a camera that rests, whose first hits lie anywhere
+/// in the pixel, or of one that moves.
+std::optional<FlightReference> Measurement::windowReference(size_t index, glm::uvec2 size,
+                                                            bool rests)
 {
-    const glm::uvec2 size = *o_.window;
     const uint64_t samples = std::max(kLeastSpp, o_.referenceSpp / 8);
-    core::ReuseParams params = o_.params.as<core::ReuseParams>();
-    params.jitter = core::PixelJitter::always;
+    core::ReuseParams params = results_.params.as<core::ReuseParams>();
+    if (rests) params.jitter = core::PixelJitter::always;
     const std::filesystem::path file =
-        referenceFile(o_.output, scene_.name + "-window", size, std::to_string(samples) + "spp");
+        referenceFile(o_.output, scene_.name + (rests ? "-window" : "-moving"), size,
+                      std::to_string(samples) + "spp");
     const auto part = [this](double done) {
         char text[48];
         std::snprintf(text, sizeof text, "reference of the window, %.0f %%", 100 * done);
@@ -117,7 +127,7 @@ void Measurement::flyInWindow(size_t index)
         tools_.warn(scene_.name + ": no room for flights in the window's loop");
         return;
     }
-    const std::optional<FlightReference> truth = windowReference(index);
+    const std::optional<FlightReference> truth = windowReference(index, *o_.window, true);
     if (!truth) return;
     const std::vector<Crew> crews =
         crewsOf(results_.strategies, o_.params.as<core::ReuseParams>().rays);
@@ -147,6 +157,14 @@ void Measurement::flyInWindow(size_t index)
         for (size_t i = 0; i < crews.size(); ++i) {
             rows.push_back(rowOf(crews[i], target, cells[i]));
             const WindowRow& first = rows[rows.size() - 1 - i];
+            ErrorSum bySize(colours, noVariance);
+            for (const Landed& landed : cells[i].landed) {
+                const auto small = windowReference(index, landed.size, false);
+                if (!small) return;
+                bySize.add(displayColours(small->mean, landed.guide.get(), *o_.window));
+            }
+            rows.back().bySize = bySize.errors().mse;
+            rows.back().bySizeRatio = quotient(rows.back().bySize, first.shown);
             rows.back().ratio = quotient(rows.back().errors.relMse, first.errors.relMse);
             rows.back().trimmedRatio = quotient(rows.back().errors.trimmed, first.errors.trimmed);
             rows.back().shownRatio = quotient(rows.back().shown, first.shown);

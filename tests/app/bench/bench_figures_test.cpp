@@ -1,7 +1,12 @@
 // Speeds that are measured in turns: what counts, and how often.
 #include "app/bench/throughput/bench_figures.h"
 
+#include <chrono>
+#include <thread>
+
 #include <gtest/gtest.h>
+
+#include "app/bench/bench_clock.h"
 
 namespace {
 
@@ -33,6 +38,21 @@ TEST(BenchFigures, RoundsAreNeitherFewNorEndless)
     };
     EXPECT_EQ(rounds(1, 10), 5u);
     EXPECT_EQ(rounds(1, 0), 101u);
+}
+
+/// What a graphics card does first after a pause is not counted.
+TEST(BenchFigures, ACardIsMeasuredAwake)
+{
+    using namespace std::chrono;
+    int runs = 0;
+    const auto start = steady_clock::now();
+    const double seconds = app::onCard([&runs] {
+        std::this_thread::sleep_for(milliseconds(1));
+        return ++runs;
+    });
+    EXPECT_GE(steady_clock::now() - start, milliseconds(100));
+    EXPECT_GT(runs, 1);
+    EXPECT_EQ(seconds, runs) << "not those of the last run";
 }
 
 }  // namespace

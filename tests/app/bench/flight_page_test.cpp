@@ -112,6 +112,7 @@ TEST(FlightPage, TellsErrorsOfTheWindowByWhatTheWindowShows)
     scene.window = {{.strategy = "discard", .target = 0.1}};
     scene.window[0].errors.signedError = {0.01, 0.001};
     scene.window[0].shownRatio = {0.345, 0.012};
+    scene.window[0].bySizeRatio = {0.217, 0.001};
     results.scenes = {scene};
     const std::string page = resultsPage(results, {});
     EXPECT_TRUE(contains(page, "1.0 %")) << page.substr(page.find("In the window's own loop"));
@@ -122,7 +123,10 @@ TEST(FlightPage, TellsErrorsOfTheWindowByWhatTheWindowShows)
     const auto& row = json.at("scenes")[0].at("window").at("rows").at(0);
     EXPECT_EQ(row.at("shown_mse_ratio"), 0.345);
     EXPECT_EQ(row.at("shown_mse_ratio_se"), 0.012);
-    EXPECT_TRUE(contains(resultsTable(results), "0.345 +- 0.012")) << resultsTable(results);
+    EXPECT_EQ(row.at("shown_mse_by_size_ratio"), 0.217);
+    EXPECT_TRUE(contains(page, "by size") && contains(page, "0.217")) << page;
+    EXPECT_TRUE(contains(resultsTable(results), "0.345 +- 0.012    0.217"))
+        << resultsTable(results);
 }
 
 TEST(FlightPage, TellsHowManyPathsThereWere)

@@ -155,8 +155,10 @@ TEST_F(FlythroughCommand, FliesInTheWindowsOwnLoop)
         EXPECT_GT(row.at("scale"), 0);
         EXPECT_LE(row.at("scale"), 1);
         EXPECT_EQ(row.at("pictures"), 2);
+        EXPECT_GT(row.at("shown_mse_by_size"), 0);
         if (i % 2 == 0) {
             EXPECT_EQ(row.at("relmse_ratio"), 1);
+            EXPECT_LT(row.at("shown_mse_by_size"), row.at("shown_mse")) << "there is noise, too";
         }
     }
     EXPECT_TRUE(contains(readAll(work("fly/index.html")), "In the window's own loop"));
