@@ -1,6 +1,7 @@
 // Flights in the window's own loop: every strategy, and fewer paths than pixels, at the same rates
 // of pictures. Part of Measurement, see flight_measure.h.
 #include <algorithm>
+#include <memory>
 
 #include "app/bench/bench_scenes.h"
 #include "app/bench/flythrough/flight_measure.h"

@@ -2,9 +2,11 @@
 // camera moves and forgotten with the scene, and lowers the variance where light is hard to find.
 #include <array>
 #include <cmath>
+#include <memory>
 
 #include <gtest/gtest.h>
 
+#include "app/methods/methods.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/method.h"
 #include "tests/support/methods/shared_renderer.h"

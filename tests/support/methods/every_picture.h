@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "app/methods/methods.h"
 #include "tests/support/methods/shared_renderer.h"
 
 namespace tests {

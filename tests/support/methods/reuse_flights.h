@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "app/methods/methods.h"
 #include "tests/support/methods/shared_renderer.h"
 #include "tests/support/scenes/asset.h"
 #include "tests/support/statistics/image_mean.h"
