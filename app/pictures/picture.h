@@ -77,6 +77,7 @@ struct RenderRequest {
     double targetFrameSeconds = 1.0 / 30;  // while moving
     uint32_t movingDepth = 3;              // of paths while moving, at most
     Moving movingShows = Moving::path;
+    bool movingDetail = false;  // see MovingDetail
     bool wantVariance = false, wantAovs = false, wantMaps = false;
     std::shared_ptr<const Reference> reference;  // of the same view, or none
 
@@ -97,7 +98,8 @@ struct ErrorPoint {
 struct Picture {
     uint64_t generation = 0;
     std::weak_ptr<const core::World> world;  // that it shows; a kept picture keeps no scene
-    core::Image mean;                        // RGB radiance; smaller than asked for while moving
+    // RGB radiance; while moving smaller than asked for, or made from few pixels (MovingDetail)
+    core::Image mean;
     std::shared_ptr<const core::Image> variance;           // of the mean, RGB; when wanted
     std::shared_ptr<const core::Aovs> aovs;                // when wanted
     std::shared_ptr<const std::vector<core::Image>> maps;  // the method's own, when wanted
@@ -111,14 +113,23 @@ struct Picture {
     double seconds = 0;     // of rendering, since the start of the picture
     bool preview = false;   // coarse: rendered while the camera moved
     bool shaded = false;    // first hits lit from the camera, for the display at exposure 0
-    std::shared_ptr<const core::Image> guide;  // of a preview: see surfaceGuide()
-    bool finished = false;                     // a limit is reached
-    bool black = false;  // every pixel has had a sample, and none has brought any light
+    std::shared_ptr<const core::Image> guide;  // to the pixels of a preview: see surfaceGuide()
+    // To those that samples were taken at, where these were fewer (MovingDetail)
+    std::shared_ptr<const core::Image> sampledGuide;
+    bool finished = false;  // a limit is reached
+    bool black = false;     // every pixel has had a sample, and none has brought any light
     core::FilmCounters counters;
     core::RenderStats stats;
     // From the start of the picture; thinned, at most a few hundred points
     std::vector<ErrorPoint> curve;
 };
+
+/// How many pixels a picture's samples were taken at.
+inline glm::uvec2 sampledSize(const Picture& p)
+{
+    const core::Image& of = p.sampledGuide ? *p.sampledGuide : p.mean;
+    return {of.width, of.height};
+}
 
 /// Whether two pictures show the same: scene at one instant, camera and size.
 inline bool oneView(const Picture& a, const Picture& b)

@@ -21,6 +21,10 @@ constexpr double kPieceStill = 0.02, kPieceMoving = 0.008;  // seconds of one di
 constexpr double kCallSeconds = 0.1;                        // of one call of the renderer
 constexpr double kFirstLookSeconds = 0.05;                  // of the small sample that comes first
 constexpr double kOverhead = 0.15;
+constexpr double kLeastForPaths = 0.5;  // of the time of a picture in motion
+// A flight may begin with pictures at rest of so many samples, if these take no longer than that.
+constexpr uint64_t kSettledSamples = 8;
+constexpr double kSettledSeconds = 0.25;
 constexpr double kGrowthBetweenPoints = 1.2;
 
 RenderParams withoutLimits(RenderParams params)
@@ -49,10 +53,13 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
                         core::Start start, ResolutionControl& control, double paceFactor)
 {
     std::shared_ptr<const core::Image> backdrop = std::move(backdrop_);
+    std::unique_ptr<MovingDetail> detail = std::move(detail_);
     *this = {};
+    detail_ = detail ? std::move(detail) : std::make_unique<MovingDetail>();
     coarse_ = coarse;
     if (!quick()) backdrop_ = std::move(backdrop);
     shaded_ = coarse == Coarse::moving && request.movingShows == Moving::shaded;
+    detailed_ = coarse == Coarse::moving && MovingDetail::wanted(request);
     core::AnyParams params = request.params.method;
     const core::MethodInfo& method = core::methodNamed(params.id());
     if (coarse == Coarse::moving && method.whileMoving != nullptr)
@@ -70,8 +77,8 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
             depth_ = 0;
         else if (coarse == Coarse::moving && !keeps)
             depth_ = std::min(depth_, request.movingDepth);
-        const double target =
-            coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
+        double target = coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
+        if (detailed_) target = std::max(target - detail_->seconds(), kLeastForPaths * target);
         const PreviewSize preview = control.choose(request.size, depth_, target, keeps);
         size_ = preview.size;
         scale_ = preview.scale;
@@ -79,7 +86,9 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     }
     if (depth != nullptr && !shaded_) *depth = depth_;
     renderer.setPace({.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor});
-    renderer.setView({request.camera, size_, params}, start);
+    const core::Camera camera =
+        detailed_ ? detail_->next(request, size_, start == core::Start::moved) : request.camera;
+    renderer.setView({camera, size_, params}, start);
     version_ = publishedVersion_ = renderer.progress().version;
     nextPoint_ = 2;
     begun_ = true;
@@ -190,6 +199,19 @@ void PictureWork::addPreview(Picture& picture, const RenderRequest& request)
         fillUnlit(picture.mean, *aovs_, request.camera);
     }
     picture.guide = std::make_shared<const core::Image>(surfaceGuide(*aovs_));
+    if (detailed_) detail_->addTo(picture, *aovs_);
+}
+
+/// A picture at rest that has come so far is what the next flight begins with. Its first hits take
+/// a part of the time of a sample.
+void PictureWork::settle(core::Renderer& renderer, const RenderRequest& request,
+                         const std::shared_ptr<const Picture>& picture)
+{
+    if (coarse_ != Coarse::no || samples_ < kSettledSamples || !MovingDetail::wanted(request) ||
+        seconds_ > kSettledSeconds * static_cast<double>(samples_))
+        return;
+    if (!aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
+    detail_->settle(picture, aovs_);
 }
 
 void PictureWork::readEverything(core::Renderer& renderer)
@@ -286,6 +308,7 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     picture->curve = curve_;
     published_ = samples_;
     publishedVersion_ = version_;
+    settle(renderer, request, picture);
     publishedAt_ = Clock::now();
     publishSeconds_ = core::secondsSince(start);
     return picture;

@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "app/pictures/moving_detail.h"
 #include "app/pictures/picture.h"
 #include "app/pictures/resolution_control.h"
 
@@ -80,11 +81,14 @@ private:
     static void describe(Picture& picture, const core::Renderer& renderer,
                          const RenderRequest& request);
     void addPreview(Picture& picture, const RenderRequest& request);
+    void settle(core::Renderer& renderer, const RenderRequest& request,
+                const std::shared_ptr<const Picture>& picture);
     bool limitReached(const RenderRequest& request) const;
 
     bool begun_ = false, finished_ = false;
     Coarse coarse_ = Coarse::no;
     bool shaded_ = false;  // first hits alone
+    bool detailed_ = false;
     glm::uvec2 size_{0};
     float scale_ = 1;
     uint32_t depth_ = 0;
@@ -98,6 +102,7 @@ private:
         estimate_;  // with everything, as it stands, when it has been read
     std::shared_ptr<const core::Image> backdrop_;  // the small picture that came before this one
     std::shared_ptr<const core::Aovs> aovs_;       // of this view
+    std::unique_ptr<MovingDetail> detail_;         // of the pictures before
 };
 
 }  // namespace app

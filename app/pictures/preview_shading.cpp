@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/parallel.h"
 #include "shared/tonemap.h"
 
 namespace app {
@@ -55,7 +56,9 @@ bool oneSurface(const core::Aovs& aovs, glm::uvec2 p, glm::uvec2 q)
     const float a = *aovs.depth.at(p.x, p.y), b = *aovs.depth.at(q.x, q.y);
     if (!(a > 0) || !(b > 0)) return !(a > 0) && !(b > 0);
     const float turn = glm::dot(vectorAt(aovs.normal, p.x, p.y), vectorAt(aovs.normal, q.x, q.y));
-    return std::max(a, b) < 1.25f * std::min(a, b) && turn > 0.9f;
+    const float *idsA = aovs.ids.at(p.x, p.y), *idsB = aovs.ids.at(q.x, q.y);
+    const bool oneMaterial = idsA[1] == idsB[1] && (idsA[2] < 0) == (idsB[2] < 0);
+    return oneMaterial && std::max(a, b) < 1.25f * std::min(a, b) && turn > 0.9f;
 }
 
 void store(core::Image& image, uint32_t x, uint32_t y, glm::vec3 value)
@@ -110,16 +113,21 @@ core::Image surfaceGuide(const core::Aovs& aovs)
     const auto width = static_cast<int>(aovs.depth.width);
     const auto height = static_cast<int>(aovs.depth.height);
     core::Image guide(aovs.depth.width, aovs.depth.height, 1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            uint32_t bits = 0;
-            for (int i = 0; i < 9; ++i) {
-                const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
-                if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
-                if (oneSurface(aovs, {x, y}, {nx, ny})) bits |= 1u << i;
-            }
-            *guide.at(uint32_t(x), uint32_t(y)) = static_cast<float>(bits);
+    const auto bitsOf = [&](int x, int y) {
+        uint32_t bits = 0;
+        for (int i = 0; i < 9; ++i) {
+            const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
+            if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
+            if (oneSurface(aovs, {x, y}, {nx, ny})) bits |= 1u << i;
         }
+        return bits;
+    };
+    core::parallelFor(aovs.depth.height, 8, [&](size_t begin, size_t end) {
+        for (size_t y = begin; y < end; ++y)
+            for (int x = 0; x < width; ++x)
+                *guide.at(static_cast<uint32_t>(x), static_cast<uint32_t>(y)) =
+                    static_cast<float>(bitsOf(x, static_cast<int>(y)));
+    });
     return guide;
 }
 

@@ -92,6 +92,7 @@ struct ViewParams {
     float movingRate = 30;
     uint32_t movingDepth = 3;
     Moving moving = Moving::filled;
+    bool movingDetail = true;
     Wheel wheel = Wheel::cursor;
 
     template <class Self, class V> static void visit(Self& p, V&& v)
@@ -130,6 +131,11 @@ struct ViewParams {
                           "camera: finer, without noise, without light. The method reuse keeps its "
                           "samples meanwhile"},
           p.moving);
+        v(Field{"moving-detail",
+                "pictures of a moving camera keep the detail of those before them, "
+                "where their samples lie at the centres of pixels: reuse, but for "
+                "its strategy discard, and many lights"},
+          p.movingDetail);
         v(Field{"wheel", "the wheel goes towards what is under the cursor, or towards the point "
                          "that the view turns about"},
           p.wheel);

@@ -228,6 +228,7 @@ void Session::order(glm::uvec2 pictureArea)
     wanted.targetFrameSeconds = 1.0 / static_cast<double>(std::max(settings.view.movingRate, 1.0f));
     wanted.movingDepth = settings.view.movingDepth;
     wanted.movingShows = settings.view.moving;
+    wanted.movingDetail = settings.view.movingDetail;
     wanted.wantVariance = wantsVariance();
     wanted.wantAovs = inspecting || !pendingSaves_->empty() ||
                       (settings.view.show >= Show::depth && settings.view.show <= Show::emitter);

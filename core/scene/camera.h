@@ -20,6 +20,8 @@ struct Camera {
     double apertureRadius = 0, focusDistance = 1;  // metres
     bool orthographic = false;
     double ymag = 1;  // half the height when orthographic
+    // Of the picture against the axis, to the right and up, in halves of its sides
+    glm::dvec2 shift{0};
 
     friend bool operator==(const Camera&, const Camera&) = default;
 };

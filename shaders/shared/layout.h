@@ -210,9 +210,9 @@ struct CameraData {
     vec3 forward;
     float focusDistance;
     uint orthographic;
-    uint reserved0;
-    uint reserved1;
-    uint reserved2;
+    float shiftX;
+    float shiftY;
+    uint reserved;
 };
 
 /// What every vertex of a path needs to know about the scene and the settings; push constants and

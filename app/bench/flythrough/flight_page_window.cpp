@@ -57,8 +57,10 @@ std::string windowMarkup(const Results& r, const SceneResult& scene)
             "What is on show in the last view is compared with what the window shows there at "
             "rest, so that edges count, too; as radiance, and <i>as shown</i>: the mean square "
             "error of the colours on the screen (smooth within surfaces while the camera moves) "
-            "over Discard's. <i>By size</i> is what of that no samples can take away: the error of "
-            "pictures that are as small, but have no noise. <i>paths</i> are new ones per pixel "
+            "over Discard's. <i>By size</i>: that of pictures that have as few pixels but no "
+            "noise, "
+            "each for itself; strategies that keep anything have the detail of the pictures "
+            "before, too, and may be better. <i>paths</i> are new ones per pixel "
             "and picture.");
     double last = 0, share = 0;
     for (const WindowRow& row : scene.window) {

@@ -55,8 +55,9 @@ struct WindowRow {
     double share = 1;           // of the time its threads wanted to run, that they ran: the clock
                                 // of all other times is slowed by it
     PictureErrors errors{};
-    Measured shown{};   // mean square error of the colours on show
-    Measured bySize{};  // the same of pictures without noise that are as small
+    Measured shown{};  // mean square error of the colours on show
+    // The same of pictures without noise that are as small, and have no detail of others
+    Measured bySize{};
     // over those of Discard at the same target; of bySize over what Discard has on show
     Measured ratio{}, trimmedRatio{}, shownRatio{}, bySizeRatio{};
 };

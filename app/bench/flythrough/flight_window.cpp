@@ -86,9 +86,11 @@ bool WindowPilot::land(WindowLanding& landing)
     if (!wait([&] { return session_.picture()->camera == end; })) return false;
     const Picture& picture = *session_.picture();
     landing.picture = core::stretched(picture.mean, size_);
-    landing.size = {picture.mean.width, picture.mean.height};
-    if (picture.preview) landing.guide = picture.guide;
-    landing.colours = displayColours(picture.mean, landing.guide.get(), size_);
+    landing.size = sampledSize(picture);
+    if (picture.preview)
+        landing.guide = picture.sampledGuide ? picture.sampledGuide : picture.guide;
+    landing.colours =
+        displayColours(picture.mean, picture.preview ? picture.guide.get() : nullptr, size_);
     return true;
 }
 
@@ -107,7 +109,7 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
     const bool flown = wait([&] {
         if (session_.picture() != shown) {
             shown = session_.picture();
-            scales += double(shown->mean.width) / size_.x;
+            scales += double(sampledSize(*shown).x) / size_.x;
             ++landing.pictures;
         }
         return !session_.track.playing();

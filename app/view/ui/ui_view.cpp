@@ -54,7 +54,8 @@ void drawViewSection(const UiContext& c)
     group("Maps and errors");
     some({"map", "error-kind", "error-range"});
     group("Resolution and motion");
-    some({"picture-scale", "moving", "moving-rate", "moving-depth", "frame-limit"});
+    some(
+        {"picture-scale", "moving", "moving-detail", "moving-rate", "moving-depth", "frame-limit"});
     group("Mouse");
     some({"wheel"});
     group("Window");

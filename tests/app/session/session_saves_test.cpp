@@ -3,7 +3,9 @@
 #include <fstream>
 #include <set>
 
+#include "app/base/files.h"
 #include "app/session/replay.h"
+#include "core/base/output_file.h"
 #include "core/image/metrics.h"
 #include "tests/support/files/temporary_folder.h"
 #include "tests/support/session/pretender.h"

@@ -42,6 +42,7 @@ Settings someSettings()
               .movingRate = 17.5f,
               .movingDepth = 5,
               .moving = app::Moving::shaded,
+              .movingDetail = false,
               .wheel = app::Wheel::pivot};
     s.panels = {.panel = false,
                 .help = true,

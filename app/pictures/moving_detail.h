@@ -1,0 +1,47 @@
+// Which pictures of a moving camera get the detail of those before, and where it comes from: the
+// picture at rest that the flight begins with, then each small picture.
+#pragma once
+
+#include <memory>
+
+#include "app/pictures/picture.h"
+#include "app/pictures/temporal_upsampling.h"
+
+namespace app {
+
+class MovingDetail {
+public:
+    /// Whether such pictures get it: those whose samples lie at points that are known, the centres
+    /// of pixels, seen in perspective, unless nothing is to be kept.
+    static bool wanted(const RenderRequest& request);
+
+    /// The camera, with its shift, of the next small picture, which is of `size`. `follows`: it is
+    /// of the same scene as those before, as it was.
+    core::Camera next(const RenderRequest& request, glm::uvec2 size, bool follows);
+
+    /// Makes a larger picture of a small one that has a guide, of the camera that next() has
+    /// returned: of the full size, or one that takes no more than a part of the time of a picture.
+    void addTo(Picture& picture, const core::Aovs& aovs);
+
+    /// A picture at rest, with which the next flight may begin, and its first hits.
+    void settle(std::shared_ptr<const Picture> picture, std::shared_ptr<const core::Aovs> aovs);
+
+    /// What addTo() will take, by the last ones.
+    double seconds() const { return secondsPerPixel_ * size_.x * size_.y; }
+
+private:
+    bool continues(const RenderRequest& request) const;
+    glm::uvec2 affordable(const RenderRequest& request) const;
+
+    TemporalUpsampler upsampler_;
+    core::Camera camera_;                          // of the picture under way
+    std::shared_ptr<const Picture> settled_;       // null once a flight has begun
+    std::shared_ptr<const core::Aovs> firstHits_;  // of settled_
+    std::weak_ptr<const core::World> world_;       // that the upsampler has seen
+    core::AnyParams method_;                       // with which
+    glm::uvec2 full_{0}, size_{0};                 // of the request, of what is made
+    uint64_t count_ = 0;
+    double secondsPerPixel_ = 4e-8;  // measured on two cores of 2020; then on these
+};
+
+}  // namespace app
