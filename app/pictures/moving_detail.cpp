@@ -45,13 +45,18 @@ glm::uvec2 MovingDetail::affordable(const RenderRequest& request) const
     return glm::max(glm::uvec2(glm::round(size)), glm::uvec2(1));
 }
 
-core::Camera MovingDetail::next(const RenderRequest& request, glm::uvec2 size, bool follows)
+std::optional<core::Camera> MovingDetail::next(const RenderRequest& request, glm::uvec2 size,
+                                               bool follows)
 {
     const bool dear = seconds() > kTooMuch * kShare * request.targetFrameSeconds;
-    const bool finer = size.x > size_.x || size.y > size_.y;
-    if (settled_ || !follows || full_ != request.size || dear || finer) {
+    if (settled_ || !follows || !active_ || full_ != request.size || dear) {
         full_ = request.size;
-        size_ = glm::max(affordable(request), size);
+        size_ = affordable(request);
+    }
+    active_ = size.x <= size_.x && size.y <= size_.y;
+    if (!active_) {
+        upsampler_.forget();
+        return {};
     }
     if (settled_) {
         world_ = settled_->world;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "app/pictures/picture.h"
 #include "app/pictures/temporal_upsampling.h"
@@ -17,7 +18,8 @@ public:
 
     /// The camera, with its shift, of the next small picture, which is of `size`. `follows`: it is
     /// of the same scene as those before, as it was.
-    core::Camera next(const RenderRequest& request, glm::uvec2 size, bool follows);
+    /// Nothing where `size` is more than could be afforded: that picture stands for itself.
+    std::optional<core::Camera> next(const RenderRequest& request, glm::uvec2 size, bool follows);
 
     /// Makes a larger picture of a small one that has a guide, of the camera that next() has
     /// returned: of the full size, or one that takes no more than a part of the time of a picture.
@@ -27,7 +29,7 @@ public:
     void settle(std::shared_ptr<const Picture> picture, std::shared_ptr<const core::Aovs> aovs);
 
     /// What addTo() will take, by the last ones.
-    double seconds() const { return secondsPerPixel_ * size_.x * size_.y; }
+    double seconds() const { return active_ ? secondsPerPixel_ * size_.x * size_.y : 0; }
 
 private:
     bool continues(const RenderRequest& request) const;
@@ -40,6 +42,7 @@ private:
     std::weak_ptr<const core::World> world_;       // that the upsampler has seen
     core::AnyParams method_;                       // with which
     glm::uvec2 full_{0}, size_{0};                 // of the request, of what is made
+    bool active_ = false;                          // the last picture was made so
     uint64_t count_ = 0;
     double secondsPerPixel_ = 4e-8;  // measured on two cores of 2020; then on these
 };

@@ -86,9 +86,10 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     }
     if (depth != nullptr && !shaded_) *depth = depth_;
     renderer.setPace({.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor});
-    const core::Camera camera =
-        detailed_ ? detail_->next(request, size_, start == core::Start::moved) : request.camera;
-    renderer.setView({camera, size_, params}, start);
+    std::optional<core::Camera> shifted;
+    if (detailed_) shifted = detail_->next(request, size_, start == core::Start::moved);
+    detailed_ = shifted.has_value();
+    renderer.setView({shifted.value_or(request.camera), size_, params}, start);
     version_ = publishedVersion_ = renderer.progress().version;
     nextPoint_ = 2;
     begun_ = true;
