@@ -346,8 +346,8 @@ float TemporalUpsampler::Step::surpriseAt(const Sample& sample) const
     return off * off;
 }
 
-/// The spread of the light around. It is detail as far as the light before has it, too, and noise
-/// or change for the rest: bounds are the wider the better the one tells the other.
+/// The spread of the light around is detail as far as the light before has it, too, and noise or
+/// change for the rest: what is kept is trusted the more the better it foretells the points.
 void TemporalUpsampler::Step::findBounds(Sample& sample) const
 {
     glm::vec3 sum(0), squares(0);

@@ -3,10 +3,10 @@
 // what was seen at its pixels. After Yang et al., "Amortized Supersampling", 2009, and Herzog et
 // al., "Spatio-Temporal Upsampling on the GPU", 2010. Here first hits are known at the points
 // alone: between them, edges are where the pictures before have seen them. What is kept is held to
-// the spread of the light around (Salvi, "An Excursion in Temporal Supersampling", 2016).
+// the mean and spread of the light around (Salvi, "An Excursion in Temporal Supersampling", 2016,
+// cuts it off), less where it foretells the points.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include <glm/glm.hpp>

@@ -58,10 +58,9 @@ std::string windowMarkup(const Results& r, const SceneResult& scene)
             "rest, so that edges count, too; as radiance, and <i>as shown</i>: the mean square "
             "error of the colours on the screen (smooth within surfaces while the camera moves) "
             "over Discard's. <i>By size</i>: that of pictures that have as few pixels but no "
-            "noise, "
-            "each for itself; strategies that keep anything have the detail of the pictures "
-            "before, too, and may be better. <i>paths</i> are new ones per pixel "
-            "and picture.");
+            "noise, each for itself; strategies that keep anything have the detail of the "
+            "pictures before, too, and may be better. <i>paths</i> are new ones per pixel and "
+            "picture.");
     double last = 0, share = 0;
     for (const WindowRow& row : scene.window) {
         share += row.share / static_cast<double>(scene.window.size());

@@ -19,8 +19,8 @@ namespace app::flight {
 struct WindowLanding {
     core::Image picture;  // of the flight's last view, stretched over the window
     core::Image colours;  // the same as the window shows it (displayColours)
-    glm::uvec2 size{0};   // of that picture
-    std::shared_ptr<const core::Image> guide;  // by which it was shown; may be null
+    glm::uvec2 size{0};   // in which that picture was sampled
+    std::shared_ptr<const core::Image> guide;  // to pictures of that size; may be null
     double scale = 1;       // of a picture's sides to the window's, mean of the flight
     uint32_t pictures = 0;  // that were shown on the way
     double seconds = 0;     // of the slowed clock, from the first key to the last

@@ -19,7 +19,7 @@ constexpr double kTargets[] = {0.033, 0.1};          // seconds from picture to 
 constexpr float kFewerPaths[] = {0.5f, 0.25f};
 constexpr uint64_t kLeastSpp = 64;  // of the reference, whose pictures are larger than the others'
 
-/// How large a picture was that a flight ended with, and by which surfaces it was shown.
+/// In how many pixels a picture was sampled that a flight ended with, and the guide to them.
 struct Landed {
     glm::uvec2 size;
     std::shared_ptr<const core::Image> guide;
