@@ -93,6 +93,13 @@ uvec2 sizeBefore()
     return uvec2((push.settings.sizeBefore & 0xffffu) + 1u, (push.settings.sizeBefore >> 16u) + 1u);
 }
 
+/// Pixels of this picture for each of the one that left the history.
+float magnified()
+{
+    const vec2 before = vec2(sizeBefore());
+    return float(frame.settings.imageWidth) * float(frame.settings.imageHeight) / (before.x * before.y);
+}
+
 /// Where record `i` of a pixel lies in a store of a picture of that size: neighbours side by side.
 uint recordIndex(uvec2 size, uint pixel, uint i)
 {

@@ -42,6 +42,8 @@ reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@re
 reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInSlot(scene, hit.slot), hit.barycentrics)@hit.barycentrics@*ReuseEdges*cpu*
 reuse-remainder-whole@core/methods/reuse_competition_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
+reuse-rest-blotches@shaders/shared/reuse_sums.h@min(s.nominal * inversesqrt(max(magnified, 1.0f)), kReuseMostAtRest)@s.nominal@*ReuseRest.Small*cpu*
+reuse-rest-variance@shaders/shared/reuse_sums.h@s.part * weight / (s.nominal + s.rays);@s.part;@ReuseShared*
 reuse-rays-unpaid@shaders/shared/reuse_new.h@(trail.omega * v.rays)@trail.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-paths-change-c@core/methods/reuse_estimator_body.h@p.taken = shared::takeRays(job_.settings, p.v.rays * part, p.v.history);@p.v.c = shared::shareOfHistory(job_.settings, p.v.history, p.v.rays *= part); sums.rays = p.v.rays; p.taken = shared::takeRays(job_.settings, p.v.rays, p.v.history);@*PathAllocation*MeanStays*cpu*
 motion-new-side@shaders/shared/reuse_new.h@const bool old = wayIsOld(scene, settings, v, way, ends, triangle) &&@const bool old = true &&@*ReuseMotion.Shadows*cpu*

@@ -154,7 +154,8 @@ private:
             size_t i = 0;
             for (uint32_t y = tile.y0; y < tile.y1; ++y)
                 for (uint32_t x = tile.x0; x < tile.x1; ++x)
-                    addPixel(sums[i++], size_t(y) * film.width + x, film, tally, figures);
+                    addPixel(sums[i++], job.magnified(), size_t(y) * film.width + x, film, tally,
+                             figures);
             count(figures);
             return tally;
         });
@@ -171,16 +172,16 @@ private:
         figures_.add(figures);
     }
 
-    void addPixel(const shared::ReuseSums& sums, size_t i, Film& film, TileTally& tally,
-                  ReuseFigures& figures)
+    void addPixel(const shared::ReuseSums& sums, float magnified, size_t i, Film& film,
+                  TileTally& tally, ReuseFigures& figures)
     {
-        const float weight = sums.nominal + sums.rays;
+        const float weight = shared::weightAtRest(sums, magnified);
         if (passes_ > 0) {
             film.add(i, shared::plainRadiance(sums), tally.counters);
         } else if (keepsMeans()) {
             film.begin(i, now_.means[i], now_.means[i] * now_.means[i], weight, tally.counters);
         } else {
-            film.begin(i, shared::reusedRadiance(sums), shared::reusedSquares(sums), weight,
+            film.begin(i, shared::reusedRadiance(sums), shared::reusedSquares(sums, weight), weight,
                        tally.counters);
         }
         const bool scatters = shared::unpackHistory(now_.pixels[i].history).nominal > 0;
@@ -188,7 +189,7 @@ private:
         figures.scatters += scatters ? 1 : 0;
         figures.withHistory += sums.nominal > 0 ? 1 : 0;
         figures.weights += double(sums.weightSum);
-        figures.shares += double(sums.nominal / weight);
+        figures.shares += double(sums.nominal / (sums.nominal + sums.rays));
         figures.paths += paths;
         if (sums.noise >= 0) ++figures.deviations[shared::deviationBin(sums.noise)];
         if (passes_ == 0) {

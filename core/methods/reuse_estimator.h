@@ -50,6 +50,13 @@ struct ReuseJob {
     shared::ReuseSettings settings;
     float perDeviation;    // see allocatedPart
     uint32_t firstSample;  // the index of the pass's first sample
+
+    /// Pixels of the picture for each of the one before; 1 where there was none.
+    float magnified() const
+    {
+        const float had = float(before.size.x) * float(before.size.y);
+        return had > 0 ? float(now.size.x) * float(now.size.y) / had : 1;
+    }
 };
 
 /// Refers to all three and to `moved`, which must outlive it: what of the scene has moved since

@@ -274,7 +274,7 @@ ptrdiff_t TileEstimator::findHistory(const Pixel& p, const shared::ReuseChain& c
     if (!shared::projectToFilm(cameraBefore, vec2(job_.before.size), here, film)) return -1;
     const float distance = glm::length(here - cameraBefore.position);
     const glm::ivec2 middle =
-        shared::historyPixel(film, shared::tapNumbers(job_.settings, p.stream));
+        shared::historyPixel(film, shared::tapNumbers(job_.settings, p.stream, job_.magnified()));
     const float reach = p.chained
                             ? shared::reachOfHistory(cameraBefore, float(job_.before.size.y),
                                                      distance, chain.direction, surface.normal)

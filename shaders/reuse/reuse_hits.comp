@@ -45,7 +45,7 @@ uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, uint 
     const float away = length(s.position - cameraBefore.position);
     float reach = kInfinity;
     if (chain.bounces > 0u) reach = reachOfHistory(cameraBefore, float(size.y), away, chain.direction, s.normal);
-    const ivec2 middle = historyPixel(film, tapNumbers(push.settings, stream));
+    const ivec2 middle = historyPixel(film, tapNumbers(push.settings, stream, magnified()));
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);
         if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;

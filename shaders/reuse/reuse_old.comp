@@ -246,7 +246,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
     if (!isUnbiased(push.settings)) sums.remainder += ofLights;  // else they are not looked at again
 }
 
-/// One more sample of the pixel, or (begins) the first ones: as many as the history stands for.
+/// One more sample of the pixel, or (begins) the first ones: as many as weightAtRest.
 void addToFilm(uint pixel, bool begins, vec3 L, vec3 squares, float weight)
 {
     FilmPixel p = FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
@@ -361,7 +361,8 @@ void main()
     if (carriesRemainder(push.settings)) remaindersNow[i] = vec4(remainderNow(sums), 0.0);
     if (FEATURE(kFeatureDelta) && fresh.rest != kNone) sums.rest = loadNew(fresh.rest, 1.0).around;
     vec3 L = reusedRadiance(sums);
-    vec3 squares = reusedSquares(sums);
+    const float weight = weightAtRest(sums, magnified());
+    vec3 squares = reusedSquares(sums, weight);
     const vec3 plain = plainRadiance(sums);
     if (keepsMeans(strategy)) {
         vec3 before = looks ? texelFetch(meansBefore, int(source)).xyz : vec3(0.0);
@@ -377,7 +378,7 @@ void main()
     meansNow[i] = packReuseMap(L, reuseMap(sums, strategy, deviation), strategy);
     const bool begins = (push.settings.flags & kReuseFollows) == 0u;
     if (begins) {
-        addToFilm(i, true, L, squares, sums.nominal + sums.rays);
+        addToFilm(i, true, L, squares, weight);
     } else {
         addToFilm(i, false, plain, plain * plain, 1.0);
     }

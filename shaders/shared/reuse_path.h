@@ -61,10 +61,13 @@ SHARED_FN SampleStream pathStream(ReuseSettings settings, SampleStream stream, f
 /// that neighbours do not take the same one, and well spread over passes (multiples of irrational
 /// numbers, of which every second to fourth are, too), so that no place wanders from its surface.
 /// While the camera rests a pixel is its own history, wherever in it its first hits lie. Nearly 0
-/// and 1 are left out: there what has not moved at all would lose its pixel by rounding.
-SHARED_FN vec2 tapNumbers(ReuseSettings settings, SampleStream stream)
+/// and 1 are left out: there what has not moved at all would lose its pixel by rounding. In a
+/// picture that magnifies that before by 2 and more (`magnified`: its pixels for each of that),
+/// many take the same one anyway: each its own of the four, so that no blocks are seen.
+SHARED_FN vec2 tapNumbers(ReuseSettings settings, SampleStream stream, float magnified)
 {
     if ((settings.flags & kReuseFollows) != 0u) return vec2(0.5f);
+    if (magnified >= 2.0f) return streamVec2(decisionStream(stream, kPurposeResampling), 64u);
     const uint x = stream.index * 0x9e3779b9u + 0x80000000u;  // the golden ratio
     const uint y = stream.index * 0x6a09e667u + 0x80000000u;  // the root of two
     const vec2 unit = vec2(float(x >> 8u), float(y >> 8u)) * (1.0f / 16777216.0f);

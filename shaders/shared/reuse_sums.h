@@ -20,6 +20,9 @@ struct ReuseNew {
 };
 SHARED_CONST uint kReuseNewWords = 5u;  // and of packPathSums
 
+// Old samples that the first picture of a view counts as when the camera rests (weightAtRest).
+SHARED_CONST float kReuseMostAtRest = 12.0f;
+
 // Of a pixel of which no deviation is known.
 SHARED_CONST float kNoDeviation = -1.0f;
 
@@ -161,13 +164,27 @@ SHARED_FN vec3 naiveMean(IN(ReuseSums) s, vec3 before)
     return before + min(share, 1.0f) * (plainRadiance(s) - before);
 }
 
-/// Mean square of the radiance that single paths find, for the variance that is told.
-SHARED_FN vec3 reusedSquares(IN(ReuseSums) s)
+/// How many samples the first picture of a view counts as among those that follow when the camera
+/// rests. Its pixels are as good as N + n samples each; but their errors are alike where
+/// neighbours have inherited the same old samples, to the eye blotches, and of each only the middle
+/// was seen, whatever else lies in it. `magnified`: pixels of the picture for each of that before;
+/// a block of so many has the old samples of one, so for the block they count as N / magnified.
+/// This is between the two. Never more than kReuseMostAtRest: with all of N a box at rest
+/// errs more from the fourth sample on.
+SHARED_FN float weightAtRest(IN(ReuseSums) s, float magnified)
+{
+    return s.rays + min(s.nominal * inversesqrt(max(magnified, 1.0f)), kReuseMostAtRest);
+}
+
+/// Mean square of the radiance, so that the variance that is told of a picture that counts as
+/// `weight` samples is that of N + n.
+SHARED_FN vec3 reusedSquares(IN(ReuseSums) s, float weight)
 {
     const vec3 mean = reusedRadiance(s);
     const vec3 around = max(s.aroundSquares - s.around * s.around, vec3(0.0f));
     const vec3 direct = max(s.directSquares - s.direct * s.direct, vec3(0.0f));
-    return mean * mean + s.beta * s.beta * (s.part * (around + direct));
+    const float part = s.part * weight / (s.nominal + s.rays);
+    return mean * mean + s.beta * s.beta * (part * (around + direct));
 }
 
 /// A vector and a word as one kernel leaves them to the next.

@@ -1,5 +1,7 @@
 // T-36. A view that rests, on every device: once its history has all that it can hold, plain paths
 // go on and leave it alone.
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/methods/reuse_settings.h"
@@ -115,6 +117,61 @@ TEST_P(ReuseRest, FirstHitsAtTheCentresStayThere)
     params.jitter = PixelJitter::never;
     look(world_->cameras.at(0), params, core::Start::anew, 20);
     EXPECT_EQ(detail("plain"), 0);
+}
+
+/// Mean square error of the means of blocks of k x k pixels, in what can be shown.
+double blockError(const core::Image& mean, const core::Image& truth, uint32_t k)
+{
+    const auto sum = [k](const core::Image& image, uint32_t x0, uint32_t y0, int c) {
+        double shown = 0;
+        for (uint32_t y = y0; y < y0 + k; ++y)
+            for (uint32_t x = x0; x < x0 + k; ++x)
+                shown += double(std::clamp(image.at(x, y)[c], 0.0f, 1.0f));
+        return shown / (k * k);
+    };
+    double squares = 0;
+    for (uint32_t y = 0; y + k <= truth.height; y += k)
+        for (uint32_t x = 0; x + k <= truth.width; x += k)
+            for (int c = 0; c < 3; ++c)
+                squares += std::pow(sum(mean, x, y, c) - sum(truth, x, y, c), 2);
+    return squares * k * k / (3.0 * truth.width * truth.height);
+}
+
+/// A camera that stops is shown at once what small pictures have left, and soon nothing of it:
+/// pixels that have inherited the same samples err alike, and each block of them would be seen.
+TEST_P(ReuseRest, SmallPicturesLeaveNoBlotches)
+{
+    constexpr glm::uvec2 kFull{96, 96};
+    begin("cornell-diffuse", kFull);
+    ReuseParams params = with(ReuseStrategy::ra, 3);
+    params.jitter = PixelJitter::settled;
+    params.sampler = core::SamplerKind::sobol;
+    const auto flight = [&](ReuseStrategy reuse, uint32_t seed) {
+        params.reuse = reuse;
+        params.seed = seed;
+        size_ = kFull / 4u;
+        for (int i = 20; i > 0; --i)
+            look(swung(*world_, -i), params, i == 20 ? core::Start::anew : core::Start::moved);
+        size_ = kFull;
+        look(swung(*world_, 0), params, core::Start::moved);
+    };
+    const auto mean = [&] { return renderer_->read(core::Reading::mean).mean; };
+    flight(ReuseStrategy::discard, 991);
+    renderer_->advance({.samples = 255}, {});
+    const core::Image truth = mean();
+    // Of pixels at first; of blocks of 4x4 and 8x8 after 24 samples: by `ra` and by `discard`.
+    std::array<std::array<double, 2>, 3> error{};
+    for (const uint32_t which : {0u, 1u})
+        for (uint32_t seed = 1; seed <= 3; ++seed) {
+            flight(which == 0 ? ReuseStrategy::ra : ReuseStrategy::discard, seed);
+            error[0][which] += blockError(mean(), truth, 1);
+            renderer_->advance({.samples = 23}, {});
+            error[1][which] += blockError(mean(), truth, 4);
+            error[2][which] += blockError(mean(), truth, 8);
+        }
+    EXPECT_LE(error[0][0], error[0][1] / 6);
+    EXPECT_LE(error[1][0], error[1][1] * 1.8);
+    EXPECT_LE(error[2][0], error[2][1] * 3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Device, ReuseRest,

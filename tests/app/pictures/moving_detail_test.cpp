@@ -13,7 +13,7 @@
 
 namespace {
 
-constexpr glm::uvec2 kFull{64, 48}, kSmall{16, 12};
+constexpr glm::uvec2 kWindow{64, 48}, kInMotion{16, 12};
 
 /// First hits of a wall two metres away that faces the camera.
 core::Aovs wall(glm::uvec2 size)
@@ -41,7 +41,7 @@ app::RenderRequest request()
 {
     app::RenderRequest r;
     r.world = std::make_shared<core::World>();
-    r.size = kFull;
+    r.size = kWindow;
     r.params.method = core::ReuseParams{};
     r.moving = r.movingDetail = true;
     r.movingShows = app::Moving::filled;
@@ -50,7 +50,7 @@ app::RenderRequest request()
 
 /// The picture that is made of stripes.
 app::Picture made(app::MovingDetail& detail, const app::RenderRequest& r, float radiance,
-                  bool follows = true, glm::uvec2 small = kSmall)
+                  bool follows = true, glm::uvec2 small = kInMotion)
 {
     EXPECT_TRUE(detail.next(r, small, follows));
     app::Picture picture;
@@ -65,7 +65,7 @@ app::Picture made(app::MovingDetail& detail, const app::RenderRequest& r, float 
 app::Picture alone(const app::RenderRequest& r, float radiance, int before)
 {
     app::MovingDetail detail;
-    for (int i = 0; i < before; ++i) detail.next(r, kSmall, false);
+    for (int i = 0; i < before; ++i) detail.next(r, kInMotion, false);
     return made(detail, r, radiance, false);
 }
 
@@ -100,8 +100,8 @@ TEST(MovingDetail, PicturesAreOfTheFullSize)
 {
     app::MovingDetail detail;
     const app::Picture picture = made(detail, request(), 1);
-    EXPECT_EQ(glm::uvec2(picture.mean.width, picture.mean.height), kFull);
-    EXPECT_EQ(app::sampledSize(picture), kSmall);
+    EXPECT_EQ(glm::uvec2(picture.mean.width, picture.mean.height), kWindow);
+    EXPECT_EQ(app::sampledSize(picture), kInMotion);
     EXPECT_EQ(picture.guide, nullptr) << "each pixel of the window has one of the picture";
 }
 
@@ -117,11 +117,11 @@ TEST(MovingDetail, WhatWouldTakeTooLongIsMadeSmaller)
     EXPECT_NEAR(picture.mean.width * 3.0 / 4, picture.mean.height, 1);
     ASSERT_NE(picture.guide, nullptr) << "shown smooth";
     EXPECT_EQ(picture.guide->width, picture.mean.width);
-    EXPECT_EQ(app::sampledSize(picture), kSmall);
+    EXPECT_EQ(app::sampledSize(picture), kInMotion);
     EXPECT_GT(detail.seconds(), 0);
     EXPECT_FALSE(detail.next(r, {1024, 768}, true)) << "as many pixels are there already";
     EXPECT_EQ(detail.seconds(), 0);
-    EXPECT_TRUE(detail.next(r, kSmall, true));
+    EXPECT_TRUE(detail.next(r, kInMotion, true));
 }
 
 TEST(MovingDetail, WhatWasSeenCountsInTheSameSceneAlone)
@@ -144,7 +144,7 @@ TEST(MovingDetail, WhatWasSeenCountsInTheSameSceneAlone)
     other.params.method = params;
     EXPECT_EQ(afterDark(other, true), fresh);
     other = r;
-    other.size = kFull + 2u;
+    other.size = kWindow + 2u;
     EXPECT_NE(afterDark(other, true).size(), fresh.size());
 }
 
@@ -152,11 +152,11 @@ TEST(MovingDetail, AFlightBeginsWithThePictureAtRest)
 {
     const app::RenderRequest r = request();
     auto rest = std::make_shared<app::Picture>();
-    rest->mean = stripes(kFull, 1);
+    rest->mean = stripes(kWindow, 1);
     rest->world = r.world;
     rest->params = r.params;
     rest->camera = r.camera;
-    const auto hits = std::make_shared<const core::Aovs>(wall(kFull));
+    const auto hits = std::make_shared<const core::Aovs>(wall(kWindow));
     const auto contrast = [](const core::Image& image) {
         double sum = 0;
         for (size_t i = 3; i < image.pixels.size(); i += 3)

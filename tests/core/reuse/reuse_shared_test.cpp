@@ -126,4 +126,23 @@ TEST(ReuseShared, PathsThatAreDueAreTaken)
     }
 }
 
+/// Whatever the first picture of a view counts as, its variance is that of N + n paths.
+TEST(ReuseShared, TellsTheVarianceOfWhatItKnows)
+{
+    shared::ReuseSums s = shared::noReuseSums();
+    s.beta = glm::vec3(0.5f);
+    s.nominal = 24;
+    s.rays = s.part = 1;
+    s.around = glm::vec3(0.7f);
+    s.aroundSquares = glm::vec3(2.5f);
+    const glm::vec3 mean = shared::reusedRadiance(s);
+    EXPECT_EQ(shared::weightAtRest(s, 0.1f), 13);  // at most twelve old ones
+    EXPECT_EQ(shared::weightAtRest(s, 9), 9);
+    for (const float magnified : {1.0f, 4.0f, 64.0f}) {
+        const float weight = shared::weightAtRest(s, magnified);
+        const glm::vec3 variance = (shared::reusedSquares(s, weight) - mean * mean) * (1 / weight);
+        EXPECT_NEAR(variance.x, 0.25 * (2.5 - 0.49) / 25, 1e-6) << magnified;
+    }
+}
+
 }  // namespace

@@ -155,8 +155,8 @@ TEST(ReuseShift, HistoriesKeepUpWithTheMotion)
             for (uint32_t frame = 0; frame < 500; ++frame) {
                 shared::SampleStream stream{};
                 stream.index = 17 + frame * stride;
-                const glm::ivec2 pixel = shared::historyPixel({40.5f + motion, 40.5f - motion},
-                                                              shared::tapNumbers(settings, stream));
+                const glm::ivec2 pixel = shared::historyPixel(
+                    {40.5f + motion, 40.5f - motion}, shared::tapNumbers(settings, stream, 1));
                 ahead += pixel.x - 40 - double(motion);
                 ASSERT_LE(std::abs(pixel.y - 40 + double(motion)), 1.001);
                 most = std::max(most, std::abs(ahead));
@@ -171,7 +171,7 @@ TEST(ReuseShift, WhatHasNotMovedIsItsOwnHistory)
     const auto find = [&](uint32_t index, vec2 film) {
         shared::SampleStream stream{};
         stream.index = index;
-        return shared::historyPixel(film, shared::tapNumbers(settings, stream));
+        return shared::historyPixel(film, shared::tapNumbers(settings, stream, 1));
     };
     for (uint32_t i = 0; i < 100000; ++i)
         ASSERT_EQ(find(i, {1900.5001f, 3.4999f}), glm::ivec2(1900, 3)) << i;
