@@ -1,9 +1,7 @@
-// Distances are kept as nearness, 1 / distance along the axis of the camera: within a plane it is
-// linear on the film, and 0 where nothing is hit.
+// See temporal_upsampling.h.
 #include "app/pictures/temporal_upsampling.h"
 
 #include <algorithm>
-#include <array>
 #include <cfloat>
 #include <cmath>
 
@@ -25,70 +23,8 @@ constexpr float kCertain = 0.5f;  // and within which it alone tells what is the
 // little error, and is a tenth too dark where noise is as skewed as an exponential.
 constexpr float kTrust = 0.85f, kSpread = 3;
 constexpr float kTold = 2;  // how soon the light before is believed to tell detail from noise
-constexpr float kNearnessOff = 0.03f;  // relative error up to which two places are one
-constexpr float kTurnOff = 0.5f;       // cosine between their normals
-constexpr float kSlopeOff = 1.5f;      // pixels by which they may lie apart on a slope
-constexpr float kFewest = 0.1f;        // bilinear weight of pixels of before that show the place
-
-/// Normal and material of the surface in a pixel, for comparison alone.
-uint32_t packSurface(const core::Aovs& aovs, size_t pixel)
-{
-    const float *normal = &aovs.normal.pixels[3 * pixel], *ids = &aovs.ids.pixels[3 * pixel];
-    if (!(aovs.depth.pixels[pixel] > 0)) return 0xff000000u;
-    uint32_t packed = (static_cast<uint32_t>(ids[1]) & 0x3fu) | (ids[2] >= 0 ? 0x40u : 0u);
-    for (int c = 0; c < 3; ++c) {
-        const float scaled = std::round(127 * std::clamp(normal[c], -1.0f, 1.0f));
-        packed = packed << 8 | (static_cast<uint32_t>(static_cast<int>(scaled)) & 0xffu);
-    }
-    return packed;
-}
-
-bool oneSurface(uint32_t a, uint32_t b)
-{
-    if (a == b) return true;
-    if ((a ^ b) >> 24 != 0) return false;
-    int dot = 0;
-    for (int shift = 0; shift < 24; shift += 8)
-        dot += static_cast<int8_t>(a >> shift) * static_cast<int8_t>(b >> shift);
-    return static_cast<float>(dot) >= kTurnOff * 127 * 127;
-}
-
-/// Directions of points of the film, from -1 to 1 on it.
-struct Film {
-    glm::dvec3 right, up, forward;
-    glm::dvec2 half;  // tangents
-
-    Film(const core::Camera& camera, glm::uvec2 size)
-    {
-        const shared::CameraData data = core::cameraData(camera, size.x, size.y);
-        right = data.right;
-        up = data.up;
-        forward = data.forward;
-        half = static_cast<double>(data.tanHalfHeight) * glm::dvec2(data.aspect, 1);
-    }
-};
-
-/// The pixels of a picture, as the film has them.
-class FilmPoints {
-public:
-    FilmPoints(const core::Camera& camera, glm::uvec2 size)
-        : width_(size.x), pixel_(glm::vec2(2) / glm::vec2(size)), half_(Film(camera, size).half),
-          shift_(camera.shift)
-    {}
-
-    float nearness(const core::Aovs& aovs, size_t pixel) const
-    {
-        const float depth = aovs.depth.pixels[pixel];  // along the ray
-        const glm::vec2 at((static_cast<float>(pixel % width_) + 0.5f) * pixel_.x - 1,
-                           1 - (static_cast<float>(pixel / width_) + 0.5f) * pixel_.y);
-        const glm::vec2 tangents = half_ * (at + shift_);
-        return depth > 0 ? std::sqrt(1 + glm::dot(tangents, tangents)) / depth : 0;
-    }
-
-private:
-    size_t width_;
-    glm::vec2 pixel_, half_, shift_;
-};
+constexpr float kSlopeOff =
+    1.5f;  // pixels by which two places that are one may lie apart on a slope
 
 /// The smaller step of the two to the neighbours that show the same surface.
 float slopeOf(float before, bool isBefore, float here, float after, bool isAfter)
@@ -98,13 +34,6 @@ float slopeOf(float before, bool isBefore, float here, float after, bool isAfter
     return std::abs(a) < std::abs(b) ? a : b;
 }
 
-/// Number `i` of an additive recurrence in [0, 1).
-double additive(uint64_t i, double step)
-{
-    const double x = 0.5 + static_cast<double>(i & 0xffffu) * step;
-    return x - std::floor(x);
-}
-
 glm::vec3 radianceAt(const core::Image& image, size_t pixel)
 {
     const float* p = &image.pixels[3 * pixel];
@@ -112,13 +41,6 @@ glm::vec3 radianceAt(const core::Image& image, size_t pixel)
 }
 
 }  // namespace
-
-/// What is known of a pixel of the full size.
-struct TemporalUpsampler::Place {
-    glm::vec4 light{0};  // radiance times weight, and weight: samples that it stands for
-    float nearness = 0;
-    uint32_t surface = 0;  // packSurface()
-};
 
 /// A pixel of the small picture, at whose point `nearness` is known.
 struct TemporalUpsampler::Sample {
@@ -153,7 +75,7 @@ public:
     float surpriseAt(const Sample& sample) const;
     void findBounds(Sample& sample) const;
 
-    void row(uint32_t y, Place* places, float* radiance) const;
+    void row(uint32_t y, SeenPlace* places, float* radiance) const;
 
 private:
     struct Column {
@@ -169,47 +91,36 @@ private:
         glm::vec2 away;  // from the point, pixels of the small picture
     };
 
-    Column columnOf(uint32_t x, int full, int small, float shift) const;
-    bool lookUp(const glm::vec3& direction, float nearness, const Sample& sample, glm::vec4& light,
-                float fewest) const;
-    const Sample* findOnEdge(const Here& here, Place& place, glm::vec4& light) const;
-    glm::vec3 between(const Here& here) const;
-    Place make(const Here& here) const;
+    /// What is there, by a point that tells of it.
+    struct Told {
+        const Sample* sample = nullptr;
+        float nearness = 0;
+        Look look;
+    };
 
-    const std::vector<Place>& before_;
+    Column columnOf(uint32_t x, int full, int small, float shift) const;
+    Told findOnEdge(const Here& here) const;
+    bool isTold(const Sample& own, uint32_t surface) const;
+    bool findUntold(const Here& here, const Look& told, SeenPlace& place) const;
+    glm::vec3 between(const Here& here) const;
+    SeenPlace make(const Here& here) const;
+
+    SeenBefore before_;
     const std::vector<Sample>& samples_;
     glm::ivec2 full_, small_;
     glm::vec2 ratio_;              // of their sizes
     glm::vec2 shift_;              // pixels of the small picture
-    glm::vec2 half_;               // of the film now
-    glm::mat3 turn_{0};            // directions now to the film of before, pixels of the full size
-    glm::vec3 way_{0};             // between the cameras, the same
     std::vector<Column> columns_;  // of the full size
-    // Bilinear weight of pixels that show a surface from which on its edge is beyond: by chance, so
-    // that an edge that moves by parts of a pixel is where it should be on average.
-    float fewestOnEdge_;
 };
 
 TemporalUpsampler::Step::Step(const TemporalUpsampler& of, const Seen& seen)
-    : before_(of.before_), samples_(of.samples_), full_(of.size_),
-      small_(seen.mean.width, seen.mean.height), ratio_(glm::vec2(full_) / glm::vec2(small_)),
-      shift_(glm::vec2(seen.camera.shift) * glm::vec2(0.5f, -0.5f) * glm::vec2(small_)),
-      fewestOnEdge_(kFewest +
-                    (1 - 2 * kFewest) * static_cast<float>(additive(of.count_, 0.6180339887498949)))
+    : before_(of.before_, of.size_, of.camera_, seen.camera, of.count_), samples_(of.samples_),
+      full_(of.size_), small_(seen.mean.width, seen.mean.height),
+      ratio_(glm::vec2(full_) / glm::vec2(small_)),
+      shift_(glm::vec2(seen.camera.shift) * glm::vec2(0.5f, -0.5f) * glm::vec2(small_))
 {
-    const Film now(seen.camera, of.size_);
-    half_ = now.half;
     for (uint32_t x = 0; x < of.size_.x; ++x)
         columns_.push_back(columnOf(x, full_.x, small_.x, shift_.x));
-    if (before_.empty()) return;
-    const Film then(of.camera_, of.size_);
-    const auto onFilm = [&](const glm::dvec3& d) {
-        const glm::dvec3 p(glm::dot(d, then.right) / then.half.x,
-                           glm::dot(d, then.up) / then.half.y, glm::dot(d, then.forward));
-        return glm::vec3(0.5 * full_.x * (p.z + p.x), 0.5 * full_.y * (p.z - p.y), p.z);
-    };
-    turn_ = {onFilm(now.right), onFilm(now.up), onFilm(now.forward)};
-    way_ = onFilm(seen.camera.position - of.camera_.position);
 }
 
 TemporalUpsampler::Step::Column TemporalUpsampler::Step::columnOf(uint32_t x, int full, int small,
@@ -223,53 +134,38 @@ TemporalUpsampler::Step::Column TemporalUpsampler::Step::columnOf(uint32_t x, in
     return {pixel, away < 0 ? -1 : 1, away};
 }
 
-/// The light that was seen before of the place in `direction` that is so near; false where none
-/// was.
-bool TemporalUpsampler::Step::lookUp(const glm::vec3& direction, float nearness,
-                                     const Sample& sample, glm::vec4& light, float fewest) const
+/// Whether a pixel of the small picture or one beside it shows such a surface.
+bool TemporalUpsampler::Step::isTold(const Sample& own, uint32_t surface) const
 {
-    const glm::vec3 v = direction + nearness * way_;
-    if (!(v.z > 1e-6f)) return false;
-    const float scale = 1 / v.z;
-    const glm::vec2 film = glm::vec2(v) * scale - 0.5f;
-    if (!(film.x > -1 && film.y > -1 && film.x < static_cast<float>(full_.x) &&
-          film.y < static_cast<float>(full_.y)))
-        return false;
-    const int x = static_cast<int>(film.x + 1) - 1, y = static_cast<int>(film.y + 1) - 1;
-    const float tx = film.x - static_cast<float>(x), ty = film.y - static_cast<float>(y);
-    const float near = nearness * scale, off = kNearnessOff * near + sample.slack * scale;
-    const int last = full_.x * full_.y - 1, first = y * full_.x + x;
-    const float left = x >= 0 ? 1 - tx : 0, right = x + 1 < full_.x ? tx : 0,
-                above = y >= 0 ? 1 - ty : 0, below = y + 1 < full_.y ? ty : 0;
-    const std::array<float, 4> weights{left * above, right * above, left * below, right * below};
-    std::array<const Place*, 4> places;
-    for (int i = 0; i < 4; ++i) {
-        const int at = std::clamp(first + (i & 1) + (i >> 1) * full_.x, 0, last);
-        places[static_cast<size_t>(i)] = &before_[static_cast<size_t>(at)];
-    }
-    float sum = 0;
-    light = glm::vec4(0);
-    for (size_t i = 0; i < 4; ++i) {
-        const Place& p = *places[i];
-        const bool fits =
-            std::abs(p.nearness - near) <= off && oneSurface(p.surface, sample.surface);
-        const float weight = fits ? weights[i] : 0;
-        sum += weight;
-        light += weight * p.light;
-    }
-    if (!(sum > fewest) || !(light.w > 0)) return false;
-    light /= sum;
+    const int i = static_cast<int>(&own - samples_.data()), x = i % small_.x, y = i / small_.x;
+    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, small_.y - 1); ++v)
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, small_.x - 1); ++u)
+            if (oneSurface(samples_[static_cast<size_t>(v * small_.x + u)].surface, surface))
+                return true;
+    return false;
+}
+
+/// Whether a surface that no point around tells of was seen before where these look: as near as
+/// theirs, or nearer. Nothing moves in the scene, so what was seen of it is still there.
+bool TemporalUpsampler::Step::findUntold(const Here& here, const Look& told, SeenPlace& place) const
+{
+    if (told.other == nullptr || isTold(*here.own, told.other->surface)) return false;
+    const float nearness = before_.nearnessNow(told.other->nearness, here.direction);
+    if (!(nearness >= 0)) return false;
+    const Look seen = before_.lookUp(here.direction, nearness, told.other->surface, 0);
+    if (!seen.picked) return false;
+    place = {seen.light, nearness, told.other->surface};
     return true;
 }
 
 /// Where the points around show more than one surface: the nearest of them that was seen there
-/// before; null where none was.
-const TemporalUpsampler::Sample* TemporalUpsampler::Step::findOnEdge(const Here& here, Place& place,
-                                                                     glm::vec4& light) const
+/// before, by chance where the pixels around show it in part; the farthest then. Where none was
+/// there is no sample, and the look is that of the own one.
+TemporalUpsampler::Step::Told TemporalUpsampler::Step::findOnEdge(const Here& here) const
 {
-    const Sample* found = nullptr;
-    const glm::ivec2 at(static_cast<int>(here.own - samples_.data()) % small_.x,
-                        static_cast<int>(here.own - samples_.data()) / small_.x);
+    Told nearest, farthest;
+    const int own = static_cast<int>(here.own - samples_.data());
+    const glm::ivec2 at(own % small_.x, own / small_.x);
     for (int i = 0; i < 4; ++i) {
         const glm::ivec2 step((i & 1) * here.dx, (i >> 1) * here.dy), to = at + step;
         if (i > 0 && here.own->isLike(step.x, step.y)) continue;
@@ -277,14 +173,16 @@ const TemporalUpsampler::Sample* TemporalUpsampler::Step::findOnEdge(const Here&
         const Sample& sample = here.own[step.y * small_.x + step.x];
         const float nearness =
             std::max(sample.nearness + glm::dot(sample.slope, here.away - glm::vec2(step)), 0.0f);
-        if (found != nullptr && nearness <= place.nearness) continue;
-        glm::vec4 seen;
-        if (!lookUp(here.direction, nearness, sample, seen, fewestOnEdge_)) continue;
-        found = &sample;
-        place.nearness = nearness;
-        light = seen;
+        if (nearest.sample != nullptr && nearness <= nearest.nearness) continue;
+        const Look look = before_.lookUp(here.direction, nearness, sample.surface, sample.slack);
+        if (i == 0) nearest.look = look;
+        if (look.picked)
+            nearest = {&sample, nearness, look};
+        else if (look.weight > kFewestSeen &&
+                 (farthest.sample == nullptr || nearness <= farthest.nearness))
+            farthest = {&sample, nearness, look};
     }
-    return found;
+    return nearest.sample == nullptr && farthest.sample != nullptr ? farthest : nearest;
 }
 
 /// Light between the points around that show the surface of the next one.
@@ -301,34 +199,38 @@ glm::vec3 TemporalUpsampler::Step::between(const Here& here) const
            ty * ((1 - tx) * light(0, here.dy, down) + tx * light(here.dx, here.dy, down + here.dx));
 }
 
-TemporalUpsampler::Place TemporalUpsampler::Step::make(const Here& here) const
+SeenPlace TemporalUpsampler::Step::make(const Here& here) const
 {
     const Sample& own = *here.own;
     const glm::vec2 pixels = here.away * ratio_;
     const float distance = glm::dot(pixels, pixels);
-    Place place;
-    place.nearness = std::max(own.nearness + glm::dot(own.slope, here.away), 0.0f);
-    const Sample* chosen = &own;
-    glm::vec4 old;
     const bool plain =
         own.isLike(here.dx, 0) && own.isLike(0, here.dy) && own.isLike(here.dx, here.dy);
-    if (before_.empty()) {
-        chosen = nullptr;
-    } else if (plain || distance < kCertain * kCertain) {
-        if (!lookUp(here.direction, place.nearness, own, old, kFewest)) chosen = nullptr;
-    } else {
-        chosen = findOnEdge(here, place, old);
+    const bool certain = distance < kCertain * kCertain;
+    const float nearness = std::max(own.nearness + glm::dot(own.slope, here.away), 0.0f);
+    Told told;
+    if (!before_.empty() && (plain || certain)) {
+        told.look = before_.lookUp(here.direction, nearness, own.surface, own.slack);
+        if (told.look.weight > kFewestSeen) told = {&own, nearness, told.look};
+    } else if (!before_.empty()) {
+        told = findOnEdge(here);
     }
+    SeenPlace place;
+    if (!certain && findUntold(here, told.look, place)) return place;
     const float fall = std::max(1 - distance / (kReach * kReach), 0.0f);
-    const bool beyond = chosen != nullptr && chosen != &own;
+    const bool beyond = told.sample != nullptr && told.sample != &own;
     const float weight = beyond ? kLeast : std::max(kLeast, fall * fall);
-    place.light = weight * glm::vec4(beyond ? chosen->radiance : between(here), 1);
+    place.light = weight * glm::vec4(beyond ? told.sample->radiance : between(here), 1);
+    place.nearness = nearness;
     place.surface = own.surface;
-    if (chosen == nullptr) return place;
-    place.surface = chosen->surface;
-    const glm::vec3 off = glm::vec3(old) / old.w - chosen->mean,
-                    kept = chosen->mean +
-                           chosen->trust * glm::clamp(off, -chosen->reach, chosen->reach);
+    if (told.sample == nullptr) return place;
+    const Sample& chosen = *told.sample;
+    place.nearness = told.nearness;
+    place.surface = chosen.surface;
+    const glm::vec4 old = told.look.light;
+    const glm::vec3 off = glm::vec3(old) / old.w - chosen.mean,
+                    kept =
+                        chosen.mean + chosen.trust * glm::clamp(off, -chosen.reach, chosen.reach);
     place.light += std::min(old.w, kMost) * glm::vec4(kept, 1);
     return place;
 }
@@ -338,11 +240,11 @@ float TemporalUpsampler::Step::surpriseAt(const Sample& sample) const
     const int i = static_cast<int>(&sample - samples_.data());
     const glm::vec2 at =
         (glm::vec2(i % small_.x, i / small_.x) + 0.5f + shift_) / glm::vec2(small_);
-    const glm::vec3 direction =
-        turn_ * glm::vec3((2 * at.x - 1) * half_.x, (1 - 2 * at.y) * half_.y, 1);
-    glm::vec4 old;
-    if (before_.empty() || !lookUp(direction, sample.nearness, sample, old, kFewest)) return -1;
-    const float off = shared::luminance(sample.radiance - glm::vec3(old) / old.w);
+    const glm::vec3 direction = before_.direction({2 * at.x - 1, 1 - 2 * at.y});
+    if (before_.empty()) return -1;
+    const Look look = before_.lookUp(direction, sample.nearness, sample.surface, sample.slack);
+    if (!(look.weight > kFewestSeen)) return -1;
+    const float off = shared::luminance(sample.radiance - glm::vec3(look.light) / look.light.w);
     return off * off;
 }
 
@@ -373,13 +275,13 @@ void TemporalUpsampler::Step::findBounds(Sample& sample) const
     sample.reach = count < 3 ? glm::vec3(FLT_MAX) : kSpread * deviation;
 }
 
-void TemporalUpsampler::Step::row(uint32_t y, Place* places, float* radiance) const
+void TemporalUpsampler::Step::row(uint32_t y, SeenPlace* places, float* radiance) const
 {
     const Column row = columnOf(y, full_.y, small_.y, shift_.y);
     const glm::vec2 step = 2.0f / glm::vec2(full_);
     const float up = 1 - (static_cast<float>(y) + 0.5f) * step.y;
-    const glm::vec3 begin = turn_ * glm::vec3((0.5f * step.x - 1) * half_.x, up * half_.y, 1);
-    const glm::vec3 aside = step.x * half_.x * turn_[0];
+    const glm::vec3 begin = before_.direction({0.5f * step.x - 1, up}),
+                    aside = before_.direction({1.5f * step.x - 1, up}) - begin;
     const Sample* first = samples_.data() + row.pixel * small_.x;
     Here here;
     here.dy = row.beside;

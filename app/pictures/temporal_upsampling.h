@@ -11,6 +11,7 @@
 
 #include <glm/glm.hpp>
 
+#include "app/pictures/seen_before.h"
 #include "core/image/image.h"
 #include "core/methods/renderer.h"
 #include "core/scene/camera.h"
@@ -46,13 +47,12 @@ public:
     void forget();
 
 private:
-    struct Place;
     struct Sample;
     class Step;
 
     void findSamples(const Seen& seen);
 
-    std::vector<Place> places_, before_;
+    std::vector<SeenPlace> places_, before_;
     std::vector<Sample> samples_;  // of the small picture
     glm::uvec2 size_{0};           // of places_
     core::Camera camera_;          // that they are seen from
