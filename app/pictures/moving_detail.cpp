@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/pictures/preview_shading.h"
 #include "core/base/params.h"
 #include "core/base/time.h"
 #include "core/methods/reuse_params.h"
@@ -12,9 +13,8 @@ namespace app {
 
 namespace {
 
-constexpr double kShare = 0.35;     // of the time of a picture
-constexpr double kTooMuch = 1.7;    // times that: it is made smaller in flight, too
-constexpr float kAllAlike = 0x1ff;  // a pixel of a guide
+constexpr double kShare = 0.35;   // of the time of a picture
+constexpr double kTooMuch = 1.7;  // times that: it is made smaller in flight, too
 
 }  // namespace
 
@@ -80,9 +80,7 @@ void MovingDetail::addTo(Picture& picture, const core::Aovs& aovs)
     picture.mean = upsampler_.add({picture.mean, aovs, *picture.sampledGuide, camera_}, size_);
     if (size_ != full_) {
         // It has edges of its own: between its pixels it is shown smooth.
-        auto smooth = std::make_shared<core::Image>(size_.x, size_.y, 1);
-        std::ranges::fill(smooth->pixels, kAllAlike);
-        picture.guide = std::move(smooth);
+        picture.guide = std::make_shared<core::Image>(smoothGuide(size_));
     }
     const double now = core::secondsSince(start) / (double(size_.x) * size_.y);
     secondsPerPixel_ = 0.75 * secondsPerPixel_ + 0.25 * now;

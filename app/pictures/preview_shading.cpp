@@ -61,6 +61,28 @@ bool oneSurface(const core::Aovs& aovs, glm::uvec2 p, glm::uvec2 q)
     return oneMaterial && std::max(a, b) < 1.25f * std::min(a, b) && turn > 0.9f;
 }
 
+/// Bits of the neighbours of each pixel that there are and are `alike`.
+template <class Alike> core::Image guideOf(glm::uvec2 size, const Alike& alike)
+{
+    const glm::ivec2 end(size);
+    core::Image guide(size.x, size.y, 1);
+    const auto bitsOf = [&](glm::ivec2 p) {
+        uint32_t bits = 0;
+        for (int i = 0; i < 9; ++i) {
+            const glm::ivec2 q = p + glm::ivec2(i % 3 - 1, i / 3 - 1);
+            if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) continue;
+            if (alike(p, q)) bits |= 1u << i;
+        }
+        return bits;
+    };
+    core::parallelFor(size.y, 8, [&](size_t begin, size_t last) {
+        for (size_t y = begin; y < last; ++y)
+            for (uint32_t x = 0; x < size.x; ++x)
+                *guide.at(x, static_cast<uint32_t>(y)) = static_cast<float>(bitsOf({x, y}));
+    });
+    return guide;
+}
+
 void store(core::Image& image, uint32_t x, uint32_t y, glm::vec3 value)
 {
     for (int c = 0; c < 3; ++c) image.at(x, y)[c] = value[c];
@@ -110,25 +132,13 @@ void fillUnlit(core::Image& mean, const core::Aovs& aovs, const core::Camera& ca
 
 core::Image surfaceGuide(const core::Aovs& aovs)
 {
-    const auto width = static_cast<int>(aovs.depth.width);
-    const auto height = static_cast<int>(aovs.depth.height);
-    core::Image guide(aovs.depth.width, aovs.depth.height, 1);
-    const auto bitsOf = [&](int x, int y) {
-        uint32_t bits = 0;
-        for (int i = 0; i < 9; ++i) {
-            const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
-            if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
-            if (oneSurface(aovs, {x, y}, {nx, ny})) bits |= 1u << i;
-        }
-        return bits;
-    };
-    core::parallelFor(aovs.depth.height, 8, [&](size_t begin, size_t end) {
-        for (size_t y = begin; y < end; ++y)
-            for (int x = 0; x < width; ++x)
-                *guide.at(static_cast<uint32_t>(x), static_cast<uint32_t>(y)) =
-                    static_cast<float>(bitsOf(x, static_cast<int>(y)));
-    });
-    return guide;
+    return guideOf({aovs.depth.width, aovs.depth.height},
+                   [&](glm::uvec2 p, glm::uvec2 q) { return oneSurface(aovs, p, q); });
+}
+
+core::Image smoothGuide(glm::uvec2 size)
+{
+    return guideOf(size, [](glm::uvec2, glm::uvec2) { return true; });
 }
 
 }  // namespace app

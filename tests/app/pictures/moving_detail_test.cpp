@@ -1,11 +1,13 @@
 // Which pictures of a moving camera get detail, of which size, and what of before counts.
 #include "app/pictures/moving_detail.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "app/pictures/preview_shading.h"
+#include "core/image/display.h"
 #include "core/methods/first_hits.h"
 #include "core/methods/many_lights_params.h"
 #include "core/methods/path_params.h"
@@ -116,6 +118,15 @@ TEST(MovingDetail, WhatWouldTakeTooLongIsMadeSmaller)
     EXPECT_GT(picture.mean.width, 64u);
     EXPECT_NEAR(picture.mean.width * 3.0 / 4, picture.mean.height, 1);
     ASSERT_NE(picture.guide, nullptr) << "shown smooth";
+    // One light is shown in one colour, to the border.
+    core::Image one(picture.mean.width, picture.mean.height, 3);
+    std::ranges::fill(one.pixels, 0.25f);
+    shared::DisplaySettings settings{};
+    settings.width = 640;
+    settings.height = 480;
+    settings.show = shared::kShowPreview;
+    const std::vector<uint8_t> shown = core::displayImage(&one, picture.guide.get(), settings);
+    for (size_t i = 0; i < shown.size(); ++i) ASSERT_EQ(shown[i], shown[i % 4]) << i;
     EXPECT_EQ(picture.guide->width, picture.mean.width);
     EXPECT_EQ(app::sampledSize(picture), kInMotion);
     EXPECT_GT(detail.seconds(), 0);
