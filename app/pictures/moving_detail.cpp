@@ -13,8 +13,9 @@ namespace app {
 
 namespace {
 
-constexpr double kShare = 0.35;   // of the time of a picture
-constexpr double kTooMuch = 1.7;  // times that: it is made smaller in flight, too
+constexpr double kMostSeconds = 1.0 / 30;  // of a picture
+constexpr double kShare = 0.35;            // of its time
+constexpr double kTooMuch = 1.7;           // times that: it is made smaller in flight, too
 
 }  // namespace
 
@@ -29,6 +30,11 @@ bool MovingDetail::wanted(const RenderRequest& request)
            (reuse == nullptr || *reuse != core::ReuseStrategy::discard);
 }
 
+double MovingDetail::secondsOfPicture(const RenderRequest& request)
+{
+    return std::min(request.targetFrameSeconds, kMostSeconds);
+}
+
 /// Whether what the upsampler has seen is of that scene, found in that way.
 bool MovingDetail::continues(const RenderRequest& request) const
 {
@@ -39,7 +45,7 @@ bool MovingDetail::continues(const RenderRequest& request) const
 glm::uvec2 MovingDetail::affordable(const RenderRequest& request) const
 {
     const double pixels = double(request.size.x) * request.size.y,
-                 most = kShare * request.targetFrameSeconds / secondsPerPixel_,
+                 most = kShare * secondsOfPicture(request) / secondsPerPixel_,
                  halves = std::max(std::ceil(std::log2(pixels / most)), 0.0);
     const glm::dvec2 size = glm::dvec2(request.size) * std::exp2(-0.5 * halves);
     return glm::max(glm::uvec2(glm::round(size)), glm::uvec2(1));
@@ -48,7 +54,7 @@ glm::uvec2 MovingDetail::affordable(const RenderRequest& request) const
 std::optional<core::Camera> MovingDetail::next(const RenderRequest& request, glm::uvec2 size,
                                                bool follows)
 {
-    const bool dear = seconds() > kTooMuch * kShare * request.targetFrameSeconds;
+    const bool dear = seconds() > kTooMuch * kShare * secondsOfPicture(request);
     if (settled_ || !follows || !active_ || full_ != request.size || dear) {
         full_ = request.size;
         size_ = affordable(request);

@@ -28,6 +28,10 @@ public:
     /// A picture at rest, with which the next flight may begin, and its first hits.
     void settle(std::shared_ptr<const Picture> picture, std::shared_ptr<const core::Aovs> aovs);
 
+    /// What such a picture may take, paths and addTo() together: no more than a thirtieth of a
+    /// second. More pictures do more than larger ones, which know but one point for each pixel.
+    static double secondsOfPicture(const RenderRequest& request);
+
     /// What addTo() will take, by the last ones.
     double seconds() const { return active_ ? secondsPerPixel_ * size_.x * size_.y : 0; }
 

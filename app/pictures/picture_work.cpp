@@ -78,7 +78,10 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         else if (coarse == Coarse::moving && !keeps)
             depth_ = std::min(depth_, request.movingDepth);
         double target = coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
-        if (detailed_) target = std::max(target - detail_->seconds(), kLeastForPaths * target);
+        if (detailed_) {
+            target = MovingDetail::secondsOfPicture(request);
+            target = std::max(target - detail_->seconds(), kLeastForPaths * target);
+        }
         const PreviewSize preview = control.choose(request.size, depth_, target, keeps);
         size_ = preview.size;
         scale_ = preview.scale;

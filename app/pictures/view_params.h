@@ -119,7 +119,8 @@ struct ViewParams {
           p.pictureScale);
         v(Field{"frame-limit", "frames of the window per second, at most", {5, 240}}, p.frameLimit);
         v(Field{"moving-rate",
-                "pictures per second wanted while the camera moves; fewer pixels are the price",
+                "pictures per second wanted while the camera moves; fewer pixels are the price "
+                "(at least 30 where pictures keep the detail of those before)",
                 {1, 120}},
           p.movingRate);
         v(Field{"moving-depth",

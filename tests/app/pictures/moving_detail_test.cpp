@@ -135,6 +135,15 @@ TEST(MovingDetail, WhatWouldTakeTooLongIsMadeSmaller)
     EXPECT_TRUE(detail.next(r, kInMotion, true));
 }
 
+TEST(MovingDetail, PicturesComeAtLeastThirtyTimesASecond)
+{
+    app::RenderRequest r = request();
+    for (const double asked : {0.01, 1.0 / 30, 0.1, 1.0}) {
+        r.targetFrameSeconds = asked;
+        EXPECT_EQ(app::MovingDetail::secondsOfPicture(r), std::min(asked, 1.0 / 30));
+    }
+}
+
 TEST(MovingDetail, WhatWasSeenCountsInTheSameSceneAlone)
 {
     const app::RenderRequest r = request();
