@@ -351,7 +351,11 @@ std::span<const Action> actions()
                "spp, method",
                "render a reference in the background",
                referenceAction,
-               {.reference = true}},
+               {.reference = true},
+               [](const Session& session) {
+                   const core::JobStatus job = session.coreThread();
+                   return job.active() && job.name != kReferenceJob;
+               }},
         Action{"keep-reference",
                "Shift+B",
                "",

@@ -56,6 +56,8 @@ struct Action {
     const char* help;       // one line
     void (*run)(const ActionContext&);
     Parts replaces = {};  // what is gone afterwards
+    // Whether it would only say why it cannot be done now: nothing is lost then, or asked about
+    bool (*refused)(const Session&) = nullptr;
 };
 
 std::span<const Action> actions();

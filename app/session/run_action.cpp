@@ -75,7 +75,8 @@ void runAction(const std::string& name, Session& session, AppRequests& app)
 void runByHand(const std::string& name, Session& session, AppRequests& app, const Json& arguments)
 {
     const Action& action = actionNamed(name);
-    if (action.replaces == Parts{} || lossesOf(session, action.replaces).empty())
+    const bool refused = action.refused != nullptr && action.refused(session);
+    if (refused || action.replaces == Parts{} || lossesOf(session, action.replaces).empty())
         action.run({session, app, arguments});
     else
         app.question = Intent{&action, std::make_shared<const Json>(arguments)};

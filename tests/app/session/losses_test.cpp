@@ -153,6 +153,23 @@ TEST_F(Losses, AReferenceThatIsBeingRenderedIsToldOnce)
     act(*session, "cancel");
 }
 
+/// While something else runs in the background no reference can be rendered: that is said at once.
+TEST_F(Losses, WhatIsRefusedAsksNothing)
+{
+    keepReference();
+    const auto before = session->reference();
+    for (const double frame : {0.0, 4000.0}) act(*session, "add-key", {{"frame", frame}});
+    act(*session, "export-path", {{"file", "out/f-%04d.png"}, {"spp", 1000000}});
+    ASSERT_TRUE(until(*session, [&] { return session->coreThread().active(); }));
+    EXPECT_FALSE(asks("reference"));
+    EXPECT_TRUE(told(*session, "is under way"));
+    EXPECT_EQ(session->reference(), before);
+    EXPECT_TRUE(asks("drop-reference")) << "that can be done meanwhile";
+    act(*session, "cancel");
+    ASSERT_TRUE(until(*session, [&] { return !session->coreThread().active(); }));
+    EXPECT_TRUE(asks("reference"));
+}
+
 TEST_F(Losses, APathOfTheHandIsOneUntilItIsSaved)
 {
     savePicture();
