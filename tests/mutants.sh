@@ -42,6 +42,8 @@ reuse-taps-nearest@shaders/shared/reuse_path.h@return 0.001f + 0.998f * unit;@re
 reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInSlot(scene, hit.slot), hit.barycentrics)@hit.barycentrics@*ReuseEdges*cpu*
 reuse-remainder-whole@core/methods/reuse_competition_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
+detail-untold-lost@app/pictures/temporal_upsampling.cpp@if (!certain && findUntold(here, told.look, place)) return place;@@TemporalUps*
+detail-guide-beyond@app/pictures/preview_shading.cpp@if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) continue;@if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) { bits |= 1u << i; continue; }@MovingDetail*
 reuse-rest-blotches@shaders/shared/reuse_sums.h@min(s.nominal * inversesqrt(max(magnified, 1.0f)), kReuseMostAtRest)@s.nominal@*ReuseRest.Small*cpu*
 reuse-rest-variance@shaders/shared/reuse_sums.h@s.part * weight / (s.nominal + s.rays);@s.part;@ReuseShared*
 reuse-rays-unpaid@shaders/shared/reuse_new.h@(trail.omega * v.rays)@trail.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
