@@ -23,8 +23,7 @@ constexpr float kCertain = 0.5f;  // and within which it alone tells what is the
 // little error, and is a tenth too dark where noise is as skewed as an exponential.
 constexpr float kTrust = 0.85f, kSpread = 3;
 constexpr float kTold = 2;  // how soon the light before is believed to tell detail from noise
-constexpr float kSlopeOff =
-    1.5f;  // pixels by which two places that are one may lie apart on a slope
+constexpr float kSlopeOff = 1.5f;  // pixels by which one place may seem two on a slope
 
 /// The smaller step of the two to the neighbours that show the same surface.
 float slopeOf(float before, bool isBefore, float here, float after, bool isAfter)
