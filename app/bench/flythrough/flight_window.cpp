@@ -13,6 +13,7 @@ namespace app::flight {
 namespace {
 
 constexpr double kTick = 1.0 / 60;        // seconds between frames of the window
+constexpr double kLandingTick = 0.002;    // and while the last picture is waited for, at any load
 constexpr double kKeysPerSecond = 10;     // of a track; between them it is smooth
 constexpr double kSlowest = 1.0 / 64;     // of the speed that was wished
 constexpr double kLongestWait = 10 * 60;  // seconds for one picture
@@ -38,12 +39,13 @@ WindowPilot::WindowPilot(const SceneOptions& scene, const Target& target, glm::u
     wait([this] { return session_.document() != nullptr && !session_.loading().active(); });
 }
 
-bool WindowPilot::wait(const std::function<bool()>& done)
+bool WindowPilot::wait(const std::function<bool()>& done, bool lands)
 {
     const core::Clock::time_point start = core::Clock::now();
     while (!done()) {
         if (stop_.stop_requested()) return false;
-        std::this_thread::sleep_for(std::chrono::duration<double>(kTick / clock_.share()));
+        const double pause = lands ? kLandingTick : kTick / clock_.share();
+        std::this_thread::sleep_for(std::chrono::duration<double>(pause));
         const double seconds = clock_.tick();
         now_ += seconds;
         session_.settings.view.movingRate = static_cast<float>(clock_.share() / frameSeconds_);
@@ -79,18 +81,23 @@ bool WindowPilot::begin(const CameraTrack& track, const core::ReuseParams& param
     });
 }
 
-/// The camera stands where the flight ends; what is on its way still shows the views before.
+/// The camera stands where the flight ends; what is on its way still shows the views before. It
+/// counts as moving meanwhile, however long a machine under load takes, and nobody waits so long
+/// that more samples come: these are spread over their pixels, as those of a camera at rest are.
 bool WindowPilot::land(WindowLanding& landing)
 {
     const core::Camera end = session_.navigation.camera();
-    if (!wait([&] { return session_.picture()->camera == end; })) return false;
+    const auto there = [&] {
+        session_.moved();
+        return session_.picture()->camera == end;
+    };
+    if (!wait(there, true)) return false;
     const Picture& picture = *session_.picture();
+    CHECK(picture.preview);
     landing.picture = core::stretched(picture.mean, size_);
     landing.size = sampledSize(picture);
-    if (picture.preview)
-        landing.guide = picture.sampledGuide ? picture.sampledGuide : picture.guide;
-    landing.colours =
-        displayColours(picture.mean, picture.preview ? picture.guide.get() : nullptr, size_);
+    landing.guide = picture.sampledGuide ? picture.sampledGuide : picture.guide;
+    landing.colours = displayColours(picture.mean, picture.guide.get(), size_);
     return true;
 }
 

@@ -43,8 +43,9 @@ public:
                                      double frameSeconds);
 
 private:
-    /// Lets the session go on as a window does until `done`; false when a stop came first.
-    bool wait(const std::function<bool()>& done);
+    /// Lets the session go on as a window does until `done`; false when a stop came first. `lands`:
+    /// looks as often as it takes to see every picture.
+    bool wait(const std::function<bool()>& done, bool lands = false);
     bool begin(const CameraTrack& track, const core::ReuseParams& params);
     bool land(WindowLanding& landing);
 
