@@ -1,6 +1,7 @@
 // What renderers on one device borrow: the device, and the layouts that all their kernels share.
 #pragma once
 
+#include "app/gpu/base/batch_pace.h"
 #include "app/gpu/base/kernel.h"
 #include "core/methods/renderer.h"
 
@@ -18,6 +19,14 @@ struct Context {
         stats.driver = device.info().driver;
         stats.peakDeviceBytes = device.peakBytes;
         return stats;
+    }
+
+    /// The pace on this device: one of software is shared by threads, as the system divides them,
+    /// and pieces that nothing stops may be long there, the first one, too.
+    core::Pace paceFor(const core::Pace& wanted) const
+    {
+        if (!wanted.whole || !device.isSoftware()) return {wanted.dispatchSeconds};
+        return {BatchPace::kLongest, true};
     }
 
     Device device;

@@ -61,7 +61,10 @@ double PathBatches::prepare(const PathWork& work, const Then& then)
     const bool small = uint64_t(settings.imageWidth) * settings.imageHeight < kMeasuredLanes;
     choice_ = &choices_[{work.constants, settings.maxDepth, work.strategy, small}];
     choice_->lanes = 0;
-    isCompiled(work.constants) ? pace_.again() : pace_.restart();
+    if (!isCompiled(work.constants))
+        pace_.restart();
+    else if (!work.whole)
+        pace_.again();
     takeChoice();
     const auto start = core::Clock::now();
     return compile(then) ? core::secondsSince(start) : 0;

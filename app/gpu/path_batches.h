@@ -37,6 +37,7 @@ struct PathWork {
     core::Strategy strategy = core::Strategy::mis;
     core::Kernel kernel = core::Kernel::automatic;
     size_t triangleCount = 0;  // for messages
+    bool whole = false;        // see core::Pace
 };
 
 /// SPIR-V of the two kernels, which must outlive them.

@@ -25,7 +25,10 @@ public:
     void setWorld(std::shared_ptr<const core::World> world,
                   const core::Progress& progress) override;
     void prepare(const core::many_lights::SumRules& rules) override;
-    void setPace(const core::Pace& pace) override { seconds_ = pace.dispatchSeconds; }
+    void setPace(const core::Pace& pace) override
+    {
+        seconds_ = context_.paceFor(pace).dispatchSeconds;
+    }
     void addTo(core::RenderStats& stats) const override;
 
     uint64_t batchEntries() const override;

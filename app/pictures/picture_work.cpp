@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/pictures/error_point.h"
 #include "app/pictures/preview_shading.h"
@@ -88,7 +89,10 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         depth_ = preview.depth;
     }
     if (depth != nullptr && !shaded_) *depth = depth_;
-    renderer.setPace({.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor});
+    // The first sample of a moving camera's view is finished whatever comes.
+    pace_ = {.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor,
+             .whole = coarse == Coarse::moving};
+    renderer.setPace(pace_);
     std::optional<core::Camera> shifted;
     if (detailed_) shifted = detail_->next(request, size_, start == core::Start::moved);
     detailed_ = shifted.has_value();
@@ -175,6 +179,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
                         quick());
     }
     if (samples_ == 0) firstSeconds_ = stepSeconds_;
+    if (std::exchange(pace_.whole, false)) renderer.setPace(pace_);
     samples_ = now.samples;
     stepSeconds_ = 0;
 }

@@ -92,6 +92,7 @@ private:
     glm::uvec2 size_{0};
     float scale_ = 1;
     uint32_t depth_ = 0;
+    core::Pace pace_;
     uint64_t samples_ = 0, published_ = 0, nextPoint_ = 0;
     double seconds_ = 0, pointSeconds_ = 0, publishSeconds_ = 0, firstSeconds_ = 0;
     Clock::time_point publishedAt_;

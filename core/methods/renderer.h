@@ -31,9 +31,11 @@ struct View {
 /// begin with what it has. `anew`: nothing of before counts.
 enum class Start { anew, moved };
 
-/// How work is cut up: what one uninterruptible piece should take.
+/// How work is cut up: what one uninterruptible piece should take, so that a stop is soon obeyed
+/// and others on the device, of which a window is one, have their turn.
 struct Pace {
     double dispatchSeconds = 0.1;
+    bool whole = false;  // nothing stops what is rendered: pieces are for others alone
 };
 
 /// How much `advance` may do: so many samples per pixel beyond the whole ones there are, and no new

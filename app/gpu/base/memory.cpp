@@ -241,18 +241,28 @@ Buffer::~Buffer()
 
 void Buffer::write(std::span<const std::byte> data, uint64_t offset)
 {
-    CHECK(offset + data.size() <= bytes_);
-    if (data.empty()) return;
+    writeParts(data.size(), offset, [&](std::span<std::byte> part, uint64_t at) {
+        std::memcpy(part.data(), data.data() + at, part.size());
+    });
+}
+
+void Buffer::fill(uint64_t bytes, const Make& make)
+{
+    writeParts(bytes, 0, make);
+}
+
+/// Parts are told where they lie in the `bytes` that go to `offset`.
+void Buffer::writeParts(uint64_t bytes, uint64_t offset, const Make& make)
+{
+    CHECK(offset + bytes <= bytes_);
+    if (bytes == 0) return;
     device_->requireAlive();  // what a lost device leaves in memory is undefined
-    device_->writtenBytes += data.size();
-    if (mapped_ != nullptr) {
-        std::memcpy(mapped_ + offset, data.data(), data.size());
-        return;
-    }
-    const Staging& staging = device_->staging(std::min<uint64_t>(data.size(), kStagingBytes));
-    for (uint64_t done = 0; done < data.size(); done += kStagingBytes) {
-        const uint64_t part = std::min<uint64_t>(data.size() - done, kStagingBytes);
-        std::memcpy(staging.mapped(), data.data() + done, part);
+    device_->writtenBytes += bytes;
+    if (mapped_ != nullptr) return make({mapped_ + offset, bytes}, 0);
+    const Staging& staging = device_->staging(std::min<uint64_t>(bytes, kStagingBytes));
+    for (uint64_t done = 0; done < bytes; done += kStagingBytes) {
+        const uint64_t part = std::min<uint64_t>(bytes - done, kStagingBytes);
+        make({staging.mapped(), part}, done);
         device_->submit(
             [&](VkCommandBuffer commands) {
                 const VkBufferCopy copy{0, offset + done, part};

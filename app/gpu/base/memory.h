@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstring>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -26,8 +27,14 @@ public:
     VkBufferView view() const { return view_.get(); }
     uint64_t bytes() const { return bytes_; }
 
+    /// Writes a part of what goes to the device, which begins at `offset` of all.
+    using Make = std::function<void(std::span<std::byte> part, uint64_t offset)>;
+
     /// Copies to the device; waits.
     void write(std::span<const std::byte> data, uint64_t offset = 0);
+    /// The same for the first `bytes`, which `make` writes in place, in order, and never reads.
+    /// Parts begin at multiples of 16.
+    void fill(uint64_t bytes, const Make& make);
     /// Copies from the device; waits.
     void read(std::span<std::byte> data, uint64_t offset = 0) const;
 
@@ -37,6 +44,8 @@ public:
     }
 
 private:
+    void writeParts(uint64_t bytes, uint64_t offset, const Make& make);
+
     Device* device_ = nullptr;
     uint64_t bytes_ = 0, allocated_ = 0;
     Handle<VkBuffer, &Api::DestroyBuffer> buffer_;

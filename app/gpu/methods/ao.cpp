@@ -51,10 +51,10 @@ public:
         if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
         constants_.sampler = static_cast<uint32_t>(params.sampler);
         compile();
-        batchPace_.again();
+        if (!pace_.whole) batchPace_.again();
     }
 
-    void setPace(const core::Pace& pace) override { pace_ = pace; }
+    void setPace(const core::Pace& pace) override { pace_ = context_.paceFor(pace); }
 
     void advance(const core::Budget& budget, std::stop_token stop) override
     {

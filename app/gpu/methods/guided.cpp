@@ -46,8 +46,8 @@ public:
         training_.begin(params_, view.size, start);
         scene_->setSky(sky_.take(params_.sky, world_));
         film_.reset(frameFor(view));
-        PathWork work{scene_.get(),        &film_.frame(), {},
-                      core::Strategy::mis, params_.kernel, world_->triangles.size()};
+        PathWork work{scene_.get(),   &film_.frame(),           {},         core::Strategy::mis,
+                      params_.kernel, world_->triangles.size(), pace_.whole};
         work.constants.features = scene_->features();
         if (view.camera.apertureRadius > 0) work.constants.features |= shared::kFeatureThinLens;
         work.constants.sampler = static_cast<uint32_t>(params_.sampler);
@@ -60,7 +60,7 @@ public:
         compileSeconds_ += batches_.prepare(work, film_.accumulate());
     }
 
-    void setPace(const core::Pace& pace) override { pace_ = pace; }
+    void setPace(const core::Pace& pace) override { pace_ = context_.paceFor(pace); }
 
     void advance(const core::Budget& budget, std::stop_token stop) override
     {

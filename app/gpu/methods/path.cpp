@@ -54,13 +54,14 @@ public:
         scene_->setSky(sky_.take(params.sky, world_));
         film_.reset(frameFor(*world_, *scene_, view, params));
         const PathWork work{scene_.get(),    &film_.frame(), constantsFor(view, params),
-                            params.strategy, params.kernel,  world_->triangles.size()};
+                            params.strategy, params.kernel,  world_->triangles.size(),
+                            pace_.whole};
         batches_.makeRoom(film_.frame());
         film_.begin(batches_.radiance());
         compileSeconds_ += batches_.prepare(work, film_.accumulate());
     }
 
-    void setPace(const core::Pace& pace) override { pace_ = pace; }
+    void setPace(const core::Pace& pace) override { pace_ = context_->paceFor(pace); }
 
     void advance(const core::Budget& budget, std::stop_token stop) override
     {

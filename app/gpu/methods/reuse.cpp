@@ -66,10 +66,10 @@ public:
             compileSeconds_ += core::secondsSince(begin);
         rounds_ = 0;
         goesPlain_ = false;
-        batchPace_.again();
+        if (!pace_.whole) batchPace_.again();
     }
 
-    void setPace(const core::Pace& pace) override { pace_ = pace; }
+    void setPace(const core::Pace& pace) override { pace_ = context_.paceFor(pace); }
 
     void advance(const core::Budget& budget, std::stop_token stop) override
     {
@@ -168,7 +168,7 @@ private:
         constants.features = scene_->features() | (constants_.features & shared::kFeatureThinLens);
         constants.sampler = constants_.sampler;
         compileSeconds_ += plain_.prepare({scene_.get(), &film_.frame(), constants, params.strategy,
-                                           params.kernel, world_->triangles.size()},
+                                           params.kernel, world_->triangles.size(), pace_.whole},
                                           film_.accumulate());
         goesPlain_ = true;
     }

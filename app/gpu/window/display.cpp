@@ -3,6 +3,7 @@
 #include "app/gpu/window/display.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include <spirv/display.h>
 #include <spirv/encode.h>
@@ -42,16 +43,14 @@ uint32_t stepToFit(const core::Image& image, uint64_t limit)
     }
 }
 
-/// Four floats a pixel; a single channel is repeated.
-void toTexels(const core::Image& image, std::vector<glm::vec4>& texels)
+/// Four floats a pixel, from that pixel on; a single channel is repeated.
+void toTexels(const core::Image& image, size_t first, std::span<std::byte> bytes)
 {
-    const size_t count = size_t(image.width) * image.height;
-    const float* from = image.pixels.data();
-    texels.resize(count);
-    if (image.channels == 1) {
-        for (size_t i = 0; i < count; ++i) texels[i] = glm::vec4(from[i]);
-    } else {
-        for (size_t i = 0; i < count; ++i, from += 3) texels[i] = {from[0], from[1], from[2], 0};
+    const float* from = image.pixels.data() + image.channels * first;
+    for (size_t i = 0; i < bytes.size(); i += sizeof(glm::vec4), from += image.channels) {
+        const glm::vec4 texel =
+            image.channels == 1 ? glm::vec4(*from) : glm::vec4(from[0], from[1], from[2], 0);
+        std::memcpy(bytes.data() + i, &texel, sizeof(texel));
     }
 }
 
@@ -91,18 +90,19 @@ void Display::setImage(int which, const core::Image* image)
         setImage(which, &small);
         return;
     }
-    toTexels(*image, texels_);
-    const auto bytes = std::as_bytes(std::span(texels_));
-    if (input.buffer.bytes() < bytes.size()) {
+    const uint64_t bytes = uint64_t(image->width) * image->height * sizeof(glm::vec4);
+    if (input.buffer.bytes() < bytes) {
         const uint32_t binding = which == 0 ? shared::kBindImageA : shared::kBindImageB;
         set_.unbind(binding);
         encodeSet_.unbind(binding);
         input = {};  // before the new one: both at once may not fit
-        input.buffer = Buffer(device_, "the picture", bytes.size(), VK_FORMAT_R32G32B32A32_SFLOAT);
+        input.buffer = Buffer(device_, "the picture", bytes, VK_FORMAT_R32G32B32A32_SFLOAT);
         set_.bind(binding, input.buffer);
         encodeSet_.bind(binding, input.buffer);
     }
-    input.buffer.write(bytes);
+    input.buffer.fill(bytes, [&](std::span<std::byte> part, uint64_t offset) {
+        toTexels(*image, offset / sizeof(glm::vec4), part);
+    });
     input.size = {image->width, image->height, image->channels};
     makeRoomForColours();
 }

@@ -58,8 +58,7 @@ private:
     Kernel<shared::DisplaySettings, EncodeChoices> encode_;
     DescriptorSet set_, encodeSet_;
     std::array<Input, 2> inputs_;
-    std::vector<glm::vec4> texels_;  // of the upload
-    Buffer encoded_;                 // of a picture that has a guide: its colours
+    Buffer encoded_;  // of a picture that has a guide: its colours
     Buffer output_;
     uint32_t width_ = 0, height_ = 0;
 };

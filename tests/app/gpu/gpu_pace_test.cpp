@@ -153,6 +153,30 @@ TEST_F(GpuPace, ADeviceOfAHundredthOfTheSpeedIsHeldForAFifthOfASecondAtMost)
     }
 }
 
+/// What nothing stops comes in one piece on a device of software, once its speed is known; others
+/// are shared with a window.
+TEST_F(GpuPace, WholePicturesAreNotCutUpBySoftware)
+{
+    renderer->setPace({.dispatchSeconds = 0.008, .whole = true});
+    for (int i = 0; i < 4; ++i) {
+        view(192, 128);
+        renderer->advance({.samples = 1}, {});
+    }
+    const auto longest = [] {
+        return *std::max_element(submissionSeconds.begin(), submissionSeconds.end());
+    };
+    if (gpu::Device({}).isSoftware()) {
+        EXPECT_EQ(submissionSeconds.size(), 1u);
+        EXPECT_GT(longest(), 0.02);
+    } else {
+        EXPECT_LE(longest(), 0.0081);
+    }
+    renderer->setPace({.dispatchSeconds = 0.008});
+    view(192, 128);
+    renderer->advance({.samples = 1}, {});
+    EXPECT_LE(longest(), 0.0081);
+}
+
 TEST_F(GpuPace, FirstHitsAreFoundInPieces)
 {
     secondsPerLane = 1e-5;

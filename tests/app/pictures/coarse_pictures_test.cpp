@@ -1,6 +1,7 @@
 // Pictures of fewer pixels than asked for, with pretended renderers: those that precede a slow
 // sample and grow towards it, and those shown while the camera moves.
 #include <map>
+#include <vector>
 
 #include "tests/support/session/pretender.h"
 
@@ -145,6 +146,28 @@ TEST_F(CoarsePictures, WhileTheCameraMovesPicturesAreSmallAndNoneIsLost)
     EXPECT_EQ(firstFull, 1u);
     EXPECT_EQ(newest()->mean.width, 640u);
     EXPECT_EQ(newest()->samples, 2u);
+}
+
+/// Nothing stops the first sample of such a picture; the next one gives way to the next view.
+TEST_F(CoarsePictures, WhileTheCameraMovesTheFirstSampleIsWhole)
+{
+    start();
+    order.moving = true;
+    order.params.sppLimit = 2;
+    std::vector<bool> whole;
+    const auto look = [&] { whole.push_back(book.get(&Book::pace).whole); };
+    book.then(&Book::atAdvance, look);
+    book.then(&Book::atAdvance, look);
+    post();
+    ASSERT_TRUE(until([&] { return newest() && newest()->samples >= 2; }));
+    EXPECT_EQ(whole, (std::vector{true, false}));
+
+    whole.clear();
+    book.then(&Book::atAdvance, look);
+    order.moving = false;
+    post();
+    ASSERT_TRUE(until([&] { return newest()->finished && !newest()->preview; }));
+    EXPECT_EQ(whole, std::vector{false});
 }
 
 TEST_F(CoarsePictures, WhileTheCameraMovesAMethodMayHaveQuickerParameters)
