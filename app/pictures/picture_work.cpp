@@ -89,9 +89,9 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         depth_ = preview.depth;
     }
     if (depth != nullptr && !shaded_) *depth = depth_;
-    // The first sample of a moving camera's view is finished whatever comes.
+    // The first sample of a small picture is finished whatever comes.
     pace_ = {.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor,
-             .whole = coarse == Coarse::moving};
+             .whole = quick()};
     renderer.setPace(pace_);
     std::optional<core::Camera> shifted;
     if (detailed_) shifted = detail_->next(request, size_, start == core::Start::moved);

@@ -2,6 +2,7 @@
 // nothing is kept but how many these are.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tests/support/methods/reuse_flights.h"
 #include "tests/support/statistics/stats.h"
@@ -153,28 +154,64 @@ TEST_P(ReuseFull, ItIsWhatTheCpuFinds)
                 0.1 * meanOf(found[1].variance));
 }
 
+/// What some flights have found of one view: its mean, and each pixel's.
+struct Found {
+    tests::Moments mean;
+    std::vector<tests::Moments> pixels;
+
+    void add(const core::Image& image)
+    {
+        mean.add(meanOf(image));
+        pixels.resize(image.pixels.size() / 3);
+        for (size_t i = 0; i < pixels.size(); ++i) {
+            const float* p = &image.pixels[3 * i];
+            pixels[i].add(double(p[0] + p[1] + p[2]) / 3);
+        }
+    }
+};
+
+/// Where two devices differ: the scores of the pixels that show each material.
+std::string scoresByMaterial(const Found (&found)[2], const core::Image& ids,
+                             const core::Scene& scene)
+{
+    std::map<std::string, std::pair<double, double>> differences;  // sums, and of their variances
+    for (size_t i = 0; i < found[0].pixels.size(); ++i) {
+        const auto material = static_cast<int>(ids.pixels[3 * i + 1]);
+        const std::string name = material < 0 ? "nothing" : scene.materials[size_t(material)].name;
+        auto& [sum, variance] = differences[name];
+        sum += found[0].pixels[i].mean() - found[1].pixels[i].mean();
+        variance += found[0].pixels[i].varianceOfMean() + found[1].pixels[i].varianceOfMean();
+    }
+    std::string text;
+    for (const auto& [name, d] : differences)
+        text += "\n" + name + ": " + std::to_string(d.first / std::sqrt(d.second + 1e-30));
+    return text;
+}
+
 /// Through glass, where a grain of rounding becomes another path: by Welch's test, from other
 /// seeds. So are the paths of one view alone, which tells a fault of this strategy from others.
 TEST_P(ReuseFull, BehindGlassItIsWhatTheCpuFinds)
 {
     for (const ReuseStrategy strategy : {ReuseStrategy::discard, ReuseStrategy::full}) {
-        tests::Moments means[2];
+        Found found[2];
         for (const bool cpu : {false, true}) {
             renderer_ = &sharedRenderer("reuse", cpu ? app::DeviceKind::cpu : GetParam());
             begin("glass", {32, 24});
             for (uint32_t flight = 0; flight < 16; ++flight) {
                 const core::Estimate e = fly(with(strategy, 50 + (cpu ? 20 : 0) + flight), 5, 0.5);
                 EXPECT_TRUE(e.counters.clean()) << core::enumName(strategy);
-                means[cpu].add(meanOf(e.mean));
+                found[cpu].add(e.mean);
             }
         }
-        const tests::Comparison c = tests::welch(means[0], means[1]);
-        const auto shown = [&](const tests::Moments& m) {
+        const tests::Comparison c = tests::welch(found[0].mean, found[1].mean);
+        const auto shown = [](const tests::Moments& m) {
             return std::to_string(m.mean()) + " +- " +
                    std::to_string(std::sqrt(m.varianceOfMean()));
         };
         EXPECT_LT(std::abs(c.z), tests::kScore)
-            << core::enumName(strategy) << ": " << shown(means[0]) << ", CPU " << shown(means[1]);
+            << core::enumName(strategy) << ": " << shown(found[0].mean) << ", CPU "
+            << shown(found[1].mean)
+            << scoresByMaterial(found, renderer_->aovs().ids, *world_->scene);
         EXPECT_LT(c.detectable, 0.2);
     }
 }
