@@ -82,8 +82,8 @@ bool WindowPilot::begin(const CameraTrack& track, const core::ReuseParams& param
 }
 
 /// The camera stands where the flight ends; what is on its way still shows the views before. It
-/// counts as moving meanwhile, however long a machine under load takes, and nobody waits so long
-/// that more samples come: these are spread over their pixels, as those of a camera at rest are.
+/// counts as moving until the picture is there, however long a machine under load takes. The
+/// picture is taken before it gets a second sample, which would lie anywhere in its pixel.
 bool WindowPilot::land(WindowLanding& landing)
 {
     const core::Camera end = session_.navigation.camera();

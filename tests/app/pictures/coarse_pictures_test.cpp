@@ -162,9 +162,12 @@ TEST_F(CoarsePictures, WhileTheCameraMovesTheFirstSampleIsWhole)
     ASSERT_TRUE(until([&] { return newest() && newest()->samples >= 2; }));
     EXPECT_EQ(whole, (std::vector{true, false}));
 
+    order.paused = true;  // so that what comes next is a picture at rest
+    post();
+    ASSERT_TRUE(until([&] { return thread->status().stage == "idle"; }));
     whole.clear();
     book.then(&Book::atAdvance, look);
-    order.moving = false;
+    order.moving = order.paused = false;
     post();
     ASSERT_TRUE(until([&] { return newest()->finished && !newest()->preview; }));
     EXPECT_EQ(whole, std::vector{false});
