@@ -86,7 +86,9 @@ void MovingDetail::addTo(Picture& picture, const core::Aovs& aovs)
     picture.mean = upsampler_.add({picture.mean, aovs, *picture.sampledGuide, camera_}, size_);
     if (size_ != full_) {
         // It has edges of its own: between its pixels it is shown smooth.
-        picture.guide = std::make_shared<core::Image>(smoothGuide(size_));
+        if (!smooth_ || glm::uvec2(smooth_->width, smooth_->height) != size_)
+            smooth_ = std::make_shared<const core::Image>(smoothGuide(size_));
+        picture.guide = smooth_;
     }
     const double now = core::secondsSince(start) / (double(size_.x) * size_.y);
     secondsPerPixel_ = 0.75 * secondsPerPixel_ + 0.25 * now;

@@ -45,6 +45,7 @@ private:
     std::shared_ptr<const core::Aovs> firstHits_;  // of settled_
     std::weak_ptr<const core::World> world_;       // that the upsampler has seen
     core::AnyParams method_;                       // with which
+    std::shared_ptr<const core::Image> smooth_;    // smoothGuide() of the size that was made last
     glm::uvec2 full_{0}, size_{0};                 // of the request, of what is made
     bool active_ = false;                          // the last picture was made so
     uint64_t count_ = 0;

@@ -30,7 +30,8 @@ public:
     /// two down to a quarter, and then depth goes, from `depth` down to 1: what is coarser still
     /// cannot be steered by, so that from there on the rate gives way. Finer than the last choice
     /// only when that leaves room, so that the size does not flicker. Before the first observation:
-    /// a quarter. `keepsDepth`: sizes alone may change, down to an eighth.
+    /// a quarter. `keepsDepth`: sizes alone may change, down to an eighth, and to an eleventh where
+    /// an eighth would take 2.5 times as long.
     PreviewSize choose(glm::uvec2 full, uint32_t depth, double targetSeconds,
                        bool keepsDepth = false);
 

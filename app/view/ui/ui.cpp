@@ -117,7 +117,7 @@ void drawPanel(const UiContext& c)
     if (place.empty()) return;
     ImGui::SetNextWindowPos(ImVec2(place.corner.x, place.corner.y));
     ImGui::SetNextWindowSize(ImVec2(place.size.x, place.size.y));
-    ImGui::SetNextWindowBgAlpha(1);
+    ImGui::SetNextWindowBgAlpha(0);  // Gui's frames begin with that colour
     ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
     bool open = true;
     constexpr ImGuiWindowFlags kFlags =

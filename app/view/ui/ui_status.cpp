@@ -189,7 +189,7 @@ void drawStatusLine(const UiContext& c)
     const Area& place = c.frame.layout.status;
     ImGui::SetNextWindowPos(ImVec2(place.corner.x, place.corner.y));
     ImGui::SetNextWindowSize(ImVec2(place.size.x, place.size.y));
-    ImGui::SetNextWindowBgAlpha(1);
+    ImGui::SetNextWindowBgAlpha(0);  // Gui's frames begin with that colour
     const float above = std::max(0.5f * (place.size.y - ImGui::GetFrameHeight()), 0.0f);
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.7f * c.em, above));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);

@@ -80,6 +80,32 @@ TEST(ResolutionControl, KeepsTheShapeAndFewSizes)
     EXPECT_EQ(control.choose({5, 3}, 0, 0.03).depth, 0u);
 }
 
+TEST(ResolutionControl, KeptSamplesKeepTheirDepthAndOnlySlowPicturesAreTiny)
+{
+    const double target = 1.0 / 30;
+    bool eighth = false, tiny = false;
+    for (double perPixel = 1e-9; perPixel < 1e-4; perPixel *= 1.1) {
+        ResolutionControl control;
+        const Machine machine{0, perPixel};
+        PreviewSize p;
+        for (int i = 0; i < 12; ++i) {
+            p = control.choose({1280, 720}, 3, target, true);
+            control.observe(double(p.size.x) * p.size.y, p.depth, machine.seconds(p), true);
+        }
+        EXPECT_EQ(p.depth, 3u);
+        EXPECT_GE(p.scale, 0.088f);
+        const double ofEighth = machine.seconds({{160, 90}, 0.125f, 3});
+        if (p.scale < 0.12f) {
+            EXPECT_GT(ofEighth, 2.5 * 0.7 * target) << perPixel << ": it could be an eighth";
+            tiny = true;
+        } else {
+            EXPECT_LE(ofEighth, 2.51 * target) << perPixel << ": too slow for an eighth";
+            eighth |= p.scale < 0.13f && ofEighth > 1.2 * target;
+        }
+    }
+    EXPECT_TRUE(eighth && tiny);
+}
+
 TEST(ResolutionControl, DoesNotFlickerWhereTwoSizesAreNearlyRight)
 {
     std::mt19937 random(5);
