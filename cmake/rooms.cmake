@@ -47,8 +47,9 @@ set(bench ${base} core/image core/scene core/methods app/base app/args app/files
 room(app/bench SEES ${base} core/image core/scene core/trace app/base app/version app/args app/files app/report app/methods app/gpu/base
      FOREIGN nlohmann/)
 room(app/bench/throughput SEES ${bench} core/trace app/methods app/gpu FOREIGN nlohmann/)
-room(app/bench/flythrough SEES ${bench} core/trace app/methods app/session FOREIGN nlohmann/)
-room(app/bench/guiding SEES ${bench} FOREIGN nlohmann/)
+room(app/bench/window SEES ${bench} app/methods app/session)
+room(app/bench/flythrough SEES ${bench} core/trace app/methods app/session app/bench/window FOREIGN nlohmann/)
+room(app/bench/guiding SEES ${bench} app/methods app/session app/bench/window FOREIGN nlohmann/)
 room(app/bench/light SEES ${bench} FOREIGN nlohmann/)
 room(app/bench/many_lights SEES ${bench} core/completion core/many_lights app/version FOREIGN nlohmann/)
 room(app/view/imgui SEES core/base app/gpu/base FOREIGN GLFW/ imgui backends/)

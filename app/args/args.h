@@ -158,6 +158,7 @@ struct GuidingBenchOptions : PictureBenchOptions {
                                   // of all
     uint32_t seeds = 0;
     uint32_t referenceSpp = 0;
+    bool window = false;  // arrivals in the window's own loop, too
     double exposure = 0;  // stops of the pictures
 };
 

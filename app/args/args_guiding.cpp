@@ -41,6 +41,10 @@ void addOwnOptions(CLI::App& app, GuidingBenchOptions& o, GuidingArguments& give
                  "path, guided and the family training also with 31, 63, 127, 255, 511 and 1023 "
                  "samples per pixel")
         ->group(group);
+    app.add_flag("--window", o.window,
+                 "the first sample after a move in the window's own loop, too: the camera rests, "
+                 "orbits for a second and rests again")
+        ->group(group);
     addValue(app, group, "--seeds", given.seeds,
              "pictures of each kind, default " + std::to_string(kSeeds) +
                  "; quick: " + std::to_string(kQuickSeeds),

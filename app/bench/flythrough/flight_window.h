@@ -1,17 +1,13 @@
-// Flights in the window's own loop: the real session and its render thread, a camera that moves by
-// the clock, pictures as small as the wanted rate demands. Only the drawing is left out. Where
-// other work takes its share of the machine, the clock goes slower, and pictures may take longer.
+// Flights in the window's own loop (window_loop.h): a camera that moves by the clock, pictures as
+// small as the wanted rate demands.
 #pragma once
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
 
-#include "app/bench/flight.h"
-#include "app/bench/slowed_clock.h"
-#include "app/session/session.h"
+#include "app/bench/window/window_loop.h"
 
 namespace app::flight {
 
@@ -43,29 +39,15 @@ public:
                                      double frameSeconds);
 
 private:
-    /// Lets the session go on as a window does until `done`; false when a stop came first. `lands`:
-    /// looks as often as it takes to see every picture.
-    bool wait(const std::function<bool()>& done, bool lands = false);
-    bool begin(const CameraTrack& track, const core::ReuseParams& params);
     bool land(WindowLanding& landing);
 
     glm::uvec2 size_;
-    std::stop_token stop_;
-    Session session_;
-    SlowedClock clock_;
-    double now_ = 0;           // of that clock
-    double frameSeconds_ = 1;  // wanted
+    WindowLoop loop_;
 };
 
 /// What a window of that size shows of a picture: encoded colours from 0 to 1, at exposure 0 and
 /// with the tone curve that the viewer begins with. With a `guide` (surfaceGuide) it is smooth
 /// within surfaces, as pictures of a moving camera are.
 core::Image displayColours(const core::Image& picture, const core::Image* guide, glm::uvec2 size);
-
-/// The last `seconds` of a flight, at `speed` (steps of the flight per second).
-CameraTrack lastSeconds(const Flight& flight, double speed, double seconds);
-
-/// The greatest speed up to `wished` at which a flight has room for so many seconds; 0: none.
-double speedThatFits(const Flight& flight, double wished, double seconds);
 
 }  // namespace app::flight

@@ -96,6 +96,7 @@ Json sceneJson(const Results& r, const SceneResult& s)
     Json arrivals = Json::array();
     for (const Arrival& a : s.arrivals)
         arrivals.push_back({{"device", a.device},
+                            {"window", a.window},
                             {"degrees", a.degrees},
                             {"views_before", a.before},
                             {"relmse_path", spreadOf(a.plain).median},

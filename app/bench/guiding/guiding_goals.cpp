@@ -75,7 +75,7 @@ Goal arrivalGoal(const Results& r)
             const Ratio gain = varianceRatio(arrival);
             if (std::isnan(gain.value) || gain.value >= goal.measured.value) continue;
             goal.measured = gain;
-            goal.where = scene.name + ", " + arrival.device;
+            goal.where = scene.name + ", " + arrival.place();
         }
     judge(goal);
     return goal;

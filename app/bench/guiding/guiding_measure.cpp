@@ -33,7 +33,7 @@ Measurement::Measurement(const GuidingBenchOptions& options, const BenchTools& t
     results_.sweep = options.sweep;
     for (const auto& [device, target] : openDevices(o_.devices, o_.deviceIndex, tools_.warn)) {
         results_.devices.push_back(device);
-        stations_.push_back({makeRenderer(core::PathParams::kMethod, target),
+        stations_.push_back({target, makeRenderer(core::PathParams::kMethod, target),
                              makeRenderer(core::GuidedParams::kMethod, target)});
     }
 }
@@ -41,8 +41,8 @@ Measurement::Measurement(const GuidingBenchOptions& options, const BenchTools& t
 /// Everything that can be refused before work begins.
 void Measurement::load(size_t index)
 {
-    const SceneOptions& options = o_.scenes[index];
-    world_ = loadBenchScene(options, tools_);
+    options_ = &o_.scenes[index];
+    world_ = loadBenchScene(*options_, tools_);
     const core::Camera camera = chooseCamera(*world_, o_.camera);
     scene_ = {};
     std::vector<std::string> taken;
@@ -53,13 +53,28 @@ void Measurement::load(size_t index)
     const auto way = flight::Flight::around(world_, camera, scene_.size, degrees);
     while (!way.whyNot(degrees, 2).empty()) degrees /= 2;
     away_ = {way.before(degrees, 1), scene_.size, o_.params};
-    for (const BenchDevice& device : results_.devices)
+    orbit_.reset();
+    if (o_.window) planWindow(way, degrees);
+    for (const BenchDevice& device : results_.devices) {
         scene_.arrivals.push_back({device.name, degrees, o_.samples.back(), {}, {}});
+        if (orbit_)
+            scene_.arrivals.push_back({device.name, degrees, o_.samples.back(), {}, {}, true});
+    }
     for (const Station& s : stations_)
         for (core::Renderer* renderer : {s.path.get(), s.guided.get()})
             renderer->setWorld(world_, tools_.loading);
     cells_.clear();
     shown_.clear();
+}
+
+/// The camera takes a second from there to here.
+void Measurement::planWindow(const flight::Flight& way, double degrees)
+{
+    for (Station& station : stations_) station.window.reset();
+    if (flight::speedThatFits(way, degrees, 1) == degrees)
+        orbit_ = flight::lastSeconds(way, degrees, 1);
+    else
+        tools_.warn(scene_.name + ": no room for an orbit in the window's loop");
 }
 
 /// False: stopped.
@@ -137,12 +152,13 @@ void Measurement::measureScene(size_t index)
 /// On every device. False: stopped.
 bool Measurement::measureArrivals(uint32_t seed)
 {
-    for (size_t i = 0; i < stations_.size(); ++i) {
+    for (size_t i = 0; i < scene_.arrivals.size(); ++i) {
         Arrival& arrival = scene_.arrivals[i];
-        tools_.progress(about("arrival on " + arrival.device + ", seed " +
-                              std::to_string(seed + 1) + " of " + std::to_string(o_.seeds)));
-        const auto plain = arrive(stations_[i], variantTable()[0], seed),
-                   guided = arrive(stations_[i], variantTable()[1], seed);
+        Station& station = stations_[orbit_ ? i / 2 : i];
+        tools_.progress(about("arrival, " + arrival.place() + ", seed " + std::to_string(seed + 1) +
+                              " of " + std::to_string(o_.seeds)));
+        const auto plain = arrive(station, arrival.window, variantTable()[0], seed),
+                   guided = arrive(station, arrival.window, variantTable()[1], seed);
         if (!plain || !guided) return false;
         arrival.plain.push_back(*plain);
         arrival.guided.push_back(*guided);
@@ -152,12 +168,29 @@ bool Measurement::measureArrivals(uint32_t seed)
 
 /// The error of the view's first sample; a guide has learnt where the camera comes from. Nothing
 /// when a stop came first.
-std::optional<double> Measurement::arrive(const Station& station, const Variant& variant,
+std::optional<double> Measurement::arrive(Station& station, bool window, const Variant& variant,
                                           uint32_t seed)
 {
-    core::Renderer& renderer = station.rendererOf(variant);
     const core::AnyParams params =
         paramsOf(variant, o_.params, o_.params.seed + seed, o_.samples.back());
+    std::optional<core::Image> picture;
+    if (window) {
+        if (!station.window)
+            station.window = std::make_unique<WindowArrivals>(*options_, station.target, params,
+                                                              scene_.size, *orbit_, tools_.stop);
+        picture = station.window->arrive(params, variant.change == nullptr ? 1 : o_.samples.back());
+    } else {
+        picture = arriveByRenderer(station, variant, params);
+    }
+    if (!picture) return {};
+    return relMseOf(*picture);
+}
+
+std::optional<core::Image> Measurement::arriveByRenderer(const Station& station,
+                                                         const Variant& variant,
+                                                         const core::AnyParams& params)
+{
+    core::Renderer& renderer = station.rendererOf(variant);
     const uint32_t before = variant.change == nullptr ? 0 : o_.samples.back();
     for (uint32_t k = 0; k <= before; ++k) {
         core::View view = k == before ? view_ : away_;
@@ -166,8 +199,13 @@ std::optional<double> Measurement::arrive(const Station& station, const Variant&
         renderer.advance({.samples = 1}, tools_.stop);
         if (tools_.stop.stop_requested()) return {};
     }
+    return renderer.read(core::Reading::mean).mean;
+}
+
+double Measurement::relMseOf(const core::Image& picture) const
+{
     ErrorSum alone(reference_->mean, reference_->variance, reference_->level);
-    alone.add(renderer.read(core::Reading::mean).mean);
+    alone.add(picture);
     return alone.errors().relMse.value;
 }
 
@@ -222,14 +260,12 @@ std::optional<Measurement::Picture> Measurement::render(const Cell& cell, uint32
 
 void Measurement::add(Cell& cell, const Picture& picture, const core::Image& plain)
 {
-    ErrorSum alone(reference_->mean, reference_->variance, reference_->level);
-    alone.add(picture.image);
     cell.errors.add(picture.image);
     if (cell.variant->change != nullptr)
         cell.differences.add(tileDifferences(picture.image, plain));
     Row& row = cell.row;
     row.samples.push_back(picture.sample);
-    row.samples.back().relMse = alone.errors().relMse.value;
+    row.samples.back().relMse = relMseOf(picture.image);
     const auto count = static_cast<double>(row.samples.size());
     const double mean = pictureMean(picture.image);
     row.mean = count == 1 ? mean : row.mean + (mean - row.mean) / count;

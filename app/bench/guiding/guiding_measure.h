@@ -11,6 +11,7 @@
 #include "app/bench/guiding/guiding_cases.h"
 #include "app/bench/guiding/guiding_reference.h"
 #include "app/bench/guiding/guiding_results.h"
+#include "app/bench/guiding/guiding_window.h"
 
 namespace app::guiding {
 
@@ -29,7 +30,9 @@ public:
 private:
     /// A device with a renderer for each of the two methods.
     struct Station {
+        Target target;
         std::unique_ptr<core::Renderer> path, guided;
+        std::unique_ptr<WindowArrivals> window{};  // of the present scene, where it is measured
 
         core::Renderer& rendererOf(const Variant& variant) const
         {
@@ -55,7 +58,12 @@ private:
     void makeCells();
     bool measureTurn(size_t station, uint32_t spp, uint32_t seed);
     bool measureArrivals(uint32_t seed);
-    std::optional<double> arrive(const Station& station, const Variant& variant, uint32_t seed);
+    void planWindow(const flight::Flight& way, double degrees);
+    std::optional<double> arrive(Station& station, bool window, const Variant& variant,
+                                 uint32_t seed);
+    std::optional<core::Image> arriveByRenderer(const Station& station, const Variant& variant,
+                                                const core::AnyParams& params);
+    double relMseOf(const core::Image& picture) const;
     std::optional<Picture> render(const Cell& cell, uint32_t seed);
     void add(Cell& cell, const Picture& picture, const core::Image& plain);
     void finishScene();
@@ -69,8 +77,10 @@ private:
     Results results_;
 
     // Of the present scene.
+    const SceneOptions* options_ = nullptr;
     std::shared_ptr<const core::World> world_;
-    core::View view_, away_;  // the one that is measured, and where the camera comes from
+    core::View view_, away_;            // the one that is measured, and where the camera comes from
+    std::optional<CameraTrack> orbit_;  // from there to here, in the window's loop
     std::optional<GuidingReference> reference_;
     std::vector<Cell> cells_;
     std::vector<std::pair<std::string, core::Image>> shown_;  // by variant

@@ -153,6 +153,9 @@ std::string arrivalsMarkup(const SceneResult& scene)
                                     " such views in one place, then this one: "
                               : "; ") +
                 arrivalText(arrival);
+    if (std::ranges::any_of(scene.arrivals, &Arrival::window))
+        text += ". In the window the camera rests for as many samples, orbits for a second and "
+                "rests again";
     return text.empty() ? text : paragraph(escapeMarkup(text + '.'));
 }
 

@@ -36,7 +36,7 @@ Ratio varianceRatio(const Arrival& arrival)
 
 std::string arrivalText(const Arrival& arrival)
 {
-    return "first sample after " + numberText(arrival.degrees) + " degrees, " + arrival.device +
+    return "first sample after " + numberText(arrival.degrees) + " degrees, " + arrival.place() +
            ": " + ratioText(varianceRatio(arrival)) + " times less variance";
 }
 

@@ -36,6 +36,12 @@ struct Arrival {
     double degrees = 0;  // between there and here, seen from what the middle of the picture shows
     uint32_t before = 0;
     std::vector<double> plain, guided;  // relMSE by seed
+    // In the window's own loop, where the camera orbits from there to here: `before` samples of one
+    // view there, and those of the views between.
+    bool window = false;
+
+    /// "cpu", "cpu, in the window".
+    std::string place() const { return window ? device + ", in the window" : device; }
 };
 
 /// A picture that the page shows.

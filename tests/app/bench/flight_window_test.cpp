@@ -94,8 +94,8 @@ core::Image blocks(const core::Image& picture)
 
 TEST(SlowedClock, IsNeverFasterThanTheOther)
 {
-    app::SlowedClock clock;
     const auto start = std::chrono::steady_clock::now();
+    app::SlowedClock clock;
     double seconds = 0;
     volatile double work = 0;
     for (int i = 0; i < 20; ++i) {

@@ -155,6 +155,9 @@ TEST(GuidingGoals, AreMetMissedOrNotMeasured)
     EXPECT_EQ(verdict(two, first), "met");
     two.scenes[1].arrivals = {{"cpu", 25, 64, {2, 5}, {1, 1.1}}};
     EXPECT_EQ(verdict(two, first), "missed");
+    two.scenes[1].arrivals.push_back({"cpu", 25, 64, {3, 3}, {1, 1}, true});
+    EXPECT_EQ(goalsOf(two).front().where, "bad, cpu, in the window");
+    two.scenes[1].arrivals.pop_back();
     EXPECT_NEAR(varianceRatio(two.scenes[1].arrivals[0]).value, 3.5 / 1.05, 1e-12);
     EXPECT_TRUE(
         arrivalText(two.scenes[0].arrivals[0])
@@ -340,6 +343,26 @@ TEST_F(GuidingCommand, WritesAPageAndItsNumbers)
     for (const Json& picture : pictures)
         EXPECT_TRUE(fs::exists(work("new/guiding/" + picture.at("file").get<std::string>())));
     EXPECT_TRUE(contains(result.out, "cornell-diffuse, 24x16"));
+}
+
+TEST_F(GuidingCommand, ArrivesInTheWindowsLoop)
+{
+    const Result result = finish(
+        start(kBench + kTiny + Strings{kScene, "-o", "window", "--window", "--variants", "guided"}),
+        180);
+    ASSERT_EQ(result.code, 0) << result.err;
+    const Json json = results("window");
+    const Json& arrivals = json.at("scenes")[0].at("arrivals");
+    ASSERT_EQ(arrivals.size(), 2u);
+    EXPECT_EQ(arrivals[0].at("window"), false);
+    EXPECT_EQ(arrivals[1].at("window"), true);
+    EXPECT_EQ(arrivals[1].at("device"), arrivals[0].at("device"));
+    EXPECT_GT(arrivals[1].at("relmse_path").get<double>(), 0);
+    EXPECT_GT(arrivals[1].at("variance_ratio").get<double>(), 0);
+    EXPECT_TRUE(contains(result.out, "first sample after 25 degrees, cpu, in the window: "));
+    const std::string page = readAll(work("window/guiding.html"));
+    EXPECT_TRUE(contains(page, "orbits for a second and rests again"));
+    EXPECT_EQ(readMarkup(page).problem, "");
 }
 
 TEST_F(GuidingCommand, ReferencesAreMadeOnceAndErrorsRepeat)

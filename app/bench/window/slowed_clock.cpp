@@ -1,6 +1,6 @@
 // See slowed_clock.h. /proc/self/task/ID/schedstat holds nanoseconds on a core and nanoseconds of
 // waiting for one.
-#include "app/bench/slowed_clock.h"
+#include "app/bench/window/slowed_clock.h"
 
 #include <cmath>
 #include <filesystem>
