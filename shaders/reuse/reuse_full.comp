@@ -21,6 +21,10 @@ layout(set = kSetKernel, binding = kBindWaitingHead, scalar) readonly buffer Wai
     WaitingHead waitingHead;
 };
 
+/// All paths of a pixel, in one loop: a lane whose path has ended begins its next one while others go on. (With two
+/// loops, one within the other, this kernel comes out wrong on NVIDIA 580.159: of the paths after the first, those
+/// through glass brought half of their light or less. Mesa's devices took it as it is written, and so did that driver
+/// without the passes of cmake/kernel.cmake, or with -O.)
 ReuseSums takePaths(uvec2 pixel, uint lane, uint count, inout ReuseTally tally)
 {
     ReuseSums sums = noReuseSums();
@@ -35,11 +39,32 @@ ReuseSums takePaths(uvec2 pixel, uint lane, uint count, inout ReuseTally tally)
     sums.beta = v.beta;
     sums.rays = v.rays;
     sums.part = partOfPath(v.rays, count);
-    for (uint k = 0u; k < count; ++k) {
-        ReuseNew found =
-            takePath(scene, path, push.settings, v, pathStream(push.settings, stream, v.rays, k), tally);
-        countAsPart(sums.part, found);
-        addReuseNew(sums, found);
+    ReuseNew found = noReuseNew();
+    ReuseTrail trail = noReuseTrail();
+    PathState ray = pathFromHere(v);
+    vec3 gathered = vec3(0.0);
+    SampleStream streamOfPath = stream;
+    bool goes = false;
+    uint begun = 0u;
+    while (goes || begun < count) {
+        if (!goes) {
+            found = noReuseNew();
+            trail = noReuseTrail();
+            ray = pathFromHere(v);
+            gathered = vec3(0.0);
+            streamOfPath = pathStream(push.settings, stream, v.rays, begun);
+            ++begun;
+            goes = beginTracedPath(scene, path, push.settings, v, streamOfPath, ray, trail, found, tally);
+        }
+        if (goes) {
+            goes = traceNewPath(scene, path, push.settings, maxComponent(trail.weight), streamOfPath, ray, gathered,
+                                trail, found.record, tally);
+            if (!goes) endNewPath(scene, push.settings, v, gathered, streamOfPath, trail, found, tally);
+        }
+        if (!goes) {
+            countAsPart(sums.part, found);
+            addReuseNew(sums, found);
+        }
     }
     return sums;
 }

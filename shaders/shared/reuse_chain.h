@@ -197,7 +197,7 @@ SHARED_FN PathSettings settingsAfter(PathSettings path, uint bounces)
     return path;
 }
 
-/// The way not taken, for takePath: its depth is one more than it is, so that it is not taken for
+/// The way not taken, for takeRest: its depth is one more than it is, so that it is not taken for
 /// a path from the first hit (restSettings).
 SHARED_FN PathState restOfChain(ReuseChain chain)
 {

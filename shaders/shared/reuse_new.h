@@ -405,24 +405,6 @@ SHARED_FN bool beginTracedPath(IN(SceneView) scene, PathSettings path, ReuseSett
     return goes;
 }
 
-/// Takes a whole new path from a first hit, and a new connection.
-SHARED_FN ReuseNew takePath(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
-                            IN(ReuseVertex) v, SampleStream stream, INOUT(ReuseTally) tally)
-{
-    ReuseNew result = noReuseNew();
-    ReuseTrail trail = noReuseTrail();
-    PathState ray = pathFromHere(v);
-    vec3 gathered = vec3(0.0f);
-    bool goes = beginTracedPath(scene, path, settings, v, stream, ray, trail, result, tally);
-    if (!goes) return result;
-    const float importance = maxComponent(trail.weight);
-    while (goes)
-        goes = traceNewPath(scene, path, settings, importance, stream, ray, gathered, trail,
-                            result.record, tally);
-    endNewPath(scene, settings, v, gathered, stream, trail, result, tally);
-    return result;
-}
-
 /// All that comes of a way which mirrors and glass have not taken (restOfChain, restSettings).
 SHARED_FN vec3 takeRest(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
                         PathState ray, SampleStream stream, INOUT(ReuseTally) tally)
