@@ -4,6 +4,7 @@
 #include "shared/guided_path.h"
 
 layout(constant_id = kSpecializeGuided) const uint kGuided = 1u;
+layout(constant_id = kSpecializeNee) const uint kNee = kNeeBsdf;
 
 layout(set = kSetKernel, binding = kBindGuideNodes) uniform usamplerBuffer guideNodes;
 layout(set = kSetKernel, binding = kBindGuideLeaves) uniform usamplerBuffer guideLeaves;
@@ -50,8 +51,10 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
 {
     if (kGuided == 0u) return extendPath(stream, path, L, shadowRays);
     const GuideView guide = GuideView(kGuided);
+    PathSettings settings = frame.settings;
+    settings.guidedRules = withNee(settings.guidedRules, kNee);
     const uint depth = path.depth;
-    const uint stride = recordStride(frame.settings);
+    const uint stride = recordStride(settings);
     const bool records = isRecorded(lane % kGroupSize, stream.index, stride);
     uint count = depth;
     bool goesOn = false;
@@ -61,8 +64,8 @@ bool extendLane(uint lane, SampleStream stream, inout PathState path, inout Path
         GuideRecord record;
         uint recorded = records && depth < kGuideVertices ? 1u : 0u;
         const VertexNumbers numbers = drawVertexNumbers(stream, depth);
-        goesOn = shadeGuided(scene, guide, frame.settings, followsGuide(frame.settings, records),
-                             numbers, hit, path, extra, shadow, record, recorded, L);
+        goesOn = shadeGuided(scene, guide, settings, followsGuide(settings, records), numbers, hit, path, extra,
+                             shadow, record, recorded, L);
         addConnection(shadow, alphaSeed(stream, depth, 1u), L, shadowRays);
         if (recorded != 0u) {
             record.after = luminance(L);

@@ -26,6 +26,7 @@ struct PathConstants {
     uint32_t features = 0xffffffffu;  // number 0: lang.h
     uint32_t sampler = 0;             // shared::kSpecializeSampler
     uint32_t guided = 0;              // shared::kSpecializeGuided
+    uint32_t nee = 0;                 // shared::kSpecializeNee
     friend auto operator<=>(const PathConstants&, const PathConstants&) = default;
 };
 

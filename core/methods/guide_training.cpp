@@ -86,6 +86,11 @@ uint32_t firstStride(const GuidedParams& params, uint64_t pixels)
 
 }  // namespace
 
+uint32_t neeOf(const GuidedParams& params)
+{
+    return params.nee == GuidedNee::mixture ? shared::kNeeMixture : shared::kNeeBsdf;
+}
+
 guiding::GuideBox guideBox(const World& world)
 {
     const glm::vec3 size = world.boundsHigh - world.boundsLow;
@@ -190,9 +195,9 @@ uint32_t GuideTraining::rulesAfter(uint64_t samples) const
 {
     // Without roulette the first paths, which know nothing, would be the longest.
     const bool knows = params_.roulette != GuidedRoulette::none || allSamples_ > 0;
-    return shared::packGuidedRules(
-        strideAfter(samples), knows ? uint32_t(params_.roulette) : shared::kRouletteAlbedo,
-        params_.nee == GuidedNee::mixture ? shared::kNeeMixture : shared::kNeeBsdf, followers());
+    return shared::packGuidedRules(strideAfter(samples),
+                                   knows ? uint32_t(params_.roulette) : shared::kRouletteAlbedo,
+                                   neeOf(params_), followers());
 }
 
 /// One path in so many is recorded; 0: none any more.

@@ -115,6 +115,9 @@ private:
     double seconds_ = 0;
 };
 
+/// What connections are weighted against, as kernels are told: shared::kNeeBsdf or kNeeMixture.
+uint32_t neeOf(const GuidedParams& params);
+
 /// A cube around the world.
 guiding::GuideBox guideBox(const World& world);
 

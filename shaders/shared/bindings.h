@@ -123,7 +123,8 @@ SHARED_CONST uint kMostPushBytes = 128u;      // what every device has
 // Specialization constants: kFeatures is number 0 (lang.h). Those of path kernels and of the
 // display follow it.
 SHARED_CONST uint kSpecializeSampler = 1u;  // the sampler's kind, so that only one is compiled
-SHARED_CONST uint kSpecializeGuided = 2u;   // guided paths: the kind of guide, 0 for none
+SHARED_CONST uint kSpecializeGuided = 2u;   // guided paths: the kind of guide, 0 for none,
+SHARED_CONST uint kSpecializeNee = 3u;      // and what connections are weighted against
 SHARED_CONST uint kSpecializeRecords = 2u;  // sample reuse: samples that a pixel keeps,
 SHARED_CONST uint kSpecializeLights = 3u;   // connections,
 SHARED_CONST uint kSpecializeFresh = 4u;    // and new paths that it may have

@@ -85,12 +85,18 @@ SHARED_FN float pdfGuide(IN(GuideView) guide, GuideLeaf leaf, vec3 wi)
     return pdfHistogram(guide, leaf.firstWord, wi);
 }
 
+// A density that is what pdfGuide says of the direction.
+SHARED_CONST float kAsPdfGuide = -1.0f;
+
 /// Draws a direction (unit, world) for u in [0,1)^2, one pair for all choices so that its
-/// stratification survives; `pdf` in solid angle. False where the leaf knows no light.
+/// stratification survives; `pdf` in solid angle. That of lobes is kAsPdfGuide: whoever asks for
+/// directions that were drawn otherwise, too, asks once for all. Of cells it comes with the
+/// direction, which rounding may take over a rim. False where the leaf knows no light.
 SHARED_FN bool sampleGuide(IN(GuideView) guide, GuideLeaf leaf, vec2 u, OUT(vec3) wi,
                            OUT(float) pdf)
 {
-    if (guide.kind == kGuideLobes) return sampleGuideLobes(guide, leaf.firstWord, u, wi, pdf);
+    pdf = kAsPdfGuide;
+    if (guide.kind == kGuideLobes) return sampleGuideLobes(guide, leaf.firstWord, u, wi);
     if (guide.kind == kGuideTree) return sampleGuideTree(guide, leaf.firstWord, u, wi, pdf);
     return sampleHistogram(guide, leaf.firstWord, u, wi, pdf);
 }

@@ -100,10 +100,9 @@ SHARED_FN float fourthOf(vec4 v, uint k)
     return k == 0u ? v.x : (k == 1u ? v.y : (k == 2u ? v.z : v.w));
 }
 
-/// Draws a direction for u in [0,1)^2, one pair for the choice of the lobe and the direction; `pdf`
-/// in solid angle. False where the leaf knows no light.
-SHARED_FN bool sampleGuideLobes(IN(GuideView) guide, uint first, vec2 u, OUT(vec3) wi,
-                                OUT(float) pdf)
+/// Draws a direction for u in [0,1)^2, one pair for the choice of the lobe and the direction. False
+/// where the leaf knows no light.
+SHARED_FN bool sampleGuideLobes(IN(GuideView) guide, uint first, vec2 u, OUT(vec3) wi)
 {
     const vec4 lower = fetchGuideDirections(guide, first + kLobeMass);
     const vec4 upper = fetchGuideDirections(guide, first + kLobeMass + 1u);
@@ -124,8 +123,7 @@ SHARED_FN bool sampleGuideLobes(IN(GuideView) guide, uint first, vec2 u, OUT(vec
     const vec3 local =
         sampleGuideLobe(2.0f * width, vec2(clamp(inLobe, 0.0f, kOneMinusEpsilon), u.y));
     wi = toWorld(makeFrame(mean), local);
-    pdf = pdfGuideLobes(guide, first, wi);
-    return pdf > 0.0f;
+    return mass > 0.0f;
 }
 
 SHARED_END

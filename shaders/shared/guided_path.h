@@ -127,6 +127,12 @@ SHARED_FN uint rouletteKind(PathSettings settings)
 SHARED_CONST uint kNeeBsdf = 0u;
 SHARED_CONST uint kNeeMixture = 1u;
 
+/// The same rules with that kind, which a device may know when it compiles.
+SHARED_FN uint withNee(uint rules, uint nee)
+{
+    return (rules & 0xff00ffffu) | (nee << 16u);
+}
+
 SHARED_FN uint neeKind(PathSettings settings)
 {
     return (settings.guidedRules >> 16u) & 0xffu;
@@ -175,36 +181,40 @@ SHARED_FN bool sampleMixture(IN(GuideView) guide, GuideLeaf leaf, float share, I
 {
     pdf = 0.0f;
     const float others = 1.0f - share;
-    if (numbers.lobe.x >= others) {
+    const bool byGuide = numbers.lobe.x >= others;
+    vec3 wi;
+    vec3 f = vec3(0.0f);
+    float guidePdf = kAsPdfGuide;
+    if (byGuide) {
         next.flags = 0u;
         next.pdf = 0.0f;
         next.weight = vec3(0.0f);
-        vec3 wi;
-        float guidePdf;
         const bool drawn = sampleGuide(guide, leaf, numbers.bsdf, wi, guidePdf);
         next.wi = toLocal(vertex.surface.frame, wi);
         if (!drawn) return false;
-        vec3 f;
         evalPdfLobes(vertex.bsdf, vertex.lobes, vertex.wo, next.wi, f, next.pdf);
         if (!(next.pdf > 0.0f)) return false;
-        pdf = others * next.pdf + share * guidePdf;
-        next.weight = f * (abs(next.wi.z) / pdf);
-        return maxComponent(next.weight) > 0.0f;
-    }
-    if (!sampleLobes(vertex.bsdf, vertex.lobes, vertex.wo, numbers.lobe.x / others, numbers.bsdf,
-                     next))
-        return false;
-    if ((next.flags & kLobeDelta) != 0u) {
-        next.weight *= 1.0f / others;
-        return true;
+    } else {
+        if (!sampleLobes(vertex.bsdf, vertex.lobes, vertex.wo, numbers.lobe.x / others,
+                         numbers.bsdf, next))
+            return false;
+        if ((next.flags & kLobeDelta) != 0u) {
+            next.weight *= 1.0f / others;
+            return true;
+        }
+        wi = toWorld(vertex.surface.frame, next.wi);
     }
     pdf = next.pdf;
-    if (share > 0.0f) {
-        const vec3 wi = toWorld(vertex.surface.frame, next.wi);
-        pdf = others * next.pdf + share * pdfGuide(guide, leaf, wi);
+    if (!(share > 0.0f)) return true;
+    // Here and not in both branches: lanes of a device take these one after the other.
+    if (guidePdf == kAsPdfGuide) guidePdf = pdfGuide(guide, leaf, wi);
+    pdf = others * next.pdf + share * guidePdf;
+    if (!byGuide) {
         next.weight *= next.pdf / pdf;
+        return true;
     }
-    return true;
+    next.weight = f * (abs(next.wi.z) / pdf);
+    return maxComponent(next.weight) > 0.0f;
 }
 
 // What decides about survival (GuidedRoulette of core/methods/guided_params.h).

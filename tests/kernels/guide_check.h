@@ -33,6 +33,7 @@ SHARED_FN GuideCheckOutput checkGuide(IN(GuideView) guide, GuideCheckInput a)
     r.reflected = leaf.reflected;
     r.density = pdfGuide(guide, leaf, a.direction);
     r.drawn = sampleGuide(guide, leaf, a.u, r.wi, r.pdf) ? 1u : 0u;
+    if (r.pdf == kAsPdfGuide) r.pdf = pdfGuide(guide, leaf, r.wi);
     return r;
 }
 

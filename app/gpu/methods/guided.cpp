@@ -52,6 +52,7 @@ public:
         if (view.camera.apertureRadius > 0) work.constants.features |= shared::kFeatureThinLens;
         work.constants.sampler = static_cast<uint32_t>(params_.sampler);
         work.constants.guided = training_.isOn() ? training_.tables()->kind : 0;
+        work.constants.nee = core::neeOf(params_);
         batches_.makeRoom(film_.frame());
         buffers_.makeRoom(film_.frame(), batches_);
         buffers_.setGuide(*training_.tables(), batches_);

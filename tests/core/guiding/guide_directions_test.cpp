@@ -103,7 +103,9 @@ struct Words {
     double pdf(dvec3 w) const { return double(shared::pdfGuide(tables.view(), leaf, vec3(w))); }
     bool draw(vec2 u, vec3& w, float& pdf) const
     {
-        return shared::sampleGuide(tables.view(), leaf, u, w, pdf);
+        if (!shared::sampleGuide(tables.view(), leaf, u, w, pdf)) return false;
+        if (pdf == shared::kAsPdfGuide) pdf = shared::pdfGuide(tables.view(), leaf, w);
+        return pdf > 0;
     }
 };
 
