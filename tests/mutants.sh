@@ -85,6 +85,8 @@ coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e,
 coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@CoatedLamp.*
 guided-own-numbers@core/methods/guide_training.cpp@return views_ == 0 ? params_.seed@return true ? params_.seed@*GuideKnowsWhat*
 guided-never-again@core/methods/guide_training.cpp@rested_ >= patience_@false@*IsTriedAgain*
+guided-trial-short@core/methods/guide_training.cpp@moves && !again ? kLessonsOfMovingTrial@false ? kLessonsOfMovingTrial@*FlightWhereItPaysLate*
+guided-density-forgotten@shaders/shared/guided_path.h@if (guidePdf == kAsPdfGuide) guidePdf = pdfGuide(guide, leaf, wi);@if (guidePdf == kAsPdfGuide) guidePdf = 0.0f;@GuidedPath.*
 shallow-compiles@app/gpu/path_batches.cpp@!megakernel_.isCompiled(work_.constants);@false;@GpuPace.*
 srgb-twice@shaders/shared/tonemap.h@pow((x + 0.055f) * (1.0f / 1.055f), 2.4f)@pow((x + 0.055f) * (1.0f / 1.055f), 5.76f)@Tone*:Image*:Gltf*
 '

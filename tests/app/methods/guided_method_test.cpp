@@ -325,6 +325,21 @@ TEST_P(GuidedMethod, TheGuideKnowsWhatAPixelIsWorth)
     EXPECT_LT(error, 0.02 * expected) << "underpowered";
 }
 
+/// Single samples teach slowly: after six lessons of them nothing is decided yet, after twelve a
+/// glossy box is found to pay.
+TEST_P(GuidedMethod, IsFollowedInAFlightWhereItPaysLate)
+{
+    begin("cornell-glossy", {96, 96});
+    for (const uint32_t seed : {1u, 2u}) {
+        render({.seed = seed}, 1);
+        for (int frame = 1; frame < 8; ++frame) render({.seed = seed}, 1, core::Start::moved);
+        EXPECT_EQ(guiding(), "is tried") << seed;
+        for (int frame = 8; frame < 14; ++frame) render({.seed = seed}, 1, core::Start::moved);
+        EXPECT_EQ(guiding(), "pays") << seed;
+        EXPECT_GT(detail("guide_gain"), 1.15) << seed;
+    }
+}
+
 /// Where it does not pay it is tried again and again while views are short, ever more seldom.
 TEST_P(GuidedMethod, IsTriedAgainInAFlightWhereItDidNotPay)
 {
