@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <vector>
-#ifdef __BMI2__
+#if defined(__BMI2__) || defined(__AVX__)
 #include <immintrin.h>
 #endif
 
@@ -31,6 +31,17 @@ inline uint64_t extractBits(uint64_t word, uint64_t mask)
     for (uint64_t place = 1; mask != 0; mask &= mask - 1, place <<= 1)
         if ((word & mask & (~mask + 1)) != 0) packed |= place;
     return packed;
+#endif
+}
+
+/// Where bit number k of those set in a word lies: k below their number.
+inline uint32_t placeOfBit(uint64_t word, uint32_t k)
+{
+#ifdef __BMI2__
+    return static_cast<uint32_t>(std::countr_zero(_pdep_u64(uint64_t(1) << k, word)));
+#else
+    for (; k > 0; --k) word &= word - 1;
+    return static_cast<uint32_t>(std::countr_zero(word));
 #endif
 }
 
@@ -65,6 +76,15 @@ template <class F> void forEachBit(std::span<const uint64_t> words, F&& f)
             f(static_cast<uint32_t>(64 * w) + static_cast<uint32_t>(std::countr_zero(rest)));
 }
 
+/// The row of set bit number k, below countBits(words).
+inline uint32_t rowOfNumber(std::span<const uint64_t> words, uint32_t k)
+{
+    size_t w = 0;
+    for (uint32_t here; (here = static_cast<uint32_t>(std::popcount(words[w]))) <= k; ++w)
+        k -= here;
+    return static_cast<uint32_t>(64 * w) + placeOfBit(words[w], k);
+}
+
 /// 0 or 1 for each of the rows.
 inline void bitsToFloats(std::span<const uint64_t> words, std::span<float> values)
 {
@@ -80,8 +100,17 @@ inline void positiveToBits(std::span<const float> values, std::span<uint64_t> wo
 {
     for (size_t w = 0; w < words.size(); ++w) {
         const size_t count = std::min<size_t>(64, values.size() - 64 * w);
+        const float* value = values.data() + 64 * w;
         uint64_t word = 0;
-        for (size_t i = 0; i < count; ++i) word |= uint64_t(values[64 * w + i] > 0 ? 1 : 0) << i;
+        size_t i = 0;
+#ifdef __AVX__
+        for (; i + 8 <= count; i += 8) {
+            const __m256 positive =
+                _mm256_cmp_ps(_mm256_loadu_ps(value + i), _mm256_setzero_ps(), _CMP_GT_OQ);
+            word |= uint64_t(static_cast<uint32_t>(_mm256_movemask_ps(positive))) << i;
+        }
+#endif
+        for (; i < count; ++i) word |= uint64_t(value[i] > 0 ? 1 : 0) << i;
         words[w] = word;
     }
 }
@@ -89,11 +118,20 @@ inline void positiveToBits(std::span<const float> values, std::span<uint64_t> wo
 /// Clears the values whose bit is 0.
 inline void maskValues(std::span<const uint64_t> words, std::span<float> values)
 {
-    for (size_t w = 0; w < words.size(); ++w) {
-        const size_t count = std::min<size_t>(64, values.size() - 64 * w);
-        const uint64_t word = words[w];
-        float* out = values.data() + 64 * w;
-        for (size_t i = 0; i < count; ++i) out[i] = (word >> i & 1) != 0 ? out[i] : 0.0f;
+    const auto mask = [](uint32_t word, float* __restrict value, uint32_t count) {
+        for (uint32_t i = 0; i < count; ++i) {
+            const uint32_t keep = 0u - (word >> i & 1);
+            value[i] = std::bit_cast<float>(std::bit_cast<uint32_t>(value[i]) & keep);
+        }
+    };
+    constexpr size_t kHalf = 32;  // of a word: as wide as a value
+    for (size_t first = 0; first < values.size(); first += kHalf) {
+        const auto word = static_cast<uint32_t>(words[first / 64] >> first % 64);
+        const size_t count = std::min(kHalf, values.size() - first);
+        if (count == kHalf)
+            mask(word, values.data() + first, kHalf);
+        else
+            mask(word, values.data() + first, static_cast<uint32_t>(count));
     }
 }
 

@@ -232,48 +232,21 @@ Candidate MatchingOctant::ask(size_t c)
     return *std::ranges::min_element(candidates_, {}, unknown);
 }
 
-/// The row, not yet traced, that divides the candidates most evenly; one of several at random.
-/// Counts, for all rows at once, the candidates that predict light, in binary digits of which each
-/// is a word of rows.
+/// The row, not yet traced and known to all candidates, that divides them most evenly; one of
+/// several at random.
 std::optional<uint32_t> MatchingOctant::dividingRow(size_t c)
 {
     const auto matters = block_.matters(c), traced = block_.traced(c);
-    const auto count = static_cast<uint32_t>(candidates_.size());
-    const auto digits = static_cast<size_t>(std::bit_width(count));
-    counters_.resize(std::max(counters_.size(), digits));
-    for (size_t d = 0; d < digits; ++d) counters_[d].assign(rest_.size(), 0);
     for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~traced[w];
+    counts_.begin(rest_, static_cast<uint32_t>(candidates_.size()));
     for (const Candidate& candidate : candidates_) {
-        const auto bits = basis_.bits(candidate.index), known = basis_.known(candidate.index);
-        for (size_t w = 0; w < rest_.size(); ++w) {
-            rest_[w] &= known[w];
-            uint64_t carry = candidate.complement ? ~bits[w] : bits[w];
-            for (size_t d = 0; d < digits && carry != 0; ++d) {
-                const uint64_t sum = counters_[d][w] ^ carry;
-                carry &= counters_[d][w];
-                counters_[d][w] = sum;
-            }
-        }
+        counts_.keep(basis_.known(candidate.index));
+        counts_.add(basis_.bits(candidate.index), candidate.complement);
     }
-    const auto rowsWith = [&](uint32_t lit, size_t w) {
-        uint64_t rows = rest_[w];
-        for (size_t d = 0; d < digits; ++d)
-            rows &= ((lit >> d) & 1) != 0 ? counters_[d][w] : ~counters_[d][w];
-        return rows;
-    };
-    for (uint32_t few = count / 2; few > 0; --few) {
-        for (size_t w = 0; w < scratch_.size(); ++w)
-            scratch_[w] = rowsWith(few, w) | rowsWith(count - few, w);
-        const uint32_t found = countBits(scratch_);
-        if (found == 0) continue;
-        uint32_t skip = drawBelow(found, random_);
-        std::optional<uint32_t> row;
-        forEachBit(scratch_, [&](uint32_t i) {
-            if (skip-- == 0) row = i;
-        });
-        return row;
-    }
-    return std::nullopt;
+    const std::span<const uint64_t> rows = counts_.mostEven();
+    const uint32_t found = countBits(rows);
+    if (found == 0) return std::nullopt;
+    return rowOfNumber(rows, drawBelow(found, random_));
 }
 
 /// Completes a column by a candidate that agrees with it. Rows that the candidate does not know

@@ -11,6 +11,7 @@
 #include "core/completion/basis.h"
 #include "core/completion/octant.h"
 #include "core/completion/repair.h"
+#include "core/completion/row_counts.h"
 
 namespace core::many_lights {
 
@@ -54,7 +55,7 @@ private:
     ColumnKey key_;
     std::vector<Candidate> candidates_;
     Words scratch_, rest_;
-    std::vector<Words> counters_;
+    RowCounts counts_;  // of candidates that predict light
     RepairMemory memory_;
     uint64_t windowColumns_ = 0, windowActive_ = 0;  // since bailing out was considered last
 };

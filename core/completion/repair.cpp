@@ -30,10 +30,18 @@ struct Prediction {
         const auto matters = b.matters(column), known = basis.known(candidate.index);
         const auto source = basis.bits(candidate.index);
         const uint64_t flip = candidate.complement ? ~uint64_t(0) : 0;
-        for (size_t w = 0; w < visible.size(); ++w) {
-            common[w] = matters[w] & known[w];
-            bits[w] = (source[w] ^ flip) & common[w];
+        uint64_t anyWrong = 0, lit = 0, dark = 0;
+        uint64_t* __restrict toCommon = common.data();
+        uint64_t* __restrict toBits = bits.data();
+        for (size_t w = 0, words = visible.size(); w < words; ++w) {
+            const uint64_t both = matters[w] & known[w], predicted = (source[w] ^ flip) & both;
+            toCommon[w] = both;
+            toBits[w] = predicted;
+            anyWrong |= (visible[w] ^ predicted) & traced[w] & both;
+            lit |= predicted;
+            dark |= both & ~predicted;
         }
+        evident = anyWrong == 0 && (lit == 0 || dark == 0);
     }
 
     size_t words() const { return bits.size(); }
@@ -44,6 +52,7 @@ struct Prediction {
     size_t c;
     std::span<const uint64_t> visible, traced;
     std::span<uint64_t> common, bits;  // RepairMemory's
+    bool evident;                      // all light or all shadow, and every traced row agrees
 };
 
 /// Traces the rows that matter and that the candidate does not know, and those of `ask`.
@@ -78,24 +87,38 @@ void recurse(const Prediction& p, uint32_t begin, uint32_t end, Words& ask)
 /// What a patch of the candidate shows, in the rows that matter.
 enum class Patch : uint8_t { empty, dark, lit, mixed };
 
+/// All rows of the patches of which a row is set.
+uint64_t wholePatches(uint64_t rows)
+{
+    constexpr uint64_t kLow = 0x7fff7fff7fff7fff, kTop = ~kLow;
+    const uint64_t tops = (((rows & kLow) + kLow) | rows) & kTop;
+    return tops | (tops - (tops >> 15));
+}
+
+/// Word w of `rows`, and the rows of the patches next to them.
+uint64_t withNeighbours(const Words& rows, size_t w)
+{
+    const uint64_t here = rows[w];
+    const uint64_t before = w > 0 ? rows[w - 1] >> (64 - kPatch) : 0;
+    const uint64_t behind = w + 1 < rows.size() ? rows[w + 1] << (64 - kPatch) : 0;
+    return here | here << kPatch | here >> kPatch | before | behind;
+}
+
 class Repair {
 public:
     Repair(const Prediction& prediction, RepairTrust trust, Pcg32& random, RepairMemory& memory)
         : p_(prediction), trust_(trust), random_(random),
-          most_(kHopeless * countBits(p_.block.matters(p_.c))),
-          patches_(kPatchesPerWord * static_cast<uint32_t>(p_.words())), asked_(memory.asked),
-          spread_(memory.spread), ask_(memory.ask)
+          most_(kHopeless * countBits(p_.block.matters(p_.c))), memory_(memory)
     {
-        asked_.assign(patches_, 0);
-        spread_.assign(patches_, 0);
-        std::ranges::fill(ask_, 0);
+        std::ranges::fill(memory_.asked, 0);
+        std::ranges::fill(memory_.ask, 0);
     }
 
     RepairOutcome run()
     {
         markBorders();
         if (strays()) return RepairOutcome::hopeless;
-        if (countBits(ask_) > most_)
+        if (countBits(memory_.ask) > most_)
             return wrongRows() > 0 ? RepairOutcome::hopeless : RepairOutcome::agrees;
         markWrong(1);
         if (!spread()) return RepairOutcome::hopeless;
@@ -135,18 +158,17 @@ private:
     /// which no row has been traced.
     void askProbes(bool everywhere)
     {
-        for (uint32_t k = 0; k < patches_; ++k) {
-            const uint32_t w = k / kPatchesPerWord;
-            const uint64_t patch = p_.common[w] & rowsOf(k);
-            uint64_t rows = patch & ~p_.traced[w];
-            if (rows == 0 || (rows != patch && !everywhere)) continue;
-            if (double(random_()) >= trust_.probes) continue;
-            for (uint32_t skip = drawBelow(static_cast<uint32_t>(std::popcount(rows)), random_);
-                 skip > 0; --skip)
-                rows &= rows - 1;
-            ask_[w] |= rows & (~rows + 1);
-            waiting_ = true;
-        }
+        for (uint32_t w = 0; w < p_.words(); ++w)
+            for (uint32_t k = 0; k < kPatchesPerWord; ++k) {
+                const uint64_t patch = p_.common[w] & rowsOf(k);
+                const uint64_t rows = patch & ~p_.traced[w];
+                if (rows == 0 || (rows != patch && !everywhere)) continue;
+                if (double(random_()) >= trust_.probes) continue;
+                const uint32_t chosen =
+                    drawBelow(static_cast<uint32_t>(std::popcount(rows)), random_);
+                memory_.ask[w] |= uint64_t(1) << placeOfBit(rows, chosen);
+                waiting_ = true;
+            }
     }
 
     uint32_t wrongRows() const
@@ -157,22 +179,19 @@ private:
         return count;
     }
 
+    /// The rows of a patch of a word.
     static uint64_t rowsOf(uint32_t patch)
     {
-        return ((uint64_t(1) << kPatch) - 1) << (kPatch * (patch % kPatchesPerWord));
+        return ((uint64_t(1) << kPatch) - 1) << (kPatch * patch);
     }
 
-    void mark(uint32_t patch)
+    /// Asks for whole patches of word w, each once.
+    void mark(size_t w, uint64_t patches)
     {
-        if (asked_[patch] != 0) return;
-        asked_[patch] = 1;
-        ask_[patch / kPatchesPerWord] |= rowsOf(patch);
-        waiting_ = true;
-    }
-    void markAround(uint32_t patch, uint32_t reach)
-    {
-        const uint32_t first = patch > reach ? patch - reach : 0;
-        for (uint32_t k = first; k <= std::min(patch + reach, patches_ - 1); ++k) mark(k);
+        const uint64_t fresh = patches & ~memory_.asked[w];
+        memory_.asked[w] |= fresh;
+        memory_.ask[w] |= fresh;
+        waiting_ = waiting_ || fresh != 0;
     }
 
     /// Patches where the candidate changes, inside or against the patch before.
@@ -187,16 +206,16 @@ private:
                 lastIndex = lastPatch(w);
                 continue;
             }
-            for (uint32_t k = kPatchesPerWord * w; k < kPatchesPerWord * (w + 1); ++k) {
+            for (uint32_t k = 0; k < kPatchesPerWord; ++k) {
                 const Patch here = look(p_.common[w] & rowsOf(k), p_.bits[w] & rowsOf(k));
                 if (here == Patch::empty) continue;
-                if (here == Patch::mixed) mark(k);
+                if (here == Patch::mixed) mark(w, rowsOf(k));
                 if (last != Patch::empty && last != here) {
-                    mark(lastIndex);
-                    mark(k);
+                    mark(lastIndex / kPatchesPerWord, rowsOf(lastIndex % kPatchesPerWord));
+                    mark(w, rowsOf(k));
                 }
                 last = here;
-                lastIndex = k;
+                lastIndex = kPatchesPerWord * w + k;
             }
         }
     }
@@ -207,14 +226,10 @@ private:
     {
         if (wrongRows() == 0) return false;
         uint32_t traced = 0, wrong = 0;
-        for (uint32_t k = 0; k < patches_; ++k) {
-            const bool near = asked_[k] != 0 || (k > 0 && asked_[k - 1] != 0) ||
-                              (k + 1 < patches_ && asked_[k + 1] != 0);
-            if (near) continue;
-            const uint32_t w = k / kPatchesPerWord;
-            const uint64_t rows = rowsOf(k);
-            traced += static_cast<uint32_t>(std::popcount(p_.traced[w] & p_.common[w] & rows));
-            wrong += static_cast<uint32_t>(std::popcount(p_.wrong(w) & rows));
+        for (size_t w = 0; w < p_.words(); ++w) {
+            const uint64_t away = ~withNeighbours(memory_.asked, w);
+            traced += static_cast<uint32_t>(std::popcount(p_.traced[w] & p_.common[w] & away));
+            wrong += static_cast<uint32_t>(std::popcount(p_.wrong(w) & away));
         }
         return wrong > trust_.stray * traced;
     }
@@ -230,25 +245,26 @@ private:
                static_cast<uint32_t>(63 - std::countl_zero(p_.common[w])) / kPatch;
     }
 
-    /// Patches around traced rows that were predicted wrongly, each once.
-    void markWrong(uint32_t reach)
+    /// Patches with traced rows that were predicted wrongly, and those around.
+    void markWrong(int reach)
     {
-        for (uint32_t w = 0; w < p_.words(); ++w) {
-            const uint64_t wrong = p_.wrong(w);
-            if (wrong == 0) continue;
-            for (uint32_t k = kPatchesPerWord * w; k < kPatchesPerWord * (w + 1); ++k) {
-                if (spread_[k] >= reach || (wrong & rowsOf(k)) == 0) continue;
-                spread_[k] = static_cast<uint8_t>(reach);
-                markAround(k, reach);
-            }
+        Words& wrong = memory_.wrong;
+        uint64_t any = 0;
+        for (size_t w = 0; w < wrong.size(); ++w) any |= wrong[w] = p_.wrong(w);
+        if (any == 0) return;
+        for (uint64_t& word : wrong) word = wholePatches(word);
+        for (; reach > 0; --reach) {
+            memory_.near.swap(wrong);
+            for (size_t w = 0; w < wrong.size(); ++w) wrong[w] = withNeighbours(memory_.near, w);
         }
+        for (size_t w = 0; w < wrong.size(); ++w) mark(w, wrong[w]);
     }
 
     bool fetch()
     {
         if (!waiting_) return false;
-        p_.block.fetch(p_.c, ask_);
-        std::ranges::fill(ask_, 0);
+        p_.block.fetch(p_.c, memory_.ask);
+        std::ranges::fill(memory_.ask, 0);
         waiting_ = false;
         return true;
     }
@@ -257,9 +273,7 @@ private:
     RepairTrust trust_;
     Pcg32& random_;
     double most_;  // rows traced before a column is given up
-    uint32_t patches_;
-    std::vector<uint8_t>&asked_, &spread_;
-    Words& ask_;
+    RepairMemory& memory_;
     bool waiting_ = false;
 };
 
@@ -291,7 +305,9 @@ RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate
     const Prediction p(block, c, basis, candidate, memory);
     std::ranges::fill(memory.ask, 0);
     fetchUnknown(p, memory.ask);
-    const RepairOutcome outcome = Repair(p, trust, random, memory).run();
+    const RepairOutcome outcome = p.evident && trust.probes <= 0
+                                      ? RepairOutcome::agrees
+                                      : Repair(p, trust, random, memory).run();
     if (outcome != RepairOutcome::hopeless) predict(block, c, basis, candidate);
     return outcome;
 }

@@ -12,12 +12,15 @@ namespace core::many_lights {
 
 /// What both ways of repair write to, for columns of so many words, one after the other.
 struct RepairMemory {
-    explicit RepairMemory(size_t words) : common(words), bits(words), ask(words) {}
+    explicit RepairMemory(size_t words)
+        : common(words), bits(words), ask(words), asked(words), wrong(words), near(words)
+    {}
 
-    Words common;                        // rows that matter and that the candidate knows
-    Words bits;                          // what it predicts there
-    Words ask;                           // rows to be traced next
-    std::vector<uint8_t> asked, spread;  // of each patch
+    Words common;       // rows that matter and that the candidate knows
+    Words bits;         // what it predicts there
+    Words ask;          // rows to be traced next
+    Words asked;        // patches that have been asked for
+    Words wrong, near;  // patches around what was predicted wrongly
 };
 
 /// Writes a candidate's bits to every row of column c of the block that is known to it and has not

@@ -10,6 +10,27 @@
 
 namespace core::many_lights {
 
+namespace {
+
+/// Finds the rows of a mask by their numbers, which ascend from call to call.
+class RowCursor {
+public:
+    explicit RowCursor(std::span<const uint64_t> mask) : mask_(mask) {}
+
+    uint32_t rowOf(uint32_t number)
+    {
+        for (;; before_ += static_cast<uint32_t>(std::popcount(mask_[word_++])))
+            if (number < before_ + static_cast<uint32_t>(std::popcount(mask_[word_]))) break;
+        return 64 * word_ + placeOfBit(mask_[word_], number - before_);
+    }
+
+private:
+    std::span<const uint64_t> mask_;
+    uint32_t word_ = 0, before_ = 0;  // rows of the words before
+};
+
+}  // namespace
+
 RowWeights::RowWeights(uint32_t rows)
     : count_(rows), weights_((size_t(rows) + kRun - 1) / kRun * kRun)
 {
@@ -32,18 +53,39 @@ void RowWeights::addRuns(std::span<const uint64_t> column, std::span<const uint6
             ends_.push_back(64 * w + static_cast<uint32_t>(std::countr_zero(changes)));
     }
     ends_.push_back(count);
-    rows_.clear();
-    if (count < rows()) forEachBit(known, [&](uint32_t i) { rows_.push_back(i); });
     const double share = 1.0 / static_cast<double>(ends_.size());
     uint32_t begin = 0;
-    for (const uint32_t end : ends_) {
-        const double each = share / (end - begin);
-        if (rows_.empty())
+    if (count == rows()) {
+        for (const uint32_t end : ends_) {
+            const double each = share / (end - begin);
             for (; begin < end; ++begin) weights_[begin] += each;
-        else
-            for (; begin < end; ++begin) weights_[rows_[begin]] += each;
+        }
+    } else {
+        shareOfRow_.resize(64 * known.size());
+        double* out = shareOfRow_.data();
+        RowCursor cursor(known);
+        for (const uint32_t end : ends_) {
+            double* const to = shareOfRow_.data() + cursor.rowOf(end - 1) + 1;
+            std::fill(out, to, share / (end - begin));
+            begin = end;
+            out = to;
+        }
+        addWhere(known);
     }
     cumulated_.clear();
+}
+
+/// Adds what the known rows have of their runs.
+void RowWeights::addWhere(std::span<const uint64_t> known)
+{
+    for (size_t w = 0; w < known.size(); ++w) {
+        const size_t count = std::min<size_t>(64, count_ - 64 * w);
+        const uint64_t word = known[w];
+        double* __restrict weights = weights_.data() + 64 * w;
+        const double* share = shareOfRow_.data() + 64 * w;
+        if (word == 0) continue;
+        for (size_t i = 0; i < count; ++i) weights[i] += (word >> i & 1) != 0 ? share[i] : 0.0;
+    }
 }
 
 /// Prefix sums of all weights, at once for all runs, because a single sum waits for each addition.

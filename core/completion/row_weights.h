@@ -44,6 +44,7 @@ public:
 private:
     static constexpr uint32_t kRun = 32;  // rows whose sums are searched together
 
+    void addWhere(std::span<const uint64_t> known);
     void cumulate();
     uint32_t pick(Pcg32& random) const;
     template <class Take>
@@ -57,7 +58,8 @@ private:
     std::vector<double> runSums_;    // up to the end of every run but the last
     double total_ = 0;
     std::vector<uint64_t> packed_;
-    std::vector<uint32_t> rows_, ends_;
+    std::vector<uint32_t> ends_;
+    std::vector<double> shareOfRow_;
 };
 
 /// Draws `count` rows of `eligible` uniformly without replacement, all of them when there are not

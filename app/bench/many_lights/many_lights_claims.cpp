@@ -16,6 +16,7 @@ constexpr double kSameError = 1.05;                 // ratios up to which errors
 constexpr double kSanity[] = {0.9, 1.2};            // of the ratio of errors at equal clusters
 constexpr double kGoal = 0.25, kSingleGoal = 0.07;  // of time over full sampling
 constexpr double kRawGoal = 0.8;
+constexpr double kOverheadGoal = 1;          // microseconds for a column
 constexpr uint32_t kEqualErrorClusters = 2;  // times the main number
 
 /// Adds findings about one scene to a claim.
@@ -199,6 +200,13 @@ void goals(Finder& f)
                kSameError);
 }
 
+void matchingIsLean(Finder& f)
+{
+    if (const Row* row = f.row("matching"))
+        f.add("matching, microseconds of a thread for each column",
+              spreadOf(*row, columnOverheadOf), 0, kOverheadGoal);
+}
+
 void fullIsFast(Finder& f)
 {
     const double ratio = f.scene().rates.ratio;
@@ -238,6 +246,9 @@ constexpr Rule kRules[] = {
      "This program's completion takes .25 of the time of full sampling in packets, .07 of full "
      "sampling ray by ray, at an error of 1.05 (hairball: never slower than full)",
      false, goals},
+    {"Goal: lean matching",
+     "What this program's completion does beside tracing takes less than 1 µs for each column",
+     false, matchingIsLean},
     {"Goal: lean full sampling", "Full sampling traces at least .8 of what the tracer alone does",
      false, fullIsFast},
 };

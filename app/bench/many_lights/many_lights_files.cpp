@@ -76,6 +76,7 @@ Json rowJson(const SceneResult& scene, const Row& row)
                 {"rays", middle.tracing},
                 {"matching", middle.matching},
                 {"shading", middle.shading}}},
+              {"column_overhead_us", of(&Sample::columnOverhead)},
               {"measured_wall_seconds", of(&Sample::wallSeconds)},
               {"measured_thread_seconds", of(&Sample::threadSeconds)}};
     json.update(ratiosJson(scene, row));
@@ -138,11 +139,12 @@ Json claimJson(const Claim& claim)
 
 std::string sceneLines(const Results& r, const SceneResult& scene)
 {
-    std::string text =
-        scene.name + ", " + std::to_string(r.mainClusters) + " clusters of " +
-        std::to_string(scene.lights) + " lights, " + std::to_string(scene.litReceivers) + " of " +
-        std::to_string(scene.receivers) + " receivers:\n" + padded("", 32) +
-        "time/full  time/single  rays %   RMSE 8 bit  RMSE/full  same slices  RMSE HDR\n";
+    std::string text = scene.name + ", " + std::to_string(r.mainClusters) + " clusters of " +
+                       std::to_string(scene.lights) + " lights, " +
+                       std::to_string(scene.litReceivers) + " of " +
+                       std::to_string(scene.receivers) + " receivers:\n" + padded("", 32) +
+                       "time/full  time/single  rays %   us/column  RMSE 8 bit  RMSE/full  same "
+                       "slices  RMSE HDR\n";
     for (const Row& row : scene.rows) {
         if (row.clusters != r.mainClusters) continue;
         const Row *full = findRow(scene, "full", row.clusters),
@@ -158,6 +160,7 @@ std::string sceneLines(const Results& r, const SceneResult& scene)
                 padded(printed("%.1f",
                                100 * medianOf(row, [](const Sample& s) { return s.visibility; })),
                        9) +
+                padded(printed("%.2f", medianOf(row, columnOverheadOf)), 11) +
                 padded(printed("%.5f", medianOf(row, rmse8Of)), 12) +
                 padded(printed("%.3f", ratio(full, rmse8Of)), 11) +
                 padded(printed("%.3f", ratio(fullInSameSlices(scene, row), rmse8Of)), 13) +

@@ -36,6 +36,8 @@ Sample sampleOf(const Lit& lit, size_t receivers)
     sample.tracing = scale * s.completion.traceSeconds;
     sample.matching = scale * (completion - s.completion.traceSeconds);
     sample.shading = scale * (s.shadingSeconds + s.lostSeconds);
+    if (const uint64_t columns = s.completion.columns - s.completion.inactive; columns > 0)
+        sample.columnOverhead = 1e6 * sample.matching * cores() / (whole * double(columns));
     sample.seconds += lit.beforeSeconds;
     sample.cut += lit.beforeSeconds;
     sample.rays = whole * double(s.completion.rays) + lit.beforeRays;

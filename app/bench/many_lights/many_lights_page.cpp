@@ -162,7 +162,8 @@ std::string methodSection(const Results& r)
         "<li>Timed is what lies between the light tree and the shaded slice: cut, order of the "
         "columns, rays, matching, shading. Lights, tree and receivers are told apart. Seconds are "
         "processor time of the program over the number of cores, which other processes hardly "
-        "disturb; their parts divide as the threads' own clocks say.</li>\n<li>" +
+        "disturb; their parts divide as the threads' own clocks say. “µs / column”: what finding "
+        "the visibility of a column takes of a thread beside its rays.</li>\n<li>" +
             counted(r.repetitions, "repetition") +
             ", each with a light tree (and so representatives) and random numbers of its own, "
             "methods forwards and backwards by turns. Ratios are taken within a repetition; shown "

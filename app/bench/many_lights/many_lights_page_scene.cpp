@@ -142,6 +142,7 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
                 ratioCell(row, full, visibilitySecondsOf) + ratioCell(row, single, secondsOf) +
                 numberCell(shortNumber(100 * median([](const Sample& s) { return s.visibility; })) +
                            " %") +
+                numberCell(shortNumber(median(columnOverheadOf))) +
                 numberCell(spreadText(spreadOf(row, rmse8Of))) + ratioCell(row, full, rmse8Of) +
                 ratioCell(row, fullInSameSlices(scene, row), rmse8Of) +
                 numberCell(shortNumber(median([](const Sample& s) { return s.toFull8; }))) +
@@ -151,10 +152,10 @@ std::string sceneTable(const Results& r, const SceneResult& scene)
     }
     return tableMarkup("<th>method</th>" + numberHead("seconds") + numberHead("time / full") +
                            numberHead("visibility / full") + numberHead("time / full, single") +
-                           numberHead("rays") + numberHead("8-bit RMSE") +
-                           numberHead("RMSE / full") + numberHead("same slices") +
-                           numberHead("to full") + numberHead("HDR RMSE") +
-                           numberHead("HDR relMSE"),
+                           numberHead("rays") + numberHead("µs / column") +
+                           numberHead("8-bit RMSE") + numberHead("RMSE / full") +
+                           numberHead("same slices") + numberHead("to full") +
+                           numberHead("HDR RMSE") + numberHead("HDR relMSE"),
                        rows);
 }
 

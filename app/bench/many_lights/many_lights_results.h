@@ -23,7 +23,10 @@ struct Sample {
     double seconds = 0;      // from the cut to the shaded slices
     double wallSeconds = 0;  // as measured, by the clock on the wall
     double cut = 0, order = 0, tracing = 0, matching = 0, shading = 0;  // parts of `seconds`
-    double threadSeconds = 0;                     // as measured, summed over threads
+    double threadSeconds = 0;  // as measured, summed over threads
+    /// Microseconds of a thread that completion takes for a column, its rays left out: of columns
+    /// with a row that matters.
+    double columnOverhead = kUnknown;
     double rays = 0;                              // between receivers and clusters
     double visibility = 0, authorVisibility = 0;  // shares of the entries that were traced
     double rmse8 = 0, rmse = 0, relMse = 0;       // against all lights
@@ -127,6 +130,10 @@ inline double visibilitySecondsOf(const Sample& s)
 inline double rmse8Of(const Sample& s)
 {
     return s.rmse8;
+}
+inline double columnOverheadOf(const Sample& s)
+{
+    return s.columnOverhead;
 }
 
 }  // namespace app::many_lights
