@@ -62,8 +62,9 @@ completion-rate-stays@core/completion/matching.cpp@basis_.matchesSamples(key_)) 
 completion-rows-alike@core/completion/matching.cpp@return std::clamp(kMeanLight * brightest, kDimmest, kBrightest);@return kMeanLight;@Matching*
 completion-stray-trusted@core/completion/repair.cpp@if (strays()) return RepairOutcome::hopeless;@@Repair*
 completion-probes-trusted@core/completion/repair.cpp@return !findsWrong(true);@return true;@Repair*
-completion-borders-everywhere@core/completion/repair.cpp@if (countBits(ask_) > most_)@if (false)@Repair*
+completion-borders-everywhere@core/completion/repair.cpp@if (countBits(memory_.ask) > most_)@if (false)@Repair*
 completion-never-probed@core/completion/repair.cpp@if (trust_.probes > 0 && !probe())@if (false)@Repair*
+completion-halves-unfolded@core/completion/row_counts.cpp@foldHalves();@@RowCounts*
 slice-sides-alike@core/many_lights/slice_rows.cpp@if (anySideDiffers_)@if (false)@SliceRows*
 slice-media@core/many_lights/slice_rows.cpp@if (anyAbsorbs_ && column.light->kind != LightKind::directional) dimLight(rows, weights);@@Media.*
 slice-media-kernel@shaders/shared/virtual_light.h@return exp(-length(towards) * (behind ? r.absorptionBehind : r.absorption));@return vec3(1.0f);@Media.*
