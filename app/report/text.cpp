@@ -112,7 +112,7 @@ std::string outOf(size_t count, size_t all)
 
 std::string padded(const std::string& text, size_t width)
 {
-    return text.size() < width ? text + std::string(width - text.size(), ' ') : text;
+    return text + std::string(text.size() < width ? width - text.size() : 1, ' ');
 }
 
 std::string printed(const char* pattern, double value)

@@ -31,7 +31,7 @@ std::string counted(size_t count, const std::string& noun);
 /// "62 of 72".
 std::string outOf(size_t count, size_t all);
 
-/// Spaces behind a text, up to `width` bytes in all.
+/// Spaces behind a text, up to `width` bytes in all; one at least, so that columns stay apart.
 std::string padded(const std::string& text, size_t width);
 
 /// A number as printf writes it; "-" unless finite.

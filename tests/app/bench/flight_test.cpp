@@ -238,6 +238,13 @@ TEST(FlightTime, IsComparedAlongWhatDiscardWouldReach)
     EXPECT_TRUE(std::isnan(equalTimeRatio(known, {0, 1})));
 }
 
+TEST(ReportText, ColumnsStayApartWhateverIsInThem)
+{
+    EXPECT_EQ(report::padded("ra", 4), "ra  ");
+    EXPECT_EQ(report::padded("svgf", 4), "svgf ");
+    EXPECT_EQ(report::padded("0.00917 +- 0.0047", 14) + "0.0821", "0.00917 +- 0.0047 0.0821");
+}
+
 TEST(FlightSweep, ChangesOneParameterWithinItsRange)
 {
     const core::ReuseParams usual;
