@@ -48,9 +48,8 @@ TEST_F(Install, HasItsFiles)
 
 TEST_F(Install, RunsWithItsOwnScene)
 {
-    const Strings noDisplay{"DISPLAY=", "WAYLAND_DISPLAY="};
     const fs::path scene = prefix_ / "share/rekindle/assets/cornell-diffuse.gltf";
-    expectError({"--device", "cpu"}, scene.string(), noDisplay);
+    expectError({"--device", "cpu"}, scene.string(), kNoDisplay);
     const Result rendered = run({"render", scene.string(), "-o", "x.exr", "--device", "cpu",
                                  "--size", "16x16", "--spp", "1"});
     EXPECT_EQ(rendered.code, 0) << rendered.err;

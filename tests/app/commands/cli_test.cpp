@@ -23,7 +23,7 @@ TEST_F(Cli, ScenesThatAreNone)
         expectRefused(command, 2, "scene");
         expectRefused(command + Strings{kScene, "--strickt"}, 2, "did you mean --strict?");
     }
-    expectRefused({"missing.gltf"}, 3, "missing.gltf");
+    expectRefused({"missing.gltf"}, 3, "missing.gltf", kNoDisplay);
 }
 
 TEST_F(Cli, NonsenseToRender)

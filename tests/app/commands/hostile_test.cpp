@@ -105,7 +105,7 @@ TEST_F(Cli, DeepJsonIsRefusedEverywhere)
                                                    bytesOf(name == key ? nested(200000) : value));
         const Bytes bytes = behindHeader(png, chunks);
         writeFile("shot.png", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-        expectRefused({"view", "--replay", "shot.png"}, 3, deep);
+        expectRefused({"view", "--replay", "shot.png"}, 3, deep, kNoDisplay);
     }
 }
 

@@ -58,6 +58,9 @@ constexpr double kSlowdown = 10;
 constexpr double kSlowdown = 1;
 #endif
 
+/// An environment in which no window opens, whatever display the tests are run on.
+inline const Strings kNoDisplay{"DISPLAY=", "WAYLAND_DISPLAY="};
+
 /// A folder of its own for every test, and the program started in it.
 class Cli : public testing::Test {
 protected:
