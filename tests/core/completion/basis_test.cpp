@@ -11,13 +11,7 @@
 namespace core::many_lights {
 namespace {
 
-Words randomRows(uint32_t rows, double p, Pcg32& random)
-{
-    Words words(wordsFor(rows));
-    for (uint32_t i = 0; i < rows; ++i)
-        if (random() < p) setBit(words, i);
-    return words;
-}
+using tests::randomRows;
 
 TEST(Bits, PackedAreTheSelectedBitsInOrder)
 {

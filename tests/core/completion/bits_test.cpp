@@ -7,23 +7,18 @@
 
 #include "core/base/pcg32.h"
 #include "core/completion/bits.h"
+#include "tests/support/methods/visibility_matrices.h"
 
 namespace core::many_lights {
 namespace {
 
-Words someRows(uint32_t rows, double share, Pcg32& random)
-{
-    Words words(wordsFor(rows));
-    for (uint32_t i = 0; i < rows; ++i)
-        if (random() < share) setBit(words, i);
-    return words;
-}
+using tests::randomRows;
 
 TEST(Bits, RowsAreFoundByTheirNumber)
 {
     Pcg32 random(2);
     for (const double share : {0.01, 0.4, 1.0}) {
-        const Words words = someRows(500, share, random);
+        const Words words = randomRows(500, share, random);
         uint32_t number = 0;
         forEachBit(words, [&](uint32_t i) { EXPECT_EQ(rowOfNumber(words, number++), i); });
         EXPECT_EQ(number, countBits(words));
@@ -49,7 +44,7 @@ TEST(Bits, LeaveTheValuesOfTheirRows)
 {
     Pcg32 random(4);
     for (const uint32_t rows : {1u, 31u, 32u, 33u, 64u, 97u, 200u}) {
-        const Words words = someRows(rows, 0.5, random);
+        const Words words = randomRows(rows, 0.5, random);
         std::vector<float> values(rows);
         for (uint32_t i = 0; i < rows; ++i) values[i] = 1 + static_cast<float>(i);
         maskValues(words, values);

@@ -6,22 +6,17 @@
 
 #include "core/base/pcg32.h"
 #include "core/completion/row_counts.h"
+#include "tests/support/methods/visibility_matrices.h"
 
 namespace core::many_lights {
 namespace {
+
+using tests::randomRows;
 
 struct CountedSet {
     Words rows;
     bool others;
 };
-
-Words rowsAtRandom(uint32_t rows, double share, Pcg32& random)
-{
-    Words words(wordsFor(rows));
-    for (uint32_t i = 0; i < rows; ++i)
-        if (random() < share) setBit(words, i);
-    return words;
-}
 
 /// The rows of `open` with the greatest min(number, sets - number), unless that is zero.
 Words mostEvenPlainly(const Words& open, const std::vector<CountedSet>& sets)
@@ -49,12 +44,12 @@ TEST(RowCounts, FindTheRowsThatDivideMostEvenly)
     for (const uint32_t rows : {1u, 64u, 65u, 700u})
         for (const uint32_t most : {1u, 2u, 3u, 4u, 7u, 16u, 255u})
             for (const double share : {0.02, 0.5, 0.97}) {
-                Words open = rowsAtRandom(rows, 0.9, random);
+                Words open = randomRows(rows, 0.9, random);
                 std::vector<CountedSet> sets;
                 counts.begin(open, most);
                 for (uint32_t k = 0; k < most; ++k) {
-                    const Words known = rowsAtRandom(rows, 0.99, random);
-                    sets.push_back({rowsAtRandom(rows, share, random), random() < 0.3});
+                    const Words known = randomRows(rows, 0.99, random);
+                    sets.push_back({randomRows(rows, share, random), random() < 0.3});
                     counts.keep(known);
                     counts.add(sets.back().rows, sets.back().others);
                     for (size_t w = 0; w < open.size(); ++w) open[w] &= known[w];

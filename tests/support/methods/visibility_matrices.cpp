@@ -62,6 +62,14 @@ void copyColumn(const BitMatrix& from, uint32_t j, BitMatrix& to, uint32_t k, bo
 
 }  // namespace
 
+core::many_lights::Words randomRows(uint32_t rows, double p, core::Pcg32& random)
+{
+    core::many_lights::Words words(core::many_lights::wordsFor(rows));
+    for (uint32_t i = 0; i < rows; ++i)
+        if (random() < p) core::many_lights::setBit(words, i);
+    return words;
+}
+
 BitMatrix randomMatrix(uint32_t rows, uint32_t columns, double p, Pcg32& random)
 {
     BitMatrix matrix(rows, columns);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/pcg32.h"
+#include "core/completion/bits.h"
 #include "core/completion/completion.h"
 
 namespace tests {
@@ -52,6 +53,9 @@ public:
 private:
     float brightness_;
 };
+
+/// Rows, each of them with probability p.
+core::many_lights::Words randomRows(uint32_t rows, double p, core::Pcg32& random);
 
 /// Every bit set with probability p.
 BitMatrix randomMatrix(uint32_t rows, uint32_t columns, double p, core::Pcg32& random);
