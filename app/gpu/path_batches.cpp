@@ -54,12 +54,17 @@ void PathBatches::forgetScene()
     pace_.restart();
 }
 
+PathBatches::WorkKind PathBatches::kindOfWork() const
+{
+    const shared::PathSettings& settings = work_.frame->data().settings;
+    const bool small = uint64_t(settings.imageWidth) * settings.imageHeight < kMeasuredLanes;
+    return {work_.constants, settings.maxDepth, work_.strategy, small};
+}
+
 double PathBatches::prepare(const PathWork& work, const Then& then)
 {
     work_ = work;
-    const shared::PathSettings& settings = work.frame->data().settings;
-    const bool small = uint64_t(settings.imageWidth) * settings.imageHeight < kMeasuredLanes;
-    choice_ = &choices_[{work.constants, settings.maxDepth, work.strategy, small}];
+    choice_ = &choices_[kindOfWork()];
     choice_->lanes = 0;
     if (!isCompiled(work.constants))
         pace_.restart();
@@ -68,6 +73,31 @@ double PathBatches::prepare(const PathWork& work, const Then& then)
     takeChoice();
     const auto start = core::Clock::now();
     return compile(then) ? core::secondsSince(start) : 0;
+}
+
+/// What is faster for one kind of paths is taken to be so for the other.
+void PathBatches::exchange(const PathConstants& constants)
+{
+    if (work_.constants == constants) return;
+    const Choice known = *choice_;
+    work_.constants = constants;
+    choice_ = &choices_.try_emplace(kindOfWork(), known).first->second;
+    choice_->lanes = known.lanes;
+    takeChoice();
+}
+
+void PathBatches::exchangeWhenCompiled(const PathConstants& constants)
+{
+    if (work_.constants == constants) return;
+    if (!isCompiled(constants)) {
+        if (choice_->lanes <= kLanesBeforeMeasuring) return;
+        if (wavefront_)
+            bounce_.compileBeside(constants);
+        else
+            megakernel_.compileBeside(constants);
+        if (!isCompiled(constants)) return;
+    }
+    exchange(constants);
 }
 
 void PathBatches::makeRoom(const Frame& frame)

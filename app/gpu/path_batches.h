@@ -74,6 +74,16 @@ public:
     /// what `then` records. Returns the seconds that compiling took.
     double prepare(const PathWork& work, const Then& then);
 
+    /// Goes on with kernels of other constants, which give the same radiance.
+    void exchange(const PathConstants& constants);
+
+    /// The same once they are compiled, which happens beside what is traced, after enough of this
+    /// view for it to pay.
+    void exchangeWhenCompiled(const PathConstants& constants);
+
+    /// What the kernels are specialised on.
+    const PathConstants& constants() const { return work_.constants; }
+
     /// Measures which kernel is the faster one, if that is open and enough has been traced of this
     /// view for it to pay; `seconds` is what a batch may take. The second kernel is compiled beside
     /// what is traced until then.
@@ -105,6 +115,7 @@ private:
     /// What the choice depends on: constants, depth, strategy, and whether the image is small.
     using WorkKind = std::tuple<PathConstants, uint32_t, core::Strategy, bool>;
 
+    WorkKind kindOfWork() const;
     uint32_t maxDepth() const { return work_.frame->data().settings.maxDepth; }
     KernelSets sets(const DescriptorSet& own) const;
     bool compile(const Then& then);

@@ -53,6 +53,8 @@ bool ReuseMotion::take(const GpuScene& scene, const core::World& before,
     if (!(now.still.slots == hierarchyBefore.still.slots) ||
         now.moving.slots.size() != hierarchyBefore.moving.slots.size())
         return false;
+    // Kernels ask where triangles are now only if something has moved.
+    if (pieces.empty()) return now.moving.slots == hierarchyBefore.moving.slots;
     CHECK(pieces.size() <= shared::kMostMovedPieces);
     constexpr VkFormat kWords = VK_FORMAT_R32G32B32A32_UINT;
     constexpr uint64_t kPieceBytes = shared::kMovedPieceWords * sizeof(glm::uvec4);

@@ -210,8 +210,9 @@ uint32_t GuideTraining::rulesAfter(uint64_t samples) const
 uint32_t GuideTraining::strideAfter(uint64_t samples) const
 {
     if (samples >= trainingEnd() || state_ == State::doesNotPay) return 0;
-    uint32_t stride = wantedStride(samples);
-    const uint64_t passes = nextLesson(samples) - lastLesson(samples);
+    const uint64_t first = lastLesson(samples);
+    uint32_t stride = wantedStride(first);  // the same up to the next lesson, whatever the pieces
+    const uint64_t passes = nextLesson(samples) - first;
     while (stride < kMostStride && passes * (pixels_ / stride) > kMostPathsOfLesson) stride *= 2;
     return std::min(stride, kMostStride);
 }
@@ -252,7 +253,7 @@ void GuideTraining::advance(const Budget& budget, const std::stop_token& stop,
         render({most, std::max(budget.seconds - secondsSince(start), 0.0)});
         const uint64_t has = samples();
         if (state_ == State::doesNotPay) rested_ += has - had;
-        if (has == pause && pictures_.isOn()) pictures_.note(film(), has == lesson);
+        if (has == pause && pictures_.takesNotes()) pictures_.note(film(), has == lesson);
         if (has == lesson) learn(has);
         if (discount_ > 0) pictures_.discount(film(), std::exchange(discount_, 0));
         if (has == had || has >= end || stop.stop_requested() ||

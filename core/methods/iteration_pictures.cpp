@@ -63,11 +63,16 @@ bool IterationPictures::isOn() const
     return params_.combine != Combine::samples || params_.combineLast > 0;
 }
 
+bool IterationPictures::takesNotes() const
+{
+    return isOn() && params_.combine != Combine::trial;
+}
+
 /// Halves of an iteration take turns in blocks of 1, 1, 1, 1, 2, 2, 4, 4, ... samples, so that they
 /// are equal whenever its samples are a power of two, and never far from it.
 uint64_t IterationPictures::nextPart(uint64_t samples) const
 {
-    if (!isOn() || params_.combine == Combine::trial || params_.combineFrom == CombineFrom::own)
+    if (!takesNotes() || params_.combineFrom == CombineFrom::own)
         return std::numeric_limits<uint64_t>::max();
     const uint64_t in = samples - first_;
     if (in < 4) return samples + 1;
@@ -86,7 +91,7 @@ uint64_t IterationPictures::isSecond(uint64_t samplesBefore) const
 
 void IterationPictures::note(const Estimate& film, bool ends)
 {
-    if (!isOn() || params_.combine == Combine::trial) return;
+    if (!takesNotes()) return;
     const size_t channels = film.mean.pixels.size();
     CHECK(film.samples >= samples_ && film.variance.pixels.size() == channels);
     sum_.resize(channels);

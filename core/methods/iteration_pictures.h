@@ -26,6 +26,9 @@ public:
     /// Whether pictures are anything but the film.
     bool isOn() const;
 
+    /// Whether the film is asked for by note().
+    bool takesNotes() const;
+
     /// The samples of the view, more than `samples`, at which note() is wanted next, so that the
     /// present iteration has two halves; the largest number when it is not.
     uint64_t nextPart(uint64_t samples) const;

@@ -74,8 +74,8 @@ struct RenderStats {
     std::vector<StatsDetail> details;
 };
 
-/// First-hit data at pixel centres. Depth is along the ray in metres, 0 = nothing hit; ids are -1
-/// for a miss.
+/// First-hit data at pixel centres. Depth is along the ray in units of the world
+/// (World::scale of them to a metre), 0 = nothing hit; ids are -1 for a miss.
 struct Aovs {
     Image depth, normal, albedo, ids;  // 1, 3, 3, 3 (triangle, material, emitter) channels
 };

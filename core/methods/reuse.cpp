@@ -1,8 +1,8 @@
 // Path tracing that keeps its samples when the camera moves, on all cores: views, passes, figures
-// and maps. A pass takes one new path per pixel (reuse_estimator.h); the first one of a view looks
-// at the samples of the view before. Two stores take turns: one is read, one is written, and they
-// change places only after a whole pass. Once a view that rests has filled its history, the path
-// tracer's kernel goes on.
+// and maps. A pass takes new paths where they are due (reuse_estimator.h); the first one of a view
+// looks at the samples of the view before. Two stores take turns: one is read, one is written, and
+// they change places only after a whole pass. Once a view that rests has filled its history, the
+// path tracer's kernel goes on.
 #include <array>
 #include <mutex>
 

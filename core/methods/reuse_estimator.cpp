@@ -70,7 +70,9 @@ std::span<const ReuseVariant> reuseVariants()
 {
     using namespace shared;
     static constexpr ReuseVariant kVariants[] = {
-        {kFeatureEmissiveTriangles | kFeatureManyEmitters, estimateFlatReuseTile},
+        {kFeatureEmissiveTriangles | kFeatureManyEmitters | kFeatureKeepsSamples |
+             kFeatureKeepsMeans,
+         estimateFlatReuseTile},
         {0xffffffffu, estimateAnyReuseTile},
     };
     return kVariants;

@@ -77,7 +77,7 @@ uvec4 newWord(uint which, uint i)
 ReuseNew loadNew(uint which, float part)
 {
     ReuseNew found = noReuseNew();
-    found.record = unpackReuseSample(newWord(which, 0u), uvec4(0u));
+    found.record = unpackReuseSample(push.settings, newWord(which, 0u), uvec4(0u));
     found.light = unpackLightRecord(newWord(which, 2u));
     const vec4 around = uintBitsToFloat(newWord(which, 3u));
     found.around = around.xyz;
@@ -118,7 +118,7 @@ bool survives(SampleStream stream, uint i, inout ReuseView view)
 void lookAtDirections(ReuseVertex v, PathSettings path, SampleStream stream, uint source, inout ReuseSums sums)
 {
     for (uint i = 0u; i < kRecords; ++i) {
-        const ReuseSample r = unpackReuseSample(oldWord(source, i), uvec4(0u));
+        const ReuseSample r = unpackReuseSample(push.settings, oldWord(source, i), uvec4(0u));
         ReuseView view;
         if (r.slot != kNone || !aimOldDirection(scene, push.settings, v, r, view)) continue;
         if (!survives(stream, i, view)) continue;
@@ -152,7 +152,7 @@ void lookAtPlaces(ReuseVertex v, PathSettings path, SampleStream stream, uint so
         uvec4 arriving = uvec4(0u);
         if (hasArrivingWords(push.settings))
             arriving = texelFetch(arrivingBefore, int(recordIndex(sizeBefore(), source, i)));
-        ReuseSample r = unpackReuseSample(oldWord(source, i), arriving);
+        ReuseSample r = unpackReuseSample(push.settings, oldWord(source, i), arriving);
         ReuseView view;
         if (!aimOldSample(scene, push.settings, v, r, view) || !survives(stream, i, view)) continue;
         const bool hides = oldSampleHides(scene, push.settings, v, view, stream, i, tally);

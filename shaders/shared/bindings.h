@@ -72,7 +72,7 @@ SHARED_CONST uint kBindPixelsBefore = 5u;    // ReusePixel
 SHARED_CONST uint kBindPlacesBefore = 6u;    // ReuseSample, its first word
 SHARED_CONST uint kBindArrivingBefore = 7u;  // and its second
 SHARED_CONST uint kBindLightsBefore = 8u;    // ReuseLight
-SHARED_CONST uint kBindMeansBefore = 9u;     // of `naive`
+SHARED_CONST uint kBindMeansBefore = 9u;     // means, maps, deviations
 SHARED_CONST uint kBindPixelsNow = 10u;
 SHARED_CONST uint kBindPlacesNow = 11u;
 SHARED_CONST uint kBindArrivingNow = 12u;
@@ -158,7 +158,8 @@ struct BounceBatch {
     uint begins;  // 1: the paths begin here, and nothing is read
 };
 
-/// A pass of sample reuse over some tiles: `sampleCount` indices of samples, from `firstSample` on.
+/// A pass of sample reuse over some tiles, whose sample indices begin at `firstSample`; how many
+/// there are follows from the settings.
 struct ReuseBatch {
     Batch batch;
     ReuseSettings settings;

@@ -7,8 +7,8 @@
 
 SHARED_BEGIN
 
-/// Depth counts along the ray in metres; 0 and kNone where nothing was hit. The normal is that of
-/// shading, on the side of the camera.
+/// Depth counts along the ray in units of the world; 0 and kNone where nothing was hit. The normal
+/// is that of shading, on the side of the camera.
 struct FirstHit {
     float depth;
     vec3 normal;

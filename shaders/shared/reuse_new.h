@@ -60,12 +60,14 @@ SHARED_FN vec3 roundingNumbers(SampleStream stream, uint which)
 // traced, and what may not is not left to old samples.
 SHARED_CONST float kReuseLeastOmega = 0.05f;
 
-/// Candidates that pay: several only where the lobe has moved by a good part of its width.
+/// Candidates that pay: several only where the lobe has moved by a good part of its width. One in
+/// the passes that follow in a view: their pictures are means of new paths alone (plainRadiance).
 SHARED_FN uint candidatesFor(ReuseSettings settings, IN(ReuseVertex) v)
 {
     const bool augments = settings.strategy == kReuseRa || settings.strategy == kReuseRejection;
-    if (!augments || !(v.c > 0.0f)) return 1u;
-    const float turn = lobeTurn(v.history.width, length(v.vertex.wo - v.woBefore));
+    const bool follows = (settings.flags & kReuseFollows) != 0u;
+    if (!augments || follows || !(v.c > 0.0f)) return 1u;
+    const float turn = lobeTurn(v.history.width, lobesTurned(v));
     return turn > kReuseTurnsALot ? candidatesOf(settings) : 1u;
 }
 

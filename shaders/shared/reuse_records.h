@@ -143,10 +143,11 @@ SHARED_FN float unpackCredit(uint bits)
     return float(bits & 0x3ffu) * (1.0f / 1024.0f);
 }
 
+/// The width as its root, so that narrow lobes do not become none.
 SHARED_FN uint packHistory(ReuseHistory h)
 {
     return uint(h.nominal * 16.0f + 0.5f) | (packCredit(h.credit) << 14u) |
-           (uint(min(h.width, 1.0f) * 255.0f) << 24u);
+           (uint(sqrt(min(h.width, 1.0f)) * 255.0f + 0.5f) << 24u);
 }
 
 SHARED_FN ReuseHistory unpackHistory(uint word)
@@ -154,7 +155,8 @@ SHARED_FN ReuseHistory unpackHistory(uint word)
     ReuseHistory h;
     h.nominal = float(word & 0x3fffu) * (1.0f / 16.0f);
     h.credit = unpackCredit(word >> 14u);
-    h.width = float(word >> 24u) * (1.0f / 255.0f);
+    const float root = float(word >> 24u) * (1.0f / 255.0f);
+    h.width = root * root;
     return h;
 }
 
@@ -194,7 +196,7 @@ SHARED_CONST float kReuseTurnsALittle = 0.02f;
 SHARED_CONST float kReuseTurnsALot = 0.1f;
 
 /// The total variation between a microfacet lobe and that of the frame before, roughly: a quarter
-/// of angle / alpha, its `width`. `turned` is the length between the unit directions to the camera.
+/// of angle / alpha, its `width`. `turned` is the length between its unit directions, then and now.
 SHARED_FN float lobeTurn(float width, float turned)
 {
     return 0.25f * turned / max(width, 1.0e-6f);
@@ -326,9 +328,10 @@ SHARED_FN uvec4 packReuseArriving(ReuseSample r)
     return uvec4(r.lightDirection, r.lightRadiance, r.nextDirection, r.nextRadiance);
 }
 
-SHARED_FN ReuseSample unpackReuseSample(uvec4 place, uvec4 arriving)
+SHARED_FN ReuseSample unpackReuseSample(ReuseSettings settings, uvec4 place, uvec4 arriving)
 {
-    const bool bent = place.x != kNone && (place.x & kReuseBentSlot) != 0u;
+    const bool bent =
+        keepsDirections(settings) && place.x != kNone && (place.x & kReuseBentSlot) != 0u;
     ReuseSample r;
     r.slot = bent ? place.x & ~kReuseBentSlot : place.x;
     r.place = place.y;

@@ -390,6 +390,16 @@ SHARED_FN ShadowRay viewLight(IN(SceneView) scene, PathSettings settings, IN(Reu
                      unpackNumbers(r.numbers), pathFromHere(v), v.vertex);
 }
 
+/// How far lobes point elsewhere than in the frame before: the length between the directions that
+/// mirrors would reflect the camera in. In the world: local frames may turn about the normal.
+SHARED_FN float lobesTurned(IN(ReuseVertex) v)
+{
+    const vec3 wo = v.vertex.wo;
+    const vec3 now = toWorld(v.vertex.surface.frame, vec3(-wo.x, -wo.y, wo.z));
+    const vec3 before = toWorld(v.frameBefore, vec3(-v.woBefore.x, -v.woBefore.y, v.woBefore.z));
+    return length(now - before);
+}
+
 /// Gives back a share of the remainder that the frame before has left: as much as the vertex's
 /// samples are likely to bring what they brought there. Lobes that have turned by their width bring
 /// something else, and the remainder is noise then.
@@ -397,7 +407,7 @@ SHARED_FN void giveBack(IN(ReuseVertex) v, vec3 remainder, INOUT(ReuseSums) sums
 {
     const Bsdf b = v.vertex.bsdf;
     const LobeChoice lobes = v.vertex.lobes;
-    const float turned = length(v.vertex.wo - v.woBefore);
+    const float turned = lobesTurned(v);
     const float facet = b.alpha > 0.0f ? lobes.facet : 0.0f;  // mirrors keep no samples
     const float coat = b.coatAlpha > 0.0f ? lobes.coat : 0.0f;
     const float lost = facet * min(lobeTurn(b.alpha, turned), 1.0f) +

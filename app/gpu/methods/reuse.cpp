@@ -126,7 +126,9 @@ private:
     bool takeMotion(const core::ReuseParams& params)
     {
         passes_.rest();
-        if (!kept_.world || kept_.world == world_) return true;
+        if (!kept_.world) return true;
+        // A pose may come back in another order, when it was built anew in between.
+        if (kept_.world == world_ && kept_.hierarchy == scene_->sharedHierarchy()) return true;
         if (!core::followsMotion(params)) return false;
         const auto pieces = core::movedPieces(*kept_.world, *world_);
         return pieces && passes_.takeMotion(*scene_, *kept_.world, *kept_.hierarchy, *pieces);

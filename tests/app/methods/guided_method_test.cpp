@@ -254,6 +254,38 @@ TEST_P(GuidedMethod, TheGuideOutlivesAMoveButNotTheScene)
     EXPECT_EQ(afterwards.pixels, again.pixels) << "the guide of before is still there";
 }
 
+/// Once the guide has been given up, paths are the path tracer's own: to its speed on a device
+/// whose kernels are slower for what they leave alone, and in every pixel.
+TEST_P(GuidedMethod, PathsAreThePathTracersWhereItDoesNotPay)
+{
+    constexpr uint32_t kTrial = 24, kMost = 8192;
+    begin("cornell-diffuse", {64, 64});
+    const GuidedParams params{.seed = 3};
+    const core::Image before = render(params, kTrial).mean;
+    ASSERT_EQ(guiding(), "does not pay here");
+    const auto rests = [&] {
+        return detail<std::string>("kernel").ends_with(" without the guide");
+    };
+    uint32_t all = kTrial;
+    do {  // other kernels are compiled beside the paths, after enough of these
+        guided_->advance({.samples = 8}, {});
+        all += 8;
+    } while (GetParam() == app::DeviceKind::vulkan && !rests() && all < kMost);
+    guided_->advance({.samples = 8}, {});
+    all += 8;
+    ASSERT_LT(all, kMost);
+    const core::Image after = guided_->read(core::Reading::mean).mean;
+    const core::Image plainBefore = plain({.seed = 3}, kTrial).mean,
+                      plainAfter = plain({.seed = 3}, all).mean;
+    for (size_t i = 0; i < after.pixels.size(); ++i) {
+        const auto sum = [&](const core::Image& late, const core::Image& early) {
+            return all * late.pixels[i] - kTrial * early.pixels[i];
+        };
+        const float expected = sum(plainAfter, plainBefore);
+        ASSERT_NEAR(sum(after, before), expected, 1e-3f * expected + 1e-3f) << i;
+    }
+}
+
 /// Light that is easy to find: what the guide would save is less than what it costs.
 TEST_P(GuidedMethod, GivesUpWhereItDoesNotPay)
 {

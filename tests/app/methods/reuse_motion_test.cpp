@@ -419,6 +419,42 @@ TEST_P(ReuseMotion, HistoriesOutliveAHierarchy)
         << "else this proves nothing";
 }
 
+/// A pose that comes back after another one, of which nothing was kept, may find its triangles in
+/// other slots: what lies there now is no history.
+TEST_P(ReuseMotion, APoseThatComesBackFindsItsOwnSamples)
+{
+    const auto posedRoom = roomWith(Moves{.pebbles = 40});
+    for (const bool sameWorld : {false, true}) {
+        core::Image found[2];
+        for (const bool detour : {false, true}) {
+            start(posedRoom, 4);
+            pose(0);
+            const auto world = world_;
+            look(swung(*world_, 0), paramsOf(ReuseStrategy::ra, 5), core::Start::anew);
+            if (detour) {
+                const auto before = core::bvhOf(*world_);
+                double time = 0;
+                do {
+                    ASSERT_LT(time += 1.0 / kMovingFrames, 1) << "nothing was built anew";
+                    pose(time);
+                    renderer_->setView({swung(*world_, 0), size_, paramsOf(ReuseStrategy::ra, 5)},
+                                       core::Start::moved);
+                } while (core::bvhOf(*world_)->moving.slots.sharesWith(before->moving.slots));
+                pose(0);
+                if (sameWorld) {
+                    world_ = world;
+                    renderer_->setWorld(world_, {});
+                }
+            }
+            look(swung(*world_, 0), paramsOf(ReuseStrategy::ra, 5), core::Start::moved);
+            found[detour] = renderer_->read(core::Reading::mean).mean;
+        }
+        if (detail("history") > 0) {
+            EXPECT_EQ(found[0].pixels, found[1].pixels) << sameWorld;
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Devices, ReuseMotion,
                          testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
                          DeviceName());

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "core/methods/reuse_settings.h"
 #include "tests/support/methods/reuse_flights.h"
+#include "tests/support/statistics/stats.h"
 
 namespace {
 
@@ -83,6 +85,55 @@ TEST_P(ReuseRest, InPiecesItIsTheSamePicture)
     }
     EXPECT_EQ(renderer_->read(core::Reading::mean).mean.pixels, whole.pixels);
     EXPECT_EQ(detail("plain"), 12);
+}
+
+/// Passes that follow in a view add what their new paths bring, as plain paths would: also where
+/// lobes point elsewhere from one first hit of a pixel to the next, as on the spheres here, which
+/// is where the first pass of a view draws candidates (with them 20 times this statistic).
+TEST_P(ReuseRest, PassesThatFollowAreUnbiased)
+{
+    constexpr uint32_t kPictures = 16, kPasses = 24, kTile = 4;
+    begin("glass", {32, 32});
+    const core::Estimate truth = plain(1024);
+    const size_t tilesPerRow = size_.x / kTile, tiles = tilesPerRow * size_.y / kTile;
+    std::vector<Moments> means(tiles);
+    std::vector<double> expected(tiles), noise(tiles);
+    const auto tileOf = [&](size_t i) {
+        return i / 3 / size_.x / kTile * tilesPerRow + i / 3 % size_.x / kTile;
+    };
+    constexpr double kValues = 3.0 * kTile * kTile;
+    for (size_t i = 0; i < truth.mean.pixels.size(); ++i) {
+        expected[tileOf(i)] += double(truth.mean.pixels[i]) / kValues;
+        noise[tileOf(i)] += double(truth.variance.pixels[i]) / (kValues * kValues);
+    }
+    for (uint32_t seed = 1; seed <= kPictures; ++seed) {
+        ReuseParams params = with(ReuseStrategy::ra, seed);
+        params.cap = 16;
+        params.jitter = PixelJitter::settled;
+        look(world_->cameras.at(0), params, core::Start::anew);
+        const core::Estimate first = renderer_->read(core::Reading::everything);
+        renderer_->advance({.samples = kPasses}, {});
+        const core::Estimate all = renderer_->read(core::Reading::everything);
+        ASSERT_EQ(detail("plain"), 0);
+        std::vector<double> sums(tiles);
+        for (size_t i = 0; i < all.mean.pixels.size(); ++i) {
+            const auto sum = [i](const core::Estimate& e) {
+                return double(e.weight.pixels[i / 3]) * double(e.mean.pixels[i]);
+            };
+            sums[tileOf(i)] += (sum(all) - sum(first)) / (kPasses * kValues);
+        }
+        for (size_t tile = 0; tile < tiles; ++tile) means[tile].add(sums[tile]);
+    }
+    double squares = 0;
+    for (size_t tile = 0; tile < tiles; ++tile) {
+        // The colours of a pixel vary together: at most three times the variance.
+        const double error = std::sqrt(means[tile].varianceOfMean() + 3 * noise[tile]);
+        const double z = (means[tile].mean() - expected[tile]) / error;
+        EXPECT_LT(std::abs(z), 7) << "tile " << tile << ", " << means[tile].mean() << " for "
+                                  << expected[tile];
+        squares += z * z;
+    }
+    EXPECT_GT(chiSquareP(squares, double(tiles)), kLevel) << squares;
 }
 
 /// What was kept is there when the camera moves on, and numbers go on after those of plain paths.

@@ -48,4 +48,22 @@ TEST(GuideTraining, WhatWaitsForALessonIsBounded)
         }
 }
 
+/// A view may pause after any sample: which paths are recorded up to the next lesson does not
+/// depend on it.
+TEST(GuideTraining, RulesChangeWithLessonsOnly)
+{
+    GuideTraining training;
+    training.beginScene({}, {});
+    GuidedParams params;
+    params.use = core::GuideUse::always;
+    params.schedule = GuideSchedule::doubling;
+    training.begin(params, {256, 256}, core::Start::anew);
+    uint64_t begin = 0;
+    for (uint64_t end = 1; end <= 31; begin = end, end = 2 * end + 1)
+        for (uint64_t s = begin; s < end; ++s)
+            EXPECT_EQ(training.rulesAfter(s), training.rulesAfter(begin)) << s;
+    EXPECT_EQ(strideOf(training, 0), 1u);
+    EXPECT_EQ(strideOf(training, 15), 4u);
+}
+
 }  // namespace

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "core/base/pcg32.h"
+#include "core/methods/path_kernel.h"
+#include "core/methods/reuse_estimator.h"
 #include "core/methods/reuse_settings.h"
 
 namespace {
@@ -123,6 +125,34 @@ TEST(ReuseShared, PathsThatAreDueAreTaken)
                 shared::packHistory(shared::grownHistory(settings, history, settings.rays, 1.0f)));
         }
         EXPECT_NEAR(taken / kPasses, double(settings.rays), 1.01 / kPasses) << rays;
+    }
+}
+
+/// The width of a lobe is kept in eight bits: those that are just no mirrors are still known.
+TEST(ReuseShared, NarrowLobesKeepTheirWidth)
+{
+    shared::ReuseHistory history = shared::noHistory();
+    for (const float width : {shared::kDeltaAlpha, 0.002f, 0.0038f, 0.014f, 0.25f, 1.0f}) {
+        history.width = width;
+        const float kept = shared::unpackHistory(shared::packHistory(history)).width;
+        EXPECT_NEAR(kept, width, 0.13f * width);
+    }
+}
+
+/// Whatever the strategy keeps: diffuse walls under lamps need no more than that.
+TEST(ReuseShared, SimpleScenesRunTheSimpleKernel)
+{
+    for (uint32_t k = 0; k < core::EnumNames<core::ReuseStrategy>::names.size(); ++k) {
+        core::ReuseParams params;
+        params.reuse = core::ReuseStrategy(k);
+        const auto kernelFor = [&](uint32_t ofScene, bool mayMove) {
+            const uint32_t features = core::reuseFeatures(params, ofScene, mayMove);
+            return core::leastAble(core::reuseVariants(), features).kernel;
+        };
+        constexpr uint32_t kLamps = shared::kFeatureEmissiveTriangles;
+        EXPECT_EQ(kernelFor(kLamps, false), core::estimateFlatReuseTile) << k;
+        EXPECT_EQ(kernelFor(kLamps | shared::kFeatureDelta, false), core::estimateAnyReuseTile);
+        EXPECT_EQ(kernelFor(kLamps, true), core::estimateAnyReuseTile) << k;
     }
 }
 
