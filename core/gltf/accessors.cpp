@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <ranges>
 #include <string_view>
 
 #include "core/gltf/compression.h"
@@ -236,6 +237,17 @@ void convert(const Accessor& accessor, const std::byte* data, size_t stride, uin
     }
 }
 
+/// The first sparse entry whose index is at least `index`: readSparse has made sure that they
+/// ascend. Many readers of few elements each would otherwise walk all entries every time.
+uint64_t firstSparse(const Accessor& accessor, uint64_t index)
+{
+    const auto entries = std::views::iota(uint64_t{0}, accessor.sparseCount);
+    const auto found = std::ranges::lower_bound(entries, index, {}, [&](uint64_t i) {
+        return readIndex(accessor.sparseIndices, accessor.sparseType, i);
+    });
+    return static_cast<uint64_t>(found - entries.begin());
+}
+
 /// By URI.
 using Read = std::map<std::string, std::span<const std::byte>>;
 
@@ -350,10 +362,10 @@ void readFloats(const Accessor& accessor, uint64_t first, uint64_t count, uint32
         convert(accessor, accessor.data + first * accessor.stride, accessor.stride, count,
                 components, out);
     }
-    for (uint64_t i = 0; i < accessor.sparseCount; ++i) {
+    const uint32_t size = accessor.elementBytes();
+    for (uint64_t i = firstSparse(accessor, first); i < accessor.sparseCount; ++i) {
         const uint64_t at = readIndex(accessor.sparseIndices, accessor.sparseType, i);
-        if (at < first || at >= first + count) continue;
-        const uint32_t size = accessor.elementBytes();
+        if (at >= first + count) break;
         convert(accessor, accessor.sparseValues + i * size, size, 1, components,
                 out + (at - first) * components);
     }

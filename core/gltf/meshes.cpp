@@ -210,6 +210,7 @@ private:
         for (size_t i = 0; i < targets && i < weights.size(); ++i) {
             const Object target = primitive.element("targets", i);
             if (weights[i] == 0) continue;
+            load_.checkpoint();
             const auto weight = static_cast<float>(weights[i]);
             addTarget(target, "POSITION", weight, p.positions);
             if (!p.normals.empty()) addTarget(target, "NORMAL", weight, p.normals);
@@ -232,6 +233,7 @@ private:
                        "does not fit the mesh — ignored");
             return;
         }
+        if (!source->hasData()) return;  // zeros: a small file can have very many of them
         const std::vector<glm::vec3> offsets = values<glm::vec3>(*source);
         for (size_t v = 0; v < to.size(); ++v) to[v] += weight * offsets[v];
     }

@@ -11,6 +11,7 @@ namespace core::gltf {
 namespace {
 
 constexpr const char* kConsequence = " — its meshes are shown as they are stored";
+constexpr size_t kBetweenCheckpoints = 4096;  // joints: nothing forbids to list one a million times
 
 class Reader {
 public:
@@ -34,6 +35,7 @@ private:
         load_.reserveMemory(joints.size() * sizeof(int), object.pointer());
         skin.joints.reserve(joints.size());
         for (size_t i = 0; i < joints.size(); ++i) {
+            if (i % kBetweenCheckpoints == 0) load_.checkpoint();
             const std::optional<uint64_t> node = wholeNumber(joints[i]);
             const size_t count = plan_.sceneNode.size();
             if (!node || *node >= count)
@@ -62,12 +64,15 @@ private:
             return warn("INVALID_IBM_ACCESSOR_COUNT", object.at(key),
                         "are " + std::to_string(source.count) + " for " +
                             std::to_string(skin.joints.size()) + " joints");
-        load_.reserveMemory(skin.joints.size() * sizeof(glm::mat4x3), object.pointer());
-        skin.inverseBinds.reserve(skin.joints.size());
+        const size_t count = skin.joints.size();
+        load_.reserveMemory(count * (sizeof(glm::mat4) + sizeof(glm::mat4x3)), object.pointer());
+        std::vector<glm::mat4> matrices(count);
+        readFloats(source, 0, count, 16, &matrices[0][0][0]);
+        skin.inverseBinds.reserve(count);
         size_t projective = 0;
-        for (size_t i = 0; i < skin.joints.size(); ++i) {
-            glm::mat4 matrix;
-            readFloats(source, i, 1, 16, &matrix[0][0]);
+        for (size_t i = 0; i < count; ++i) {
+            if (i % kBetweenCheckpoints == 0) load_.checkpoint();
+            const glm::mat4& matrix = matrices[i];
             for (int column = 0; column < 4; ++column)
                 for (int row = 0; row < 4; ++row)
                     if (!(std::abs(matrix[column][row]) < static_cast<float>(kHuge)))

@@ -1,5 +1,5 @@
 // The program beside files that mean it no good: where it writes, what it prints, what it reads
-// (B95-B97).
+// (B95-B97, B103).
 #include <sys/stat.h>
 
 #include <thread>
@@ -107,6 +107,65 @@ TEST_F(Cli, DeepJsonIsRefusedEverywhere)
         writeFile("shot.png", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         expectRefused({"view", "--replay", "shot.png"}, 3, deep, kNoDisplay);
     }
+}
+
+// --- work that grows faster than the file
+
+void writeGlb(const fs::path& file, const test::Document& document)
+{
+    const std::vector<std::byte> bytes = document.glb();
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+}
+
+/// One node a million times among the joints of a skin whose matrices are nearly all zeros: to walk
+/// the others once for each joint would take minutes.
+TEST_F(Cli, SkinsOfAMillionJointsAreReadAtOnce)
+{
+    constexpr size_t kJoints = 1'000'000, kStored = 400'000;
+    test::Document document = test::triangle();
+    document.json["nodes"] = Json::parse(R"([{"mesh":0,"skin":0},{}])");
+    document.json["scenes"][0]["nodes"] = {0, 1};
+    std::vector<uint32_t> indices(kStored);
+    for (size_t i = 0; i < kStored; ++i) indices[i] = static_cast<uint32_t>(2 * i);
+    const std::vector<float> matrices(16 * kStored, 0.0f);
+    const int places = document.view(indices.data(), indices.size() * sizeof(uint32_t));
+    const int values = document.view(matrices.data(), matrices.size() * sizeof(float));
+    document.json["accessors"].push_back(
+        {{"componentType", test::kFloat},
+         {"count", kJoints},
+         {"type", "MAT4"},
+         {"sparse",
+          {{"count", kStored},
+           {"indices", {{"bufferView", places}, {"componentType", test::kUnsignedInt}}},
+           {"values", {{"bufferView", values}}}}}});
+    document.json["skins"] =
+        Json::array({{{"joints", std::vector<int>(kJoints, 1)},
+                      {"inverseBindMatrices", document.json["accessors"].size() - 1}}});
+    writeGlb(work("joints.glb"), document);
+    const Result result = run({"info", "joints.glb"});
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_TRUE(contains(result.out, "ACCESSOR_INVALID_IBM")) << result.out;
+}
+
+/// Morph targets of zeros that cost the file nothing, for as many vertices that cost nothing
+/// either.
+TEST_F(Cli, TargetsOfZerosAreNotAdded)
+{
+    constexpr size_t kVertices = 999'999, kTargets = 100'000;
+    test::Document document = test::triangle();
+    document.json["accessors"].push_back(
+        {{"componentType", test::kFloat}, {"count", kVertices}, {"type", "VEC3"}});
+    const size_t zeros = document.json["accessors"].size() - 1;
+    Json& primitives = document.json["meshes"][0]["primitives"];
+    primitives.push_back({{"attributes", {{"POSITION", zeros}}},
+                          {"targets", std::vector<Json>(kTargets, {{"POSITION", zeros}})}});
+    primitives[0]["targets"] = std::vector<Json>(kTargets, Json::object());
+    document.json["meshes"][0]["weights"] = std::vector<int>(kTargets, 1);
+    writeFile("targets.gltf", document.text());
+    const Result result = run({"info", "targets.gltf"});
+    EXPECT_EQ(result.code, 0) << result.err;
 }
 
 // --- what reaches the terminal

@@ -2,6 +2,10 @@
 #include "core/base/progress.h"
 #include "tests/support/scenes/gltf_fixture.h"
 
+#include <chrono>
+#include <semaphore>
+#include <thread>
+
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -246,6 +250,52 @@ TEST(GltfFiles, StoppingIsNoticedInEveryStage)
         };
         EXPECT_THROW(core::loadGltf(file, {}, stopHere, source.get_token()), core::Error);
         EXPECT_EQ(seen, last) << "no stage begins after the one that stopped";
+    }
+}
+
+/// The stop comes while targets are added; the last of them would refuse the file.
+TEST(GltfFiles, StoppingIsNoticedBetweenMorphTargets)
+{
+    constexpr size_t kVertices = 99'999, kTargets = 30'000;
+    test::Document document = test::triangle();
+    const uint16_t index = 0;
+    const float value[] = {0, 0, 1};
+    const int indexView = document.view(&index, sizeof index);
+    const int valueView = document.view(value, sizeof value);
+    Json& accessors = document.json["accessors"];
+    accessors.push_back(
+        {{"componentType", test::kFloat},
+         {"count", kVertices},
+         {"type", "VEC3"},
+         {"sparse",
+          {{"count", 1},
+           {"indices", {{"bufferView", indexView}, {"componentType", test::kUnsignedShort}}},
+           {"values", {{"bufferView", valueView}}}}}});
+    const size_t stored = accessors.size() - 1;
+    accessors.push_back({{"componentType", 5124}, {"count", 1}, {"type", "VEC3"}});
+    std::vector<Json> targets(kTargets, {{"POSITION", stored}});
+    targets.back()["POSITION"] = accessors.size() - 1;
+    document.primitive() = {{"attributes", {{"POSITION", stored}}}, {"targets", targets}};
+    document.json["meshes"][0]["weights"] = std::vector<int>(kTargets, 1);
+    const test::TemporaryFolder folder;
+    const auto file = folder.write("scene.gltf", document.text());
+
+    std::binary_semaphore begun(0);
+    std::stop_source source;
+    std::jthread stopper([&] {
+        begun.acquire();
+        std::this_thread::sleep_for(
+            std::chrono::milliseconds(20));  // past the mesh's own beginning
+        source.request_stop();
+    });
+    const auto progress = [&](const char* stage, double) {
+        if (std::string_view(stage) == "meshes") begun.release();
+    };
+    try {
+        core::loadGltf(file, {}, progress, source.get_token());
+        FAIL() << "loaded although asked to stop";
+    } catch (const core::Error& error) {
+        EXPECT_EQ(error.code(), core::ExitCode::interrupted) << error.what();
     }
 }
 

@@ -93,6 +93,17 @@ TEST(GltfAccessors, SparseIsCheckedCompletely)
     EXPECT_EQ(scene->meshes[0].positions[1], glm::vec3(2, 0, 0));
     EXPECT_EQ(scene->meshes[0].positions[2], glm::vec3(0, 2, 0));
 
+    // Of a range of vertices those entries that lie in it, wherever it begins
+    for (uint16_t first = 0; first < 3; ++first) {
+        test::Document range = good;
+        range.primitive()["indices"] = range.values<uint16_t>(
+            {first, uint16_t(std::min(first + 1, 2)), 2}, test::kUnsignedShort, "SCALAR", 1);
+        const auto part = test::load(range);
+        ASSERT_TRUE(part);
+        for (size_t v = 0; v + first < 3; ++v)
+            EXPECT_EQ(part->meshes[0].positions.at(v), scene->meshes[0].positions[v + first]);
+    }
+
     const auto damaged = [&](const char* pointer, const Json& value) {
         test::Document document = good;
         document.json["accessors"][0]["sparse"][Json::json_pointer(pointer)] = value;
