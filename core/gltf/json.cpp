@@ -267,13 +267,13 @@ void Object::softNumbers(const char* key, double* values, size_t count, double l
                     "has values outside [" + describe(low) + ", " + describe(high) + "] — clamped");
 }
 
-std::optional<Object> Object::softObject(const char* key) const
+std::optional<Object> Object::softObject(const char* key, const char* consequence) const
 {
     const std::optional<Json> value = find(key);
     if (!value) return std::nullopt;
     if (value->isObject()) return Object(*load_, *value, at(key));
     load_->warn("TYPE_MISMATCH", at(key),
-                "is " + describe(*value) + ", must be an object — ignored");
+                "is " + describe(*value) + ", must be an object — " + consequence);
     return std::nullopt;
 }
 

@@ -67,7 +67,7 @@ public:
         softNumbers(key, fallback.data(), N, low, high);
         return fallback;
     }
-    std::optional<Object> softObject(const char* key) const;
+    std::optional<Object> softObject(const char* key, const char* consequence = "ignored") const;
     int softIndex(const char* key, size_t limit, const char* array, const char* consequence) const;
 
     /// The extension of that name on this object, if it is there and an object.

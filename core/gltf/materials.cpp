@@ -28,6 +28,12 @@ constexpr Slot kSpecularColor{shared::kTextureSpecularColor, true};
 constexpr Slot kClearcoat{shared::kTextureClearcoat, false};
 constexpr Slot kClearcoatRoughness{shared::kTextureClearcoatRoughness, false};
 
+/// What a texture that cannot be used comes to.
+const char* consequenceOf(Slot slot)
+{
+    return slot.index == kEmissive.index ? "no light" : "no texture";
+}
+
 glm::vec3 vector(const std::array<double, 3>& v)
 {
     return {v[0], v[1], v[2]};
@@ -133,7 +139,9 @@ private:
         if (const auto x = object.extension("KHR_materials_emissive_strength"))
             strength = x->softNumber("emissiveStrength", 1, 0, kHuge);
         m.emissive = vector(emissive) * static_cast<float>(strength);
-        use(object, "emissiveTexture", kEmissive, material);
+        // A pattern that is not known must not shine everywhere.
+        if (!use(object, "emissiveTexture", kEmissive, material) && object.has("emissiveTexture"))
+            m.emissive = glm::vec3(0);
         if (const std::optional<Object> normal = use(object, "normalTexture", kNormal, material))
             m.normalScale = static_cast<float>(normal->softNumber("scale", 1, -kHuge, kHuge));
         if (object.softBoolean("doubleSided", false)) m.flags |= shared::kMaterialDoubleSided;
@@ -243,14 +251,16 @@ private:
     /// one.
     std::optional<Object> use(const Object& holder, const char* key, Slot slot, Material& material)
     {
-        const std::optional<Object> info = holder.softObject(key);
+        const char* const consequence = consequenceOf(slot);
+        const std::optional<Object> info = holder.softObject(key, consequence);
         if (!info) return std::nullopt;
         if (!info->has("index")) {
-            load_.warn("UNDEFINED_PROPERTY", info->pointer(), "'index' is missing — no texture");
+            load_.warn("UNDEFINED_PROPERTY", info->pointer(),
+                       std::string("'index' is missing — ") + consequence);
             return std::nullopt;
         }
         const int index =
-            info->softIndex("index", countOf(load_, "textures"), "textures", "no texture");
+            info->softIndex("index", countOf(load_, "textures"), "textures", consequence);
         if (index < 0) return std::nullopt;
 
         shared::TextureReference record{};
@@ -264,7 +274,7 @@ private:
         if (set != 0 && set != 1) {
             load_.warn("MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", info->pointer(),
                        "uses texture coordinates " + describe(set) +
-                           ", only sets 0 and 1 are supported — no texture");
+                           ", only sets 0 and 1 are supported — " + consequence);
             return std::nullopt;
         }
         if (set == 1) record.flags |= shared::kTextureTexCoord1;
@@ -275,11 +285,11 @@ private:
         if (sampler >= 0)
             record.flags |= samplerFlags(topLevel(load_, "samplers", static_cast<size_t>(sampler)));
         const int image =
-            texture.softIndex("source", countOf(load_, "images"), "images", "no texture");
+            texture.softIndex("source", countOf(load_, "images"), "images", consequence);
         if (image < 0) {
             if (!texture.has("source"))
                 load_.warn("TEXTURE_WITHOUT_SOURCE", texture.pointer(),
-                           "has no image that is supported — no texture");
+                           std::string("has no image that is supported — ") + consequence);
             return std::nullopt;
         }
         const int request = requestTexture({static_cast<size_t>(image), slot.color});

@@ -1,5 +1,5 @@
 // Valid materials become exactly what they describe: factors, defaults, textures and their
-// transforms.
+// transforms. Lamps whose texture cannot be used do not shine (B72).
 #include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
@@ -63,7 +63,10 @@ TEST(GltfMaterials, DefaultsAreThoseOfGltf)
         EXPECT_EQ(m.alphaCutoff, 0.5f);
         EXPECT_EQ(m.normalScale, 1.0f);
         EXPECT_EQ(m.flags, 0u);
-        EXPECT_EQ(m.textures0 | m.textures1 | m.textures2 | m.textures3 | m.textures4, 0u);
+        const shared::Material shown = core::makeWorld(scene)->materials[0];
+        EXPECT_EQ(shown.textures0 | shown.textures1 | shown.textures2 | shown.textures3 |
+                      shown.textures4,
+                  0u);
     };
     check(test::triangle(), "default");
     test::Document empty = test::triangle();
@@ -148,9 +151,44 @@ TEST(GltfMaterials, TextureSlotsSamplersAndTransforms)
     const auto packed = [&](uint32_t slot) {
         return static_cast<uint32_t>(material.textures[slot] + 1);
     };
-    EXPECT_EQ(material.data.textures0, packed(0) | packed(1) << 16);
-    EXPECT_EQ(material.data.textures1, packed(2) | packed(3) << 16);
-    EXPECT_EQ(material.data.textures4, packed(8));
+    const shared::Material m = core::makeWorld(scene)->materials[0];
+    EXPECT_EQ(m.textures0, packed(0) | packed(1) << 16);
+    EXPECT_EQ(m.textures1, packed(2) | packed(3) << 16);
+    EXPECT_EQ(m.textures4, packed(8));
+}
+
+/// A lamp's pattern that cannot be had: no light, as where its image is broken, and the warning
+/// says so. Other uses are left out alone.
+TEST(GltfMaterials, UnusableEmissionTexturesBringNoLight)
+{
+    test::Document document =
+        test::texturedTriangle(test::encodeImage("png", 1, 1, 3, std::vector<uint8_t>(3, 9)));
+    document.json["textures"].push_back({{"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}});
+    document.json["textures"].push_back({{"source", 7}});
+    document.material()["emissiveFactor"] = {1, 1, 1};
+    const std::string info = "/materials/0/emissiveTexture";
+    const struct {
+        Json texture;
+        const char* code;
+        std::string pointer;
+    } cases[] = {{{{"index", 0}, {"texCoord", 2}}, "MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", info},
+                 {{{"index", 1}}, "TEXTURE_WITHOUT_SOURCE", "/textures/1"},
+                 {{{"index", 2}}, "UNRESOLVED_REFERENCE", "/textures/2/source"},
+                 {{{"index", 9}}, "UNRESOLVED_REFERENCE", info + "/index"},
+                 {Json::object(), "UNDEFINED_PROPERTY", info},
+                 {5, "TYPE_MISMATCH", info}};
+    for (const auto& [texture, code, pointer] : cases) {
+        SCOPED_TRACE(texture.dump());
+        document.material()["emissiveTexture"] = texture;
+        EXPECT_REPAIRED(scene, document, code, pointer);
+        EXPECT_EQ(scene->materials.at(0).data.emissive, glm::vec3(0));
+        EXPECT_NE(test::warning(*scene, code).message.find("— no light"), std::string::npos);
+    }
+    document.material().erase("emissiveTexture");
+    document.material()["normalTexture"] = {{"index", 0}, {"texCoord", 2}};
+    EXPECT_REPAIRED(other, document, "MESH_PRIMITIVE_TOO_FEW_TEXCOORDS",
+                    "/materials/0/normalTexture");
+    EXPECT_EQ(other->materials.at(0).data.emissive, glm::vec3(1));
 }
 
 }  // namespace
