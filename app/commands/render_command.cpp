@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <memory>
 
-#include "app/base/files.h"
 #include "app/base/interrupt.h"
 #include "app/base/log.h"
 #include "app/base/user_folders.h"
 #include "app/commands/frame_budget.h"
+#include "app/commands/render_files.h"
 #include "app/commands/render_loop.h"
 #include "app/commands/render_words.h"
 #include "app/files/load.h"
@@ -29,21 +29,6 @@ using core::Clock, core::secondsSince;
 
 constexpr uint64_t kDefaultSpp = 64;
 constexpr double kMaxKeepSeconds = 10;  // between copies of the film; at first a second
-
-/// Everything that can be refused before work begins.
-void checkFiles(const RenderOptions& o)
-{
-    if (o.frames && !isNumbered(o.output))
-        throw core::Error("-o " + o.output.string() +
-                              ": frames need a place for their number, as in frame-%04d.png",
-                          core::ExitCode::commandLine);
-    core::requireWritable(o.frames ? numbered(o.output, o.frames->first) : o.output);
-    if (o.stats.empty()) return;
-    core::requireWritableFile(o.stats);
-    if (core::sameFile(o.output, o.stats))
-        throw core::Error("--stats " + o.stats.string() + ": is the picture's file, too",
-                          core::ExitCode::commandLine);
-}
 
 uint32_t forcedFeatures(const RenderOptions& o)
 {
@@ -76,10 +61,6 @@ private:
               std::vector<core::Layer> maps);
     std::vector<core::Layer> mapLayers();
     [[noreturn]] void saveLost(uint32_t index, const core::Error& error);
-    std::filesystem::path fileOf(uint32_t index) const
-    {
-        return o_.frames ? numbered(o_.output, index) : o_.output;
-    }
 
     RenderOptions o_;  // as given, but for what a budget makes of the parameters
     const PathMaker& makePath_;
@@ -241,7 +222,7 @@ void Job::saveLost(uint32_t index, const core::Error& error)
     report_.totalSeconds = secondsSince(start_);
     if (!o_.stats.empty()) core::writeFile(o_.stats, statsJson(report_));
     throw core::Error(std::string(error.what()) + " — the first " + std::to_string(kept_.samples) +
-                          " samples per pixel are saved in " + fileOf(index).string(),
+                          " samples per pixel are saved in " + pictureFile(o_, index).string(),
                       core::ExitCode::deviceLost);
 }
 
@@ -313,7 +294,7 @@ void Job::save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs,
 {
     report_.counters += estimate.counters;
     if (!o_.reference.empty()) report_.rmse = core::imageErrors(estimate.mean, reference_).rmse;
-    const std::filesystem::path file = fileOf(index);
+    const std::filesystem::path file = pictureFile(o_, index);
     writePicture(file, estimate, aovs, std::move(maps), o_, imageMetadata(report_));
     const std::string text = savedText(report_, file);
     // One line per frame would be too many.

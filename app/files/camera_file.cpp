@@ -223,12 +223,16 @@ core::Camera readCamera(const std::filesystem::path& file, const core::Camera& d
     return cameraFromJson(readJson(file), defaults, placement, file.string());
 }
 
+bool isCameraFile(const std::string& text)
+{
+    return std::filesystem::path(text).extension() == ".json";
+}
+
 core::Camera chooseCamera(const core::World& world, const std::string& text)
 {
     CHECK(!world.cameras.empty());
     if (text.empty()) return world.cameras.front();
-    if (std::filesystem::path(text).extension() == ".json")
-        return readCamera(text, world.cameras.front(), world.placement);
+    if (isCameraFile(text)) return readCamera(text, world.cameras.front(), world.placement);
     std::vector<std::string> names;
     for (const core::Camera& camera : world.cameras) {
         if (camera.name == text) return camera;

@@ -33,6 +33,9 @@ core::Camera cameraFromJson(const nlohmann::ordered_json& json, const core::Came
 core::Camera readCamera(const std::filesystem::path& file, const core::Camera& defaults,
                         const core::Placement& placement);
 
+/// Whether `text`, as chooseCamera takes it, names a file.
+bool isCameraFile(const std::string& text);
+
 /// The camera that `text` means: a JSON file, a camera's name, or its index; empty is the first.
 /// Throws core::Error with the names there are.
 core::Camera chooseCamera(const core::World& world, const std::string& text);

@@ -150,3 +150,14 @@ void readEnvironment(Load& load)
 }
 
 }  // namespace core::gltf
+
+namespace core {
+
+bool isEnvironmentFile(const std::string& environment)
+{
+    for (const char* word : {kOwnEnvironment, kAnyEnvironment, kNoEnvironment, kPlainSky})
+        if (environment == word) return false;
+    return true;
+}
+
+}  // namespace core

@@ -25,6 +25,9 @@ inline constexpr const char* kAnyEnvironment = "auto";
 inline constexpr const char* kNoEnvironment = "none";
 inline constexpr const char* kPlainSky = "plain";
 
+/// Whether LoadOptions::environment names a file, rather than one of those.
+bool isEnvironmentFile(const std::string& environment);
+
 struct LoadOptions {
     uint64_t maxFileMb = 2048;    // of each file that is read
     uint64_t maxMemoryMb = 8192;  // of the scene in memory, estimated before anything is allocated

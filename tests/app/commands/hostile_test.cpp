@@ -57,6 +57,35 @@ TEST_F(Cli, OneFileForTwoThings)
     expectRefused(small("x.exr") + Strings{"--stats", "y.json"}, 2, "--stats y.json");
 }
 
+/// Neither pictures nor statistics go into a file that the command reads, however it is named.
+TEST_F(Cli, InputsAreNotWrittenOver)
+{
+    writeFile("room.gltf", test::triangle().text());
+    fs::create_symlink("room.gltf", work("link.exr"));
+    for (const char* name : {"ref.exr", "sky.exr", "f-3.png", "view.json", "path.json"})
+        writeFile(name, "what is not to be lost");
+    const Strings room{"render", "room.gltf", "--device", "cpu", "--size", "8x8", "--spp", "1"};
+    const auto refused = [&](const Strings& more, const std::string& text) {
+        expectRefused(room + more, 2, text);
+    };
+    const Strings picture{"-o", "new.exr"};
+    refused({"-o", "ref.exr", "--reference", "./ref.exr"},
+            "-o ref.exr: is the file of --reference");
+    refused({"-o", "sky.exr", "--environment", "sky.exr"}, "--environment");
+    refused({"-o", "link.exr"}, "the scene's file");
+    refused(picture + Strings{"--stats", "room.gltf"}, "--stats room.gltf: is the scene's file");
+    refused(picture + Strings{"--stats", "ref.exr", "--reference", "ref.exr"}, "--stats ref.exr");
+    refused(picture + Strings{"--stats", "view.json", "--camera", "view.json"}, "--camera");
+    const Strings frames{"-o", "f-%d.png", "--path", "path.json", "--frames", "0-5"};
+    refused(frames + Strings{"--stats", "path.json"}, "--path");
+    refused(frames + Strings{"--stats", "f-5.png"}, "--stats f-5.png: is the picture's file");
+    refused(frames + Strings{"--environment", "f-3.png"}, "-o f-3.png: is the file of --env");
+    for (const char* name : {"ref.exr", "sky.exr", "f-3.png", "view.json", "path.json"})
+        EXPECT_EQ(readAll(work(name)), "what is not to be lost") << name;
+    // A word for an environment is no file.
+    EXPECT_EQ(run(room + picture + Strings{"--environment", "plain", "--stats", "plain"}).code, 0);
+}
+
 TEST_F(Cli, ALimitOnFileSizesIsAMessage)
 {
     const std::string binary = program;
