@@ -13,7 +13,8 @@ namespace {
 class Reader {
 public:
     Reader(Load& load, const std::vector<Accessor>& accessors, const Object& extension)
-        : load_(load), accessors_(accessors), attributes_(extension.object("attributes"))
+        : load_(load), accessors_(accessors), extension_(extension),
+          attributes_(extension.object("attributes"))
     {}
 
     std::vector<MeshPlacement> read()
@@ -21,6 +22,7 @@ public:
         const std::vector<float> translations = values("TRANSLATION", 3);
         const std::vector<float> rotations = values("ROTATION", 4);
         const std::vector<float> scales = values("SCALE", 3);
+        if (!known_) countOthers();
         load_.reserveMemory(count_ * sizeof(MeshPlacement), pointer());
         std::vector<MeshPlacement> placements(count_);
         for (size_t i = 0; i < count_; ++i) {
@@ -80,8 +82,26 @@ private:
         return flat;
     }
 
+    /// Instances may have attributes of their own alone: all then stand where their node is.
+    /// Without any attribute nothing tells how many there are.
+    void countOthers()
+    {
+        if (attributes_ && attributes_->json().size() > 0) {
+            const std::string& name = *attributes_->json().member(0).key;
+            const int index =
+                attributes_->requiredIndex(name.c_str(), accessors_.size(), "accessor");
+            count_ = usable(load_, accessors_, index).count;
+            return;
+        }
+        load_.warn("UNDEFINED_PROPERTY",
+                   attributes_ ? attributes_->pointer() : extension_.pointer(),
+                   "has no attributes — the mesh is shown once, where its node is");
+        count_ = 1;
+    }
+
     Load& load_;
     const std::vector<Accessor>& accessors_;
+    const Object& extension_;
     std::optional<Object> attributes_;
     bool known_ = false;
     uint64_t count_ = 0, turnless_ = 0;

@@ -62,11 +62,14 @@ TEST(GltfPlacements, ShowAMeshInManyPlaces)
 
 TEST(GltfPlacements, NoneOrOneOrNothingToSay)
 {
+    const std::string extension = "/nodes/0/extensions/EXT_mesh_gpu_instancing";
     test::Document none = placed();
     attributesOf(none) = test::Json::object();
-    const auto scene = test::load(none);
-    ASSERT_TRUE(scene);
-    EXPECT_EQ(core::makeWorld(scene)->triangles.size(), 0u) << "in no place";
+    EXPECT_REPAIRED(scene, none, "UNDEFINED_PROPERTY", extension + "/attributes");
+    EXPECT_EQ(core::makeWorld(scene)->triangles.size(), 1u) << "as without the extension";
+    none.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"] = test::Json::object();
+    EXPECT_REPAIRED(absent, none, "UNDEFINED_PROPERTY", extension);
+    EXPECT_EQ(core::makeWorld(absent)->triangles.size(), 1u);
 
     test::Document turnless = placed();
     attributesOf(turnless) = {
@@ -83,6 +86,26 @@ TEST(GltfPlacements, NoneOrOneOrNothingToSay)
     const auto world = core::makeWorld(test::load(lost));
     EXPECT_EQ(world->triangles.size(), 1u);
     EXPECT_EQ(world->warnings.total(), 1u);
+}
+
+/// Attributes of an application's own say how many there are, and nothing of where they stand.
+TEST(GltfPlacements, AttributesOfTheirOwnCountToo)
+{
+    test::Document own = placed();
+    attributesOf(own) = {
+        {"_FEATURE_ID_0", own.values<float>({0, 1, 2, 3}, test::kFloat, "SCALAR", 1)}};
+    own.json["nodes"][0]["translation"] = {5, 0, 0};
+    const auto scene = test::load(own);
+    ASSERT_TRUE(scene);
+    EXPECT_EQ(scene->warnings.total(), 0u);
+    ASSERT_EQ(scene->placements.size(), 1u);
+    ASSERT_EQ(scene->placements[0].size(), 4u);
+    EXPECT_EQ(scene->placements[0][3].translation, glm::vec3(0));
+    EXPECT_EQ(scene->placements[0][3].scale, glm::vec3(1));
+    EXPECT_EQ(core::makeWorld(scene)->triangles.size(), 4u);
+    attributesOf(own) = {{"_FEATURE_ID_0", 99}};
+    EXPECT_REFUSED(own.text(), "UNRESOLVED_REFERENCE",
+                   "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/_FEATURE_ID_0");
 }
 
 TEST(GltfPlacements, WhatDoesNotFitIsRefused)
