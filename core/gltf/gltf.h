@@ -43,8 +43,8 @@ struct LoadOptions {
 /// the names of the Khronos validator where it has one.
 class LoadError : public Error {
 public:
-    LoadError(std::string code, std::string pointer, const std::string& message)
-        : Error(message), code_(std::move(code)), pointer_(std::move(pointer))
+    LoadError(std::string code, std::string pointer, const std::string& message, ExitCode exit)
+        : Error(message, exit), code_(std::move(code)), pointer_(std::move(pointer))
     {}
     const std::string& code() const { return code_; }
     const std::string& pointer() const { return pointer_; }
@@ -56,10 +56,10 @@ private:
 /// Called on the loading thread only: the stage and the fraction of it that is done, in [0,1].
 using LoadProgress = std::function<void(const char* stage, double fraction)>;
 
-/// Reads a scene with all its files. Throws LoadError (bad file) or Error with
-/// ExitCode::interrupted when `stop` is requested (noticed within 100 ms;
-/// by a mesh that Draco decodes, at its next step). Lengths stay in the
-/// file's units; world.h rescales.
+/// Reads a scene with all its files. Throws LoadError (a bad file, or ExitCode::deviceLost where
+/// memory runs out) or Error with ExitCode::interrupted when `stop` is requested (noticed within
+/// 100 ms; by a mesh that Draco decodes, at its next step). Lengths stay in the file's units;
+/// world.h rescales.
 std::shared_ptr<const Scene> loadGltf(const std::filesystem::path& file,
                                       const LoadOptions& options = {},
                                       const LoadProgress& progress = {}, std::stop_token stop = {});

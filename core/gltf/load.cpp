@@ -24,11 +24,11 @@ std::string formatBytes(uint64_t bytes)
 }
 
 void Load::refuse(const std::string& code, const std::string& pointer, const std::string& what,
-                  const std::string& remedy) const
+                  const std::string& remedy, ExitCode exit) const
 {
     const std::string place = pointer.empty() ? "" : pointer + ": ";
     throw LoadError(code, printable(pointer),
-                    printable(label + ": " + place + what + " — " + remedy));
+                    printable(label + ": " + place + what + " — " + remedy), exit);
 }
 
 void Load::warn(const std::string& code, const std::string& pointer, const std::string& what)
@@ -119,7 +119,7 @@ std::shared_ptr<const Scene> buildOrRefuse(Load& load, std::span<const std::byte
         load.document.clear();
         load.scene = {};
         load.refuse("OUT_OF_MEMORY", "", "not enough memory to load the scene",
-                    "close other programs or simplify it");
+                    "close other programs or simplify it", ExitCode::deviceLost);
     }
 }
 

@@ -51,8 +51,8 @@ struct Load {
     /// Throws LoadError: "<label>: <pointer>: <what> — <remedy>". Whatever the file put into these
     /// words, here it becomes one printable line.
     [[noreturn]] void refuse(const std::string& code, const std::string& pointer,
-                             const std::string& what,
-                             const std::string& remedy = "file refused") const;
+                             const std::string& what, const std::string& remedy = "file refused",
+                             ExitCode exit = ExitCode::badInput) const;
 
     /// Counts a warning: `what` says what is wrong and what was done about it.
     void warn(const std::string& code, const std::string& pointer, const std::string& what);

@@ -1,8 +1,11 @@
 // A million of something must not take more than half a gigabyte, the program's own 140 MiB
-// included: what a tenth of that takes, from the tree of the text to the world (B80).
+// included: what a tenth of that takes, from the tree of the text to the world. Memory that runs
+// out all the same is told apart from bad files (B80).
 #include "tests/support/scenes/gltf_fixture.h"
 
+#include <new>
 #include <string>
+#include <string_view>
 
 #include "core/scene/world.h"
 #include "tests/support/process/allocation_count.h"
@@ -114,6 +117,24 @@ TEST(GltfMemory, NodesThatEachMove)
     const std::string text =
         repeatedNodes(withSampler(), false, [](size_t) { return R"({"mesh":0})"; });
     expectFew(withChannels(text, channels), kManyNodes);
+}
+
+/// Memory that runs out while a scene is read is no fault of the file (exit code 5, not 3).
+TEST(GltfMemory, RunningOutIsARefusalWithACodeOfItsOwn)
+{
+    const test::TemporaryFolder folder;
+    const auto file = folder.write("scene.gltf", test::triangle().text());
+    const auto runOut = [](const char* stage, double) {
+        if (std::string_view(stage) == "meshes") throw std::bad_alloc();
+    };
+    try {
+        core::loadGltf(file, {}, runOut);
+        FAIL() << "loaded without memory";
+    } catch (const core::LoadError& error) {
+        EXPECT_EQ(error.code(), "OUT_OF_MEMORY");
+        EXPECT_EQ(static_cast<const core::Error&>(error).code(), core::ExitCode::deviceLost);
+        EXPECT_NE(std::string(error.what()).find("scene.gltf: "), std::string::npos);
+    }
 }
 
 }  // namespace
