@@ -68,12 +68,12 @@ std::string rounded(double value)
 
 }  // namespace
 
-std::string fitRays(core::Renderer& renderer, std::span<const core::View> views,
+std::string fitRays(core::Renderer& renderer, size_t count, const ViewMaker& viewOf,
                     double raysPerPixel, core::AnyParams& params)
 {
     double rays = 1e30, dearest = 0;
-    for (const core::View& view : views) {
-        const Cost cost = costOf(renderer, view);
+    for (size_t i = 0; i < count; ++i) {
+        const Cost cost = costOf(renderer, viewOf(i));
         rays = std::min(rays, (raysPerPixel - cost.view) / std::max(cost.path, 1e-9));
         dearest = std::max(dearest, cost.view + cost.path);
     }

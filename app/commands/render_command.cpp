@@ -137,18 +137,19 @@ void Job::setGoal()
     if (o_.budgetRays) fitBudget();
 }
 
-/// Views of the whole flight are tried: the parameters stay, since what is kept depends on them.
+/// The first, the middle and the last view are tried: the parameters stay for the whole flight,
+/// since what is kept depends on them.
 void Job::fitBudget()
 {
-    std::vector<core::View> views;
     const FrameRange frames = o_.frames.value_or(FrameRange{});
-    for (const uint32_t part : {0u, 1u, 2u}) {
-        const uint32_t index =
-            frames.first + static_cast<uint32_t>(uint64_t{frames.last - frames.first} * part / 2);
-        views.push_back({path_ ? path_->at(index) : report_.camera, report_.size, o_.params});
-        if (!path_ || frames.first == frames.last) break;
-    }
-    const std::string said = fitRays(*renderer_, views, *o_.budgetRays, o_.params);
+    std::vector<uint32_t> indices{frames.first, frames.first + (frames.last - frames.first) / 2,
+                                  frames.last};
+    indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+    const auto viewOf = [&](size_t i) {
+        poseFor(indices[i]);
+        return core::View{report_.camera, report_.size, o_.params};
+    };
+    const std::string said = fitRays(*renderer_, indices.size(), viewOf, *o_.budgetRays, o_.params);
     if (!said.empty()) log_.line(said);
 }
 
@@ -308,11 +309,12 @@ int Job::run()
 {
     prepare();
     Ended ended = Ended::spp;
-    bool reached = true;
+    const bool hasTarget = o_.untilRmse || o_.untilNoise;
+    MissedFrames missed;
     const FrameRange frames = o_.frames.value_or(FrameRange{});
     for (uint32_t index = frames.first; index <= frames.last && ended != Ended::stopped; ++index) {
         ended = renderFrame(index);
-        reached = reached && ended == Ended::target;
+        if (hasTarget && ended != Ended::target) missed.add(report_);
     }
     report_.renderer = renderer_->stats();
     report_.totalSeconds = secondsSince(start_);
@@ -332,8 +334,8 @@ int Job::run()
         log_.warning(interruptedText(report_));
         return static_cast<int>(core::ExitCode::interrupted);
     }
-    if ((o_.untilRmse || o_.untilNoise) && !reached) {
-        log_.warning(missedText(report_));
+    if (missed.count > 0) {
+        log_.warning(missedText(report_, missed));
         return static_cast<int>(core::ExitCode::targetNotReached);
     }
     return static_cast<int>(core::ExitCode::done);

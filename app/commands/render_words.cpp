@@ -50,18 +50,35 @@ std::string savedText(const RenderReport& report, const std::filesystem::path& f
            (report.noise ? printedNumber(", noise %.4g", *report.noise) : "");
 }
 
-std::string missedText(const RenderReport& report)
+void MissedFrames::add(const RenderReport& report)
+{
+    // Too few samples to tell the noise is farther off than any noise. Only one picture has a
+    // reference.
+    const bool worse = !report.noise || (noise && *report.noise > *noise);
+    if (count++ > 0 && !worse) return;
+    worst = report.frames.back().index;
+    rmse = report.rmse;
+    noise = report.noise;
+}
+
+std::string missedText(const RenderReport& report, const MissedFrames& missed)
 {
     const RenderOptions& o = *report.options;
     std::string text;
+    if (o.frames) text = "frame " + std::to_string(missed.worst) + ": ";
     if (o.untilRmse)
-        text = "RMSE " + printedNumber("%.4g", report.rmse.value_or(0)) +
-               " is above --until-rmse " + printedNumber("%.4g", *o.untilRmse);
-    if (!o.untilNoise) return text;
-    if (!text.empty()) text += ", ";
-    if (!report.noise) return text + "there are too few samples to tell their noise";
-    return text + "noise " + printedNumber("%.4g", *report.noise) + " is above --until-noise " +
-           printedNumber("%.4g", *o.untilNoise);
+        text += "RMSE " + printedNumber("%.4g", missed.rmse.value_or(0)) +
+                " is above --until-rmse " + printedNumber("%.4g", *o.untilRmse);
+    if (o.untilRmse && o.untilNoise) text += ", ";
+    if (o.untilNoise && missed.noise)
+        text += "noise " + printedNumber("%.4g", *missed.noise) + " is above --until-noise " +
+                printedNumber("%.4g", *o.untilNoise);
+    else if (o.untilNoise)
+        text += "there are too few samples to tell their noise";
+    if (o.frames)
+        text += "; " + std::to_string(missed.count) + " of " +
+                std::to_string(report.frames.size()) + " frames missed it";
+    return text;
 }
 
 std::string overBudgetText(const RenderReport& report)

@@ -1,7 +1,9 @@
 // What the render command says while it works and when it ends.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app/commands/render_loop.h"
@@ -22,8 +24,18 @@ std::string savedText(const RenderReport& report, const std::filesystem::path& f
 /// Empty where no frame took more than it was allowed.
 std::string overBudgetText(const RenderReport& report);
 
-/// Which target was missed, and by how much; the report's newest frame tells.
-std::string missedText(const RenderReport& report);
+/// Frames that have missed their target, and the one that is farthest from it.
+struct MissedFrames {
+    uint32_t count = 0;
+    uint32_t worst = 0;                 // its number
+    std::optional<double> rmse, noise;  // of that one
+
+    /// The report's newest frame has missed its target.
+    void add(const RenderReport& report);
+};
+
+/// Which target was missed, and by how much.
+std::string missedText(const RenderReport& report, const MissedFrames& missed);
 
 /// What is left when rendering was interrupted.
 std::string interruptedText(const RenderReport& report);

@@ -89,6 +89,21 @@ TEST_F(Cli, FramesWithABudgetOfTime)
     EXPECT_EQ(enough.at("ended"), "budget");
 }
 
+/// The last frame looks past the scene, where nothing is noisy; the first has missed the target.
+TEST_F(Cli, FramesThatMissTheirTargetAreNamed)
+{
+    writeFile("path.json", R"({"keys": [{"frame": 0}, {"frame": 1, "position": [50, 1, 50],
+                                                       "target": [99, 1, 99]}]})");
+    const Result result =
+        run({"render",        kScene,  "-o",     "f-%d.exr",  "--device",  "cpu",
+             "--size",        "16x12", "--spp",  "9",         "--sampler", "independent",
+             "--environment", "none",  "--path", "path.json", "--frames",  "0-1",
+             "--until-noise", "1e-9",  "--quiet"});
+    EXPECT_EQ(result.code, 6) << result.err;
+    EXPECT_TRUE(contains(result.err, "frame 0: noise ")) << result.err;
+    EXPECT_TRUE(contains(result.err, "1 of 2 frames missed it")) << result.err;
+}
+
 TEST_F(Cli, FramesOfAnAnimation)
 {
     const std::string scene = (kAssets / "animated.gltf").string();

@@ -176,6 +176,91 @@ TEST_F(RenderCommand, AnInterruptionTellsWhatIsSaved)
               "interrupted: 2 whole frames are saved, and what was rendered of frame 9");
 }
 
+/// Of several frames the worst is told, not the last.
+TEST_F(RenderCommand, AMissedTargetIsThatOfTheWorstFrame)
+{
+    app::RenderReport report;
+    report.options = &options_;
+    options_.untilNoise = 0.02;
+    app::MissedFrames missed;
+    const auto frame = [&](uint32_t index, std::optional<double> noise, bool misses) {
+        report.frames.emplace_back();
+        report.frames.back().index = index;
+        report.noise = noise;
+        if (misses) missed.add(report);
+    };
+    frame(7, 0.031, true);
+    EXPECT_EQ(app::missedText(report, missed), "noise 0.031 is above --until-noise 0.02");
+    options_.frames = {{7, 20}};
+    frame(8, 0.04, true);
+    frame(9, 0.03, true);
+    frame(10, 0.01, false);
+    EXPECT_EQ(app::missedText(report, missed),
+              "frame 8: noise 0.04 is above --until-noise 0.02; 3 of 4 frames missed it");
+    frame(11, {}, true);
+    frame(12, 0.5, true);
+    EXPECT_EQ(app::missedText(report, missed),
+              "frame 11: there are too few samples to tell their noise; 5 of 6 frames missed it");
+    app::MissedFrames one;
+    options_.frames.reset();
+    options_.untilRmse = 0.1;
+    report.rmse = 0.3;
+    one.add(report);
+    EXPECT_EQ(app::missedText(report, one),
+              "RMSE 0.3 is above --until-rmse 0.1, noise 0.5 is above --until-noise 0.02");
+}
+
+/// Two rays for each path, ten in the third world that it is given; a sample takes no time.
+class DearRenderer : public core::Renderer {
+public:
+    explicit DearRenderer(int& worlds) : worlds_(worlds) {}
+    void setWorld(std::shared_ptr<const core::World>, const core::Progress&) override { ++worlds_; }
+    void setView(const core::View& view, core::Start) override
+    {
+        size_ = view.size;
+        samples_ = 0;
+    }
+    void setPace(const core::Pace&) override {}
+    void advance(const core::Budget& budget, std::stop_token) override
+    {
+        samples_ += budget.samples;
+        const uint64_t paths = budget.samples * size_.x * size_.y;
+        stats_.paths += paths;
+        stats_.rays += (worlds_ == 3 ? 10 : 2) * paths;
+    }
+    core::RenderProgress progress() const override { return {samples_, samples_, 0}; }
+    core::Estimate read(core::Reading) override
+    {
+        return tests::flatEstimate(size_, 1, 0, samples_);
+    }
+    core::Aovs aovs() override { return {}; }
+    core::RenderStats stats() const override { return stats_; }
+
+private:
+    int& worlds_;
+    uint64_t samples_ = 0;
+    core::RenderStats stats_;
+    glm::uvec2 size_{0};
+};
+
+/// Of an animation as of a path: the last instant is the most expensive, and decides.
+TEST_F(RenderCommand, ABudgetOfRaysHoldsAtEveryInstant)
+{
+    options_.scene.file = std::filesystem::path(REKINDLE_SOURCE_DIR) / "assets" / "animated.gltf";
+    options_.output = folder_ / "x-%02d.exr";
+    options_.frames = {{0, 4}};
+    options_.budgetRays = 4;
+    options_.params = core::ReuseParams();
+    int worlds = 0;
+    EXPECT_EQ(
+        app::renderWith(options_, {}, [&worlds] { return std::make_unique<DearRenderer>(worlds); }),
+        0);
+    EXPECT_EQ(worlds, 8) << "as it is loaded, two that are tried, five frames";
+    std::ifstream stream(options_.stats);
+    const nlohmann::json stats = nlohmann::json::parse(stream);
+    EXPECT_NEAR(stats.at("params").at("rays").get<double>(), (4 - 1) / 9.0, 1e-6);
+}
+
 TEST_F(RenderCommand, TheReferenceIsMeasuredWithoutATarget)
 {
     core::Image reference(6, 5, 3);
