@@ -49,7 +49,9 @@ Subcommand lightCommandLine(CLI::App& bench)
              "pairs of pictures of each kind, default " + std::to_string(kPairs) +
                  "; quick: " + std::to_string(kQuickPairs),
              {1, 1000});
-    const auto parameters = addParametersOf(app, core::PathParams::kMethod, {"strategy"});
+    // Guided paths, which are measured beside the others, have no clamp.
+    const auto parameters =
+        addParametersOf(app, core::PathParams::kMethod, {"strategy", "clamp-indirect"});
     app.footer("Example: rekindle bench light room.glb -o light --quick\n"
                "         rekindle bench light room.glb hall.glb -o light --strategies tree,bsdf");
     return {&app, "rekindle bench light SCENE... -o DIR [options]",

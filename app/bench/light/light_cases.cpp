@@ -27,6 +27,7 @@ core::AnyParams guided(const core::PathParams& common)
     params.seed = common.seed;
     params.sampler = common.sampler;
     params.kernel = common.kernel;
+    params.sky = common.sky;
     return params;
 }
 

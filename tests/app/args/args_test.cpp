@@ -255,6 +255,9 @@ TEST(Args, LightIsMeasuredAsItIsAsked)
     EXPECT_EQ(other.strategies, (std::vector<std::string>{"tree", "bsdf"}));
     EXPECT_EQ(other.params.maxDepth, 3u);
     EXPECT_EQ(other.devices, app::MeasuredDevices::vulkan);
+    // Guided paths have no clamp: with one, the strategies would not estimate the same.
+    EXPECT_TRUE(contains(refusal({"bench", "light", "a.gltf", "-o", "x", "--clamp-indirect", "1"}),
+                         "unknown option"));
 }
 
 app::ViewOptions view(std::initializer_list<const char*> arguments)

@@ -66,7 +66,8 @@ TEST(PairErrors, TrimmedHasNoFireflies)
 TEST(LightStrategies, AreThoseThatTheSceneHas)
 {
     std::set<std::string> names;
-    const core::PathParams common{.maxDepth = 5, .rouletteDepth = 3, .seed = 7};
+    const core::PathParams common{
+        .maxDepth = 5, .rouletteDepth = 3, .seed = 7, .sky = core::SkySampling::regions};
     for (const Strategy& s : strategyTable()) {
         EXPECT_TRUE(names.insert(s.name).second) << s.name;
         EXPECT_FALSE(std::string(s.help).empty());
@@ -74,11 +75,13 @@ TEST(LightStrategies, AreThoseThatTheSceneHas)
         if (std::string(s.name) == "guided") {
             EXPECT_EQ(params.as<core::GuidedParams>().maxDepth, 5u);
             EXPECT_EQ(params.as<core::GuidedParams>().seed, 7u);
+            EXPECT_EQ(params.as<core::GuidedParams>().sky, core::SkySampling::regions);
             continue;
         }
         EXPECT_EQ(params.as<core::PathParams>().maxDepth, 5u);
         EXPECT_EQ(params.as<core::PathParams>().rouletteDepth, 3u);
         EXPECT_EQ(params.as<core::PathParams>().seed, 7u);
+        EXPECT_EQ(params.as<core::PathParams>().sky, core::SkySampling::regions);
     }
     core::World few, many;
     many.emitterTree = std::vector<glm::uvec4>(20);
