@@ -80,6 +80,8 @@ void checkRender(const RenderOptions& o)
     if (!exr && !hasExtension(o.output, ".png"))
         badCommandLine("-o " + o.output.string() + ": the name must end in .exr or .png");
     if (!exr && o.aovs.any()) badCommandLine("--aov needs an EXR file: a PNG has no layers");
+    if (o.aovs.maps && core::methodNamed(o.params.id()).maps.empty())
+        badCommandLine("--aov maps: --method " + std::string(o.params.id()) + " has none");
     if (!o.path.empty() && !o.frames)
         badCommandLine("--path needs --frames FIRST-LAST: which frames of it to render");
     if (o.validation && o.device == DeviceKind::cpu)
@@ -157,10 +159,15 @@ Subcommand renderCommandLine(CLI::App& root)
     app.add_flag("-q,--quiet", o->quiet, "no progress on stderr")->group(system);
     app.footer(
         "Example: rekindle render room.glb -o room.exr --spp 64 --size 1280x720 --stats room.json");
-    return {&app, "rekindle render SCENE -o FILE.{exr,png} [options]", [o, method]() -> Command {
+    const CLI::Option* const fps = app.get_option("--fps");
+    return {&app, "rekindle render SCENE -o FILE.{exr,png} [options]",
+            [o, method, fps]() -> Command {
                 o->params = method->params();
                 requireRuns(o->params, o->device);
                 checkRender(*o);
+                if (fps->count() > 0 && !o->frames)
+                    badCommandLine("--fps is for the frames of the scene's animation: give "
+                                   "--frames A-B");
                 return *o;
             }};
 }
@@ -218,6 +225,9 @@ Subcommand throughputCommandLine(CLI::App& bench)
     return {&app, "rekindle bench throughput SCENE [options]", [o, method]() -> Command {
                 o->params = method->params();
                 require(!o->scene.file.empty(), "bench throughput", "the scene");
+                if (o->scene.load.instancing == core::Instancing::kept)
+                    badCommandLine("--instances kept: bench throughput traces triangles that are "
+                                   "all stored — leave it out");
                 return *o;
             }};
 }

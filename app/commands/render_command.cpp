@@ -83,6 +83,8 @@ private:
 void Job::prepare()
 {
     checkFiles(o_);
+    if (hasExtension(o_.output, ".exr") && (o_.exposure != 0 || o_.tone != RenderOptions().tone))
+        log_.line("--exposure and --tone are for PNG files: an EXR holds the radiance as it is");
     forced_ = forcedFeatures(o_);
     if (!o_.reference.empty()) reference_ = core::readExr(o_.reference).layer("");
     const Clock::time_point opening = Clock::now();

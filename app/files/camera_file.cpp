@@ -115,10 +115,18 @@ bool isAside(glm::dvec3 forward, glm::dvec3 up)
     return glm::length(glm::cross(forward, up)) > 1e-9;
 }
 
+/// Two members that say the same thing in different ways: which one was meant is not known.
+void refuseBoth(const Json& json, const char* a, const char* b, const Place& place)
+{
+    if (json.contains(a) && json.contains(b))
+        place.fail(std::string("has both \"") + a + "\" and \"" + b + "\" — keep one");
+}
+
 /// False when nothing is said of where the camera looks.
 bool readForward(const Json& json, core::Camera& camera, const core::Placement& placement,
                  const Place& place)
 {
+    refuseBoth(json, "target", "forward", place);
     if (json.contains("target")) {
         const glm::dvec3 towards =
             placement.toWorld(readVector(json["target"], place / "target")) - camera.position;
@@ -135,6 +143,7 @@ bool readForward(const Json& json, core::Camera& camera, const core::Placement& 
 void readOptics(const Json& json, core::Camera& camera, const core::Placement& placement,
                 const Place& place)
 {
+    refuseBoth(json, "yfov", "ymag", place);
     if (json.contains("yfov")) {
         camera.yfov = glm::radians(readNumber(json["yfov"], 1e-3, 179.9, place / "yfov"));
         camera.orthographic = false;

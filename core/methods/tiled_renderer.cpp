@@ -59,7 +59,7 @@ shared::CameraData TiledRenderer::frameCamera() const
 uint32_t TiledRenderer::frameFeatures() const
 {
     const uint32_t features = accel_->world().features & ~shared::kFeatureThinLens;
-    return camera_.apertureRadius > 0 ? features | shared::kFeatureThinLens : features;
+    return camera_.hasLens() ? features | shared::kFeatureThinLens : features;
 }
 
 Aovs TiledRenderer::aovs()

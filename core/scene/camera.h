@@ -23,6 +23,9 @@ struct Camera {
     // Of the picture against the axis, to the right and up, in halves of its sides
     glm::dvec2 shift{0};
 
+    /// Whether rays begin on a lens. The parallel rays of an orthographic camera never do.
+    bool hasLens() const { return apertureRadius > 0 && !orthographic; }
+
     friend bool operator==(const Camera&, const Camera&) = default;
 };
 

@@ -202,7 +202,7 @@ void placeCameras(World& world, const Scene& scene, const Pose& pose)
         Camera placed = cameraOfNode(scene.cameras[static_cast<size_t>(camera)], pose.toFile[n],
                                      world.placement);
         if (placed.name.empty()) placed.name = "camera " + std::to_string(world.cameras.size());
-        if (placed.apertureRadius > 0) world.features |= shared::kFeatureThinLens;
+        if (placed.hasLens()) world.features |= shared::kFeatureThinLens;
         const double sum = glm::dot(placed.position, placed.position);
         if (!std::isfinite(sum)) {
             world.warnings.add("CAMERA_NOT_FINITE", nodePointer(n),

@@ -107,11 +107,9 @@ int benchThroughput(const ThroughputOptions& options, std::ostream& out)
 {
     Log log(false);
     SceneOptions scene = options.scene;
-    scene.load.instancing = core::Instancing::flat;  // which Embree is given here
+    scene.load.instancing = core::Instancing::flat;  // as Embree is given it here
     const LoadedWorld loaded = loadWorld(scene, 0, log.callback());
     const core::World& world = *loaded.world;
-    if (world.cameras.empty())
-        throw core::Error("bench throughput: the scene has no camera — give one that has");
     const core::Camera& camera = world.cameras.front();
     const glm::uvec2 size = core::sizeForWidth(camera, options.width);
     const gpu::DeviceOptions deviceOptions{.index = options.deviceIndex, .validation = false};
@@ -127,8 +125,9 @@ int benchThroughput(const ThroughputOptions& options, std::ostream& out)
             {"primary", &rays.primary}, {"bounce", &rays.bounce}, {"any", &rays.shadow}};
         for (const auto& [name, set] : all) {
             if (set->empty())
-                throw core::Error(
-                    "bench throughput: no ray of the view hits anything — another camera?");
+                throw core::Error(options.scene.file.string() +
+                                  ": no ray of the first camera's view hits anything — bench "
+                                  "throughput needs a scene whose first camera looks at it");
             log.line(std::string("tracing ") + name + " rays");
             const Json json =
                 measureRays(name, *set, traced, software, embree, options.seconds, log);

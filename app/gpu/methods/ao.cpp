@@ -48,7 +48,7 @@ public:
         film_.begin(radiance_);
         reach_ = params.distance * static_cast<float>(world_->placement.scale);
         constants_.features = scene_->features();
-        if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
+        if (view.camera.hasLens()) constants_.features |= shared::kFeatureThinLens;
         constants_.sampler = static_cast<uint32_t>(params.sampler);
         compile();
         if (!pace_.whole) batchPace_.again();

@@ -94,7 +94,7 @@ private:
     {
         PathConstants constants;
         constants.features = scene_->features();
-        if (view.camera.apertureRadius > 0) constants.features |= shared::kFeatureThinLens;
+        if (view.camera.hasLens()) constants.features |= shared::kFeatureThinLens;
         constants.sampler = static_cast<uint32_t>(params.sampler);
         return constants;
     }

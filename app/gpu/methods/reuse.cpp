@@ -59,7 +59,7 @@ public:
             film_.begin(set, core::mostPathsOfPixel(params));
         constants_.features =
             core::reuseFeatures(params, scene_->features(), core::mayMove(*world_));
-        if (view.camera.apertureRadius > 0) constants_.features |= shared::kFeatureThinLens;
+        if (view.camera.hasLens()) constants_.features |= shared::kFeatureThinLens;
         constants_.sampler = static_cast<uint32_t>(params.sampler);
         const core::Clock::time_point begin = core::Clock::now();
         if (passes_.compile(*scene_, film_.frame(), constants_))

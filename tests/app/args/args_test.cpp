@@ -192,12 +192,20 @@ TEST(Args, OptionsThatDoNotGoTogether)
             refusal({"render", "a.gltf", "-o", "%d.exr", "--frames", "0-1", name, "5", other, "2"});
         EXPECT_TRUE(contains(message, name) && contains(message, other)) << message;
     }
+    EXPECT_TRUE(contains(refusal({"render", "a.gltf", "-o", "a.exr", "--fps", "30"}), "--frames"));
+    EXPECT_TRUE(contains(refusal({"render", "a.gltf", "-o", "a.exr", "--aov", "depth,maps"}),
+                         "--method path has none"));
+    EXPECT_NO_THROW(
+        parse({"render", "a.gltf", "-o", "a.exr", "--aov", "maps", "--method", "reuse"}));
     EXPECT_TRUE(contains(refusal({"compare", "a.exr"}), "reference is missing"));
     EXPECT_TRUE(
         contains(refusal({"compare", "a.exr", "b.exr", "c.exr"}), "unexpected argument 'c.exr'"));
     EXPECT_TRUE(contains(refusal({"info"}), "scene is missing"));
     EXPECT_TRUE(contains(refusal({"bench"}), "throughput"));
     EXPECT_TRUE(contains(refusal({"bench", "throughput"}), "scene is missing"));
+    EXPECT_TRUE(contains(refusal({"bench", "throughput", "a.gltf", "--instances", "kept"}),
+                         "--instances kept"));
+    EXPECT_NO_THROW(parse({"bench", "throughput", "a.gltf", "--instances", "flat"}));
 }
 
 TEST(Args, GuidingIsMeasuredAsItIsAsked)

@@ -115,6 +115,11 @@ TEST(CameraJson, MistakesAreNamed)
     EXPECT_NE(cameraRefusal(R"({"yfov":180})").find("/yfov"), std::string::npos);
     EXPECT_NE(cameraRefusal(R"({"yfov":0})").find("/yfov"), std::string::npos);
     EXPECT_NE(cameraRefusal(R"({"focus_distance":0})").find("/focus_distance"), std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"target":[1,0,0],"forward":[0,0,-1]})")
+                  .find("has both \"target\" and \"forward\" — keep one"),
+              std::string::npos);
+    EXPECT_NE(cameraRefusal(R"({"yfov":40,"ymag":2})").find("has both \"yfov\" and \"ymag\""),
+              std::string::npos);
 }
 
 TEST_F(CameraPathFile, PassesThroughItsKeysAndHoldsItsEnds)
@@ -209,6 +214,7 @@ TEST_F(CameraPathFile, MistakesAreRefused)
     EXPECT_THROW(read(R"({"keys": []})"), core::Error);
     EXPECT_THROW(read(R"({"keys": [{"frame": 3}, {"frame": 3}]})"), core::Error);
     EXPECT_THROW(read(R"({"keys": [{"frame": -1}]})"), core::Error);
+    EXPECT_THROW(read(R"({"keys": [{"yfov": 40}, {"yfov": 40, "ymag": 2}]})"), core::Error);
     EXPECT_THROW(app::readCameraPath("/nonexistent/path.json", {}, {}), core::Error);
 }
 

@@ -145,6 +145,8 @@ TEST(Placement, ScalesWhatHasALength)
     EXPECT_DOUBLE_EQ(camera.apertureRadius, 10 * s);
     EXPECT_DOUBLE_EQ(camera.focusDistance, 4000 * s);
     EXPECT_NE(world->features & shared::kFeatureThinLens, 0u);
+    b.scene.cameras[0].orthographic = true;
+    EXPECT_EQ(b.world()->features & shared::kFeatureThinLens, 0u) << "parallel rays have no lens";
 }
 
 // --- N16
