@@ -15,7 +15,8 @@ void requireFiles(std::span<const SceneOptions> scenes)
 
 std::string sceneName(const std::filesystem::path& file, const std::vector<std::string>& taken)
 {
-    const std::string stem = file.stem().string();
+    // A folder's name may end in a slash, which leaves no last part.
+    const std::string stem = (file.has_filename() ? file : file.parent_path()).stem().string();
     std::string name = stem;
     for (int i = 2; std::ranges::find(taken, name) != taken.end(); ++i)
         name = stem + "-" + std::to_string(i);

@@ -104,9 +104,8 @@ void readAsked(Load& load)
     addToHash("panorama");
     const Content content = readFile(asked, load.options.maxFileMb << 20);
     if (!content.problem.empty())
-        load.refuse("IO_ERROR", "",
-                    "environment " + asked + ": " + content.problem +
-                        " — give the file of a panorama, or plain, none, own or auto");
+        load.refuse("IO_ERROR", "", "environment " + asked + ": " + content.problem,
+                    "give the file of a panorama, or plain, none, own or auto");
     load.scene.environment = decodePanorama(load, content, "", asked);
 }
 

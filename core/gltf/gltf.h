@@ -53,7 +53,8 @@ private:
     std::string code_, pointer_;
 };
 
-/// Called on the loading thread only: the stage and the fraction of it that is done, in [0,1].
+/// The stage and the fraction of it that is done, in [0,1] or kUnknownShare (core/base/progress.h).
+/// Called by one thread at a time, while textures are read from any.
 using LoadProgress = std::function<void(const char* stage, double fraction)>;
 
 /// Reads a scene with all its files. Throws LoadError (a bad file, or ExitCode::deviceLost where

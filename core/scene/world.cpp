@@ -174,7 +174,8 @@ void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& u
     }
     if (references.size() > 0xffffu) {
         throw Error(scene.file.string() + ": " + std::to_string(references.size()) +
-                    " uses of textures, at most 65535 fit a material's record");
+                    " different uses of textures, at most 65535 fit a material's record — merge "
+                    "materials or leave textures out");
     }
     world.textureReferences = std::move(references);
     std::vector<shared::Material> materials;

@@ -62,6 +62,13 @@ TEST(GuidingVariants, ChangeOneThingEach)
     requireVariants({"path", "guided", "papers"});
 }
 
+TEST(SceneNames, AreThoseOfFilesAndFoldersAndDiffer)
+{
+    EXPECT_EQ(sceneName("scenes/room.glb", {}), "room");
+    EXPECT_EQ(sceneName("scenes/room/", {}), "room");
+    EXPECT_EQ(sceneName("room//", {"room"}), "room-2");
+}
+
 TEST(GuidingSize, FollowsTheCamera)
 {
     core::Camera camera;

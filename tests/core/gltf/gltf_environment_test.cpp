@@ -98,9 +98,11 @@ TEST(GltfEnvironment, AnotherEnvironmentThanTheScenesOwn)
 
     core::LoadOptions missing;
     missing.environment = (folder.path() / "none.exr").string();
-    EXPECT_NE(test::fileRefusal(folder.write("scene.gltf", dark.text()), missing)
-                  .message.find("none.exr"),
-              std::string::npos);
+    const std::string refused =
+        test::fileRefusal(folder.write("scene.gltf", dark.text()), missing).message;
+    EXPECT_NE(refused.find("none.exr"), std::string::npos) << refused;
+    EXPECT_TRUE(refused.ends_with(" — give the file of a panorama, or plain, none, own or auto"))
+        << refused;
 }
 
 TEST(GltfEnvironment, BrokenEnvironmentsAreRefused)

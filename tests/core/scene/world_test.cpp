@@ -417,6 +417,24 @@ TEST(Features, NamesAndBitsBelongTogether)
     EXPECT_THROW(core::featureBit("shiny"), core::Error);
 }
 
+TEST(Features, MoreUsesOfTexturesThanARecordCanNameAreRefused)
+{
+    SceneBuilder b;
+    b.quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, b.material(lambert(glm::vec3(0.5f))));
+    b.scene.file = "room.glb";
+    b.scene.textureUses.resize(65'535);
+    EXPECT_TRUE(b.world());
+    b.scene.textureUses.resize(65'536);
+    try {
+        b.world();
+        FAIL() << "accepted";
+    } catch (const core::Error& error) {
+        const std::string what = error.what();
+        EXPECT_TRUE(what.starts_with("room.glb: 65536 ")) << what;
+        EXPECT_NE(what.find(" — merge materials"), std::string::npos) << what;
+    }
+}
+
 /// --no-skip stores what the code that is not skipped reads.
 TEST(Features, ForcedOnesHaveTheirData)
 {
