@@ -327,19 +327,6 @@ private:
 
 }  // namespace
 
-void packTextures(Material& material)
-{
-    const auto packed = [&](size_t slot) {
-        return slot < material.textures.size() ? static_cast<uint32_t>(material.textures[slot] + 1)
-                                               : 0u;
-    };
-    uint32_t* const words[] = {&material.data.textures0, &material.data.textures1,
-                               &material.data.textures2, &material.data.textures3,
-                               &material.data.textures4};
-    for (size_t i = 0; i < std::size(words); ++i)
-        *words[i] = packed(2 * i) | packed(2 * i + 1) << 16;
-}
-
 MaterialPlan readMaterials(Load& load, const NodePlan& plan)
 {
     const size_t count = countOf(load, "materials");

@@ -54,9 +54,6 @@ struct MaterialPlan {
 /// Materials and texture uses of everything that `plan` shows.
 MaterialPlan readMaterials(Load& load, const NodePlan& plan);
 
-/// Writes the texture slots of a material into its record.
-void packTextures(Material& material);
-
 /// Decodes the images of scene.textures that readMaterials asked for, on all cores.
 void readTextures(Load& load);
 

@@ -161,7 +161,6 @@ void readTextures(Load& load)
         use.record.width = texture.width;
         use.record.height = texture.height;
     }
-    for (Material& material : load.scene.materials) packTextures(material);
 }
 
 }  // namespace core::gltf

@@ -16,7 +16,6 @@ namespace core {
 struct Traits {
     bool radiance = true;       // estimates radiance: what holds of light holds of its pictures
     bool keepsOnMove = false;   // begins a moved view with samples that it has
-    bool hasVariance = true;    // its estimate tells the variance of the mean
     bool streams = true;        // samples add up without end; else a picture is complete after one
     bool sharesLight = false;   // among the pixels of a sample, whose errors then go together
     bool deterministic = true;  // equal bits for equal parameters, whatever threads and pauses

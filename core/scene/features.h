@@ -12,7 +12,9 @@
 
 namespace core {
 
-/// Name of each bit, bit 0 first, as `info`, the stats and --no-skip have them.
+/// Names of the bits that materials, lights and cameras decide, bit 0 first, as `info`, the stats
+/// and --no-skip have them. The bits above, which follow from how a scene is stored and from the
+/// method, have none: code that they stand for needs data that other scenes lack.
 std::span<const std::string_view> featureNames();
 
 /// Names of the bits that are set, or of those that are not.

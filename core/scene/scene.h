@@ -31,7 +31,7 @@ struct Texture {
     std::vector<Texel> texels;
 };
 
-/// A material with its use of textures: indices into Scene::textureReferences, -1 = none.
+/// A material with its use of textures: indices into Scene::textureUses, -1 = none.
 struct Material {
     std::string name;
     shared::Material data{};

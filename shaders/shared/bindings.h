@@ -38,7 +38,6 @@ SHARED_CONST uint kSceneBindings = 15u;
 // Set 1.
 SHARED_CONST uint kBindFrame = 0u;     // uniform buffer: FrameData
 SHARED_CONST uint kBindCounters = 1u;  // storage buffer: Counters
-SHARED_CONST uint kFrameBindings = 2u;
 
 // Set 2 of bounce, megakernel and accumulate.
 SHARED_CONST uint kBindRadiance = 0u;     // vec4 per lane of a batch

@@ -1,6 +1,6 @@
 // Emitters as values: direct sampling of triangles, punctual lights and the sun disk, and the map
-// between directions and the environment image. Nothing here reads the scene; environments are
-// drawn by scene.h.
+// between directions and the environment image. Nothing here reads the scene; lights.h draws from
+// what the scene stores, environments too.
 #ifndef REKINDLE_SHARED_EMITTER_H
 #define REKINDLE_SHARED_EMITTER_H
 

@@ -65,10 +65,10 @@ SHARED_CONST uint kTextureClearcoat = 7u;
 SHARED_CONST uint kTextureClearcoatRoughness = 8u;
 SHARED_CONST uint kTextureSlotCount = 9u;
 
-/// One material, seven 16-byte words. glTF metallic-roughness with the KHR extensions named in
-/// gltf.h. `emissive` is radiance (factor times strength). `absorption` is sigma_a in 1/metre:
-/// -ln(colour)/distance. `textures` holds 1 + index into the texture references per slot, two slots
-/// of 16 bits to a uint; 0 = none.
+/// One material, seven 16-byte words. glTF metallic-roughness with the KHR extensions that
+/// core/gltf/document.cpp lists. `emissive` is radiance (factor times strength). `absorption` is
+/// sigma_a in 1/metre: -ln(colour)/distance. `textures` holds 1 + index into the texture references
+/// per slot, two slots of 16 bits to a uint; 0 = none.
 struct Material {
     vec3 baseColor;
     float alpha;
@@ -126,16 +126,17 @@ SHARED_CONST uint kEmitterEnvironment = 4u;
 SHARED_CONST uint kEmitterSun = 5u;
 
 /// One emitter, four words. Meaning by kind:
-///   triangle     a, b, c its vertices; slot its triangle; radiance L of the front (of both sides
-///   if
-///                `twoSided` is 1); a textured one multiplies by the texture at the point
+///   triangle     a, b, c its vertices; slot its triangle; radiance L of the front, of both sides
+///                with kEmitterTwoSided; a textured one multiplies by the texture at the point
 ///   point        a position; radiance is intensity W/sr
 ///   spot         a position, b axis (unit, from the light); scale, offset of the angular fall-off
 ///                saturate(cos * scale + offset)^2; radiance is intensity W/sr
-///   directional  b direction towards the light (unit); radiance is irradiance W/m^2 at normal
-///   incidence environment  the whole map sun          b direction towards the sun (unit); scale =
-///   1 - cos(angular radius), which is kept rather than the
-///                cosine so that half a degree does not drown in rounding; radiance of the disk
+///   directional  b direction towards the light (unit); radiance is irradiance W/m^2 that arrives
+///                head-on
+///   environment  the whole map
+///   sun          b direction towards the sun (unit); scale = 1 - cos(angular radius), which is
+///                kept rather than the cosine so that half a degree does not drown in rounding;
+///                radiance of the disk
 struct Emitter {
     vec3 a;
     uint kind;

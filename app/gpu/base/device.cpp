@@ -125,14 +125,10 @@ Device::Device(const DeviceOptions& options)
         info_ = describe(physical_);
         software_ = info_.type == "software (CPU)";
 
-        VkPhysicalDeviceSubgroupProperties subgroup{};
-        subgroup.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES;
         VkPhysicalDeviceProperties2 properties{};
         properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
-        properties.pNext = &subgroup;
         vk.GetPhysicalDeviceProperties2(physical_, &properties);
         properties_ = properties.properties;
-        subgroupSize_ = subgroup.subgroupSize;
 
         VkQueueFamilyProperties family{};
         queueFamily_ = queueFamilyFor(physical_, surface_, &family).value();

@@ -73,7 +73,6 @@ public:
     const VkPhysicalDeviceLimits& limits() const { return properties_.limits; }
     const DeviceInfo& info() const { return info_; }
     bool isSoftware() const { return software_; }
-    uint32_t subgroupSize() const { return subgroupSize_; }
 
     /// The surface of DeviceOptions, for the caller to destroy; null when there is none or it has
     /// been taken.
@@ -131,7 +130,7 @@ private:
     VkPhysicalDeviceProperties properties_{};
     DeviceInfo info_;
     bool software_ = false;
-    uint32_t subgroupSize_ = 0, timestampBits_ = 0;
+    uint32_t timestampBits_ = 0;
     Handle<VkCommandPool, &Api::DestroyCommandPool> pool_;
     Handle<VkFence, &Api::DestroyFence> fence_;
     Handle<VkQueryPool, &Api::DestroyQueryPool> timestamps_;
