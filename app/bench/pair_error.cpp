@@ -5,6 +5,7 @@
 
 #include "app/bench/picture_error.h"
 #include "core/base/check.h"
+#include "core/image/metrics.h"
 
 namespace app {
 
@@ -17,7 +18,7 @@ PairError pairError(const core::Image& a, const core::Image& b, const core::Imag
     for (size_t i = 0; i < a.pixels.size(); ++i) {
         const double d = static_cast<double>(a.pixels[i]) - static_cast<double>(b.pixels[i]);
         const auto r = static_cast<double>(level.pixels[i]);
-        const double e = 0.5 * d * d / (r * r + kRelativeFloor);
+        const double e = 0.5 * d * d / (r * r + core::kRelMseFloor);
         ofPixels[i / 3] += e / 3;
         sum += e;
     }

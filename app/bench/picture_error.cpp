@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/base/check.h"
+#include "core/image/metrics.h"
 
 namespace app {
 
@@ -67,7 +68,7 @@ double noiseOf(const core::Image& reference, const core::Image& variance)
     double sum = 0;
     for (size_t i = 0; i < reference.pixels.size(); ++i) {
         const auto r = static_cast<double>(reference.pixels[i]);
-        sum += static_cast<double>(variance.pixels[i]) / (r * r + kRelativeFloor);
+        sum += static_cast<double>(variance.pixels[i]) / (r * r + core::kRelMseFloor);
     }
     return sum / static_cast<double>(reference.pixels.size());
 }
@@ -99,7 +100,7 @@ ErrorSum::ErrorSum(const core::Image& reference, const core::Image& variance,
         double noise = 0;
         for (size_t k = i; k < i + 3; ++k) {
             const auto r = static_cast<double>(level.pixels[k]);
-            noise += static_cast<double>(variance.pixels[k]) / (r * r + kRelativeFloor) / 3;
+            noise += static_cast<double>(variance.pixels[k]) / (r * r + core::kRelMseFloor) / 3;
         }
         noiseOfPixels_.push_back(noise);
     }
@@ -153,7 +154,7 @@ void ErrorSum::add(const core::Image& picture)
                 squares_[i] += value * value;
                 differences[tile] += d * part;
                 mse[tile] += d * d * part;
-                ofPixel += d * d / (level * level + kRelativeFloor);
+                ofPixel += d * d / (level * level + core::kRelMseFloor);
             }
             relMse[tile] += ofPixel * part;
             const double noise = noiseOfPixels_[size_t(y) * picture.width + x];

@@ -8,8 +8,6 @@
 
 namespace app {
 
-inline constexpr double kRelativeFloor = 0.01;  // as core::kRelMseFormula says
-
 /// A number and its standard error.
 struct Measured {
     double value = 0, error = 0;

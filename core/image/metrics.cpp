@@ -17,7 +17,6 @@ namespace core {
 
 namespace {
 
-constexpr double kRelativeFloor = 0.01;
 constexpr double kScore = 4.21, kPowerScore = 2.33;  // family-wise 1 % over 400 tests; 99 % power
 
 glm::dvec3 colorAt(const Image& image, size_t pixel)
@@ -46,7 +45,7 @@ struct ErrorSums {
     {
         const glm::dvec3 d = a - r, square = d * d;
         squares += square.x + square.y + square.z;
-        const glm::dvec3 relative = square / (r * r + kRelativeFloor);
+        const glm::dvec3 relative = square / (r * r + kRelMseFloor);
         relativeSquares += relative.x + relative.y + relative.z;
         image += a;
         reference += r;

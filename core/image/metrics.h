@@ -17,6 +17,7 @@ namespace core {
 // are left out and counted.
 inline constexpr const char* kRmseFormula = "sqrt(mean(d^2))";
 inline constexpr const char* kRelMseFormula = "mean(d^2 / (r^2 + 0.01))";
+inline constexpr double kRelMseFloor = 0.01;  // of it
 inline constexpr const char* kMeanSignedErrorFormula = "mean(d)";
 
 struct ImageErrors {

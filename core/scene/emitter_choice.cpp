@@ -11,6 +11,7 @@
 #include "core/scene/shown_places.h"
 #include "core/scene/world.h"
 #include "shared/lights.h"
+#include "shared/rng.h"
 
 namespace core {
 
@@ -18,11 +19,6 @@ namespace {
 
 constexpr int kPlaces = 512, kConnections = 16;  // of each way at a place
 constexpr double kUnnoticed = 0.01;              // of the light: a deviation that small is none
-
-float unit(Pcg32& random)
-{
-    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
-}
 
 /// What a connection brings from an emitter to a place, with probability `pmf` of that emitter;
 /// textures as their mean.
@@ -81,8 +77,10 @@ double treeGain(const World& world, std::span<const EmitterBounds> bounds)
         for (size_t way = 0; way < 2; ++way) {
             Connections connections;
             for (int i = 0; i < kConnections; ++i) {
-                const float u = (static_cast<float>(i) + unit(random)) / kConnections;
-                const float x = unit(random), y = unit(random);
+                const float u =
+                    (static_cast<float>(i) + shared::unitFloat(random.bits())) / kConnections;
+                const float x = shared::unitFloat(random.bits()),
+                            y = shared::unitFloat(random.bits());
                 float pmf;
                 const uint32_t chosen =
                     shared::chooseEmitterFor(view, settings[way], place.position, departure,

@@ -6,15 +6,11 @@
 
 #include "core/scene/world.h"
 #include "shared/instances.h"
+#include "shared/rng.h"
 
 namespace core {
 
 namespace {
-
-float unit(Pcg32& random)
-{
-    return static_cast<float>(random.bits() >> 8) * 0x1p-24f;
-}
 
 bool isHeads(Pcg32& random)
 {
@@ -64,7 +60,8 @@ ShownPlaces::ShownPlaces(const World& world)
 ShownPlaces::Place ShownPlaces::draw(Pcg32& random) const
 {
     const Corners c = cornersOf(isHeads(random) ? byArea(random) : byCount(random));
-    const float root = std::sqrt(unit(random)), along = unit(random);
+    const float root = std::sqrt(shared::unitFloat(random.bits())),
+                along = shared::unitFloat(random.bits());
     Place place;
     place.position = (1 - root) * c.a + root * ((1 - along) * c.b + along * c.c);
     place.normal = glm::vec3(glm::normalize(twiceArea(c.a, c.b, c.c)));

@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/image/metrics.h"
 #include "shared/tonemap.h"
 
 namespace app::many_lights {
 
 namespace {
-
-constexpr double kRelativeFloor = 0.01;  // as core/image/metrics.h has it
 
 std::array<float, 256> displayTable()
 {
@@ -42,7 +41,7 @@ LightErrors errorsOf(std::span<const glm::vec3> picture, std::span<const glm::ve
         const glm::dvec3 b(reference[i]), d = glm::dvec3(picture[i]) - b;
         sum.rmse8 += glm::dot(seen, seen);
         sum.rmse += glm::dot(d, d);
-        const glm::dvec3 relative = d * d / (b * b + kRelativeFloor);
+        const glm::dvec3 relative = d * d / (b * b + core::kRelMseFloor);
         sum.relMse += relative.x + relative.y + relative.z;
     }
     const double n = 3 * double(picture.size());
