@@ -196,33 +196,60 @@ void Session::restart()
     ++restarts_;
 }
 
-glm::uvec2 Session::pictureSize(glm::uvec2 area)
+/// While a window's edge is dragged its size changes with every frame: the picture waits until it
+/// settles.
+void Session::noteArea(glm::uvec2 area)
 {
-    // While a window's edge is dragged its size changes with every frame: the picture waits until
-    // it settles.
     if (area != area_) {
         area_ = area;
         areaSince_ = now_;
     }
     unsettled_ = now_ - areaSince_ < kSettlingSeconds;
+}
+
+/// Of the picture that `wanted` asks for, whose size is still that of the one before. A picture
+/// that only its size would begin anew keeps it where that would lose much.
+glm::uvec2 Session::pictureSize(const RenderRequest& wanted)
+{
     if (fixedSize_.x > 0) return fixedSize_;
     if (unsettled_ && ordered_.size.x > 0) return ordered_.size;
-    const double scale = static_cast<double>(std::clamp(settings.view.pictureScale, 0.1f, 2.0f));
-    return glm::max(glm::uvec2(glm::round(glm::dvec2(area) * scale)), glm::uvec2(kLeastSide));
+    const auto scale = static_cast<double>(std::clamp(settings.view.pictureScale, 0.1f, 2.0f));
+    const glm::uvec2 size =
+        glm::max(glm::uvec2(glm::round(glm::dvec2(area_) * scale)), glm::uvec2(kLeastSide));
+    // Both sides of an equal-time run have the size that the first began with.
+    const bool worthIt = equalTime_.running() || (sameView(wanted, ordered_) &&
+                                                  (keepsSize_ || unsavedSeconds() > muchSeconds));
+    const bool before = keepsSize_;
+    keepsSize_ = generation_ != 0 && size != ordered_.size && scale == sizedFor_ && worthIt;
+    if (keepsSize_ && !before)
+        notices.tell(Severity::news, "the picture keeps its size, so that nothing of it is lost: R "
+                                     "begins it anew");
+    if (keepsSize_) return ordered_.size;
+    sizedFor_ = scale;
+    return size;
 }
 
 void Session::order(glm::uvec2 pictureArea)
 {
-    const glm::uvec2 size = pictureSize(pictureArea);
+    noteArea(pictureArea);
     if (!document_ || pictureArea.x == 0 || pictureArea.y == 0) return;
-    navigation.setAspect(static_cast<double>(size.x) / size.y);
     RenderRequest wanted;
     wanted.world = document_->world;
     wanted.camera = navigation.view();
-    wanted.size = size;
+    wanted.size = ordered_.size;
     wanted.params = equalTime_.running() ? equalTime_.wanted() : render;
     wanted.validation = options_.validation;
     wanted.restarts = restarts_;
+    wanted.size = pictureSize(wanted);
+    navigation.setAspect(static_cast<double>(wanted.size.x) / wanted.size.y);
+    wanted.camera = navigation.view();
+    if (equalTime_.running() && ordered_.world &&
+        (wanted.world != ordered_.world || wanted.camera != ordered_.camera ||
+         wanted.size != ordered_.size)) {
+        equalTime_.cancel();
+        wanted.params = render;
+        notices.tell(Severity::news, "equal time: cancelled, the view has changed");
+    }
     wanted.moving = isMoving() && !equalTime_.running();
     wanted.paused = paused && !equalTime_.running();
     wanted.targetFrameSeconds = 1.0 / static_cast<double>(std::max(settings.view.movingRate, 1.0f));
@@ -234,13 +261,6 @@ void Session::order(glm::uvec2 pictureArea)
                       (settings.view.show >= Show::depth && settings.view.show <= Show::emitter);
     wanted.wantMaps = settings.view.show == Show::methodMap;
     if (referenceFits(wanted)) wanted.reference = reference_;
-    if (equalTime_.running() && ordered_.world &&
-        (wanted.world != ordered_.world || wanted.camera != ordered_.camera ||
-         wanted.size != ordered_.size)) {
-        equalTime_.cancel();
-        wanted.params = render;
-        notices.tell(Severity::news, "equal time: cancelled, the view has changed");
-    }
     if (generation_ != 0 && wanted == ordered_) return;
     if (!sameView(wanted, ordered_)) handOver(pendingSaves_->leaveView(wanted, document_->time));
     ordered_ = wanted;

@@ -262,7 +262,8 @@ private:
     void takeEqualTime();
     std::string sceneName() const;
     void judge();
-    glm::uvec2 pictureSize(glm::uvec2 area);
+    void noteArea(glm::uvec2 area);
+    glm::uvec2 pictureSize(const RenderRequest& wanted);
     void order(glm::uvec2 pictureArea);
 
     SessionOptions options_;
@@ -295,6 +296,8 @@ private:
     glm::uvec2 area_{0}, fixedSize_{0};
     double areaSince_ = 0;
     bool unsettled_ = false;
+    bool keepsSize_ = false;  // the picture has not followed the window: it is worth too much
+    double sizedFor_ = 0;     // the scale of the size that was ordered last
     std::unique_ptr<PendingSaves> pendingSaves_;
     std::shared_ptr<const Picture> whole_;    // the newest picture of whole samples
     bool saveFailed_ = false;                 // since save() was called last

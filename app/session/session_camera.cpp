@@ -21,7 +21,6 @@ void Session::moved()
     fixedSize_ = {};
     sceneCamera_.reset();
     track.stop();
-    equalTime_.cancel();
 }
 
 /// A camera from elsewhere, at once.
@@ -73,7 +72,6 @@ void Session::goTo(const std::optional<Viewpoint>& viewpoint)
         return;
     }
     track.stop();
-    equalTime_.cancel();
     navigation.go(*viewpoint);
     sceneCamera_.reset();
     fixedSize_ = {};
@@ -140,7 +138,7 @@ Area Session::placeOf(const Picture& picture) const
 {
     const glm::vec2 area(glm::max(area_, glm::uvec2(1)));
     const auto aspect = static_cast<double>(area.x / area.y);
-    if (fixedSize_.x > 0) return whole(picture.fullSize, area);
+    if (fixedSize_.x > 0 || keepsSize_) return whole(picture.fullSize, area);
     return kept(picture.fullSize, picture.camera, area, framed(navigation.camera(), aspect));
 }
 

@@ -1,6 +1,8 @@
 // The viewer without its window: ways back to a view, what is kept between runs, what leaving would
 // lose.
+#include <chrono>
 #include <fstream>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -93,6 +95,78 @@ TEST(Session, TheCamerasFrameFitsIntoANarrowArea)
     EXPECT_NEAR(std::tan(0.5 * session.picture()->camera.yfov) * aspect,
                 std::tan(0.5 * own.yfov) * own.aspect, 1e-9);
     EXPECT_EQ(session.placeOf(*session.picture()), (app::Area{{0, 0}, {1, 1}}));
+}
+
+/// Updates with an area of that size until it shows a picture of `size`, ten seconds at most.
+bool showsAt(Session& session, glm::uvec2 area, glm::uvec2 size)
+{
+    for (int i = 0; i < 1000; ++i) {
+        session.update(0.01, area);
+        const auto picture = session.picture();
+        if (picture && picture->fullSize == size && !picture->preview &&
+            picture->generation >= session.generation())
+            return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+}
+
+/// Longer than an area takes to settle.
+void restAt(Session& session, glm::uvec2 area)
+{
+    for (int i = 0; i < 40; ++i) session.update(0.01, area);
+}
+
+constexpr glm::uvec2 kWideArea(64, 32);  // kArea once the panel is hidden
+
+TEST(Session, ALongPictureKeepsItsSizeUntilItIsBegunAnew)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    session.muchSeconds = 0;
+    uint64_t generation = session.generation();
+    restAt(session, kWideArea);
+    EXPECT_EQ(session.generation(), generation) << "nothing was thrown away";
+    EXPECT_TRUE(told(session, "keeps its size"));
+    EXPECT_EQ(session.placeOf(*session.picture()), app::whole(kArea, kWideArea));
+    session.muchSeconds = 60;  // as after it has been saved
+    restAt(session, kWideArea);
+    EXPECT_EQ(session.generation(), generation);
+    restAt(session, kArea);
+    restAt(session, kWideArea);
+    EXPECT_NE(session.generation(), generation) << "a moment's work follows the window";
+
+    session.muchSeconds = 0;
+    ASSERT_TRUE(showsAt(session, kWideArea, kWideArea));
+    generation = session.generation();
+    restAt(session, kArea);
+    EXPECT_EQ(session.generation(), generation);
+    act(session, "restart");
+    EXPECT_TRUE(showsAt(session, kArea, kArea));
+    restAt(session, kWideArea);
+    EXPECT_EQ(session.picture()->fullSize, kArea);
+    act(session, "set", {{"name", "max-depth"}, {"value", 3}});
+    EXPECT_TRUE(showsAt(session, kWideArea, kWideArea)) << "it begins anew in any case";
+    act(session, "set", {{"name", "picture-scale"}, {"value", 0.5}});
+    EXPECT_TRUE(showsAt(session, kWideArea, {32, 16})) << "chosen by the hand";
+}
+
+TEST(Session, EqualTimeKeepsItsSizeAndEndsByAMotionWithAWord)
+{
+    for (const char* motion : {"orbit", "previous-view", "dolly"}) {
+        Session session(options("cornell-diffuse.gltf"));
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        act(session, "orbit", {{"dx", 0.3}});
+        ASSERT_TRUE(until(session, [&] { return settled(session) && !session.isMoving(); }));
+        for (int i = 0; i < 100; ++i) session.update(0.01, kArea);
+        session.compareEqualTime(session.render, session.render, 600);
+        restAt(session, kWideArea);
+        EXPECT_TRUE(session.equalTime().running()) << motion;
+        act(session, motion, {{"dx", 0.1}, {"steps", 1}});
+        session.update(0.01, kWideArea);
+        EXPECT_FALSE(session.equalTime().running()) << motion;
+        EXPECT_TRUE(told(session, "the view has changed")) << motion;
+    }
 }
 
 TEST(Session, LettersOfOneRunAreNotKept)
