@@ -117,8 +117,9 @@ public:
     bool flying = false;         // WASD moves; else orbiting
     bool holdReference = false;  // the reference is shown while its key is held
     double referenceKeySeconds = 0;
-    double muchSeconds = 60;  // rendering longer than this is not lost unasked: see losses.h
-    bool inspecting = false;  // values of pixels are looked at: all that is known is wanted
+    std::array<bool, 3> dragging{};  // by which of the mouse's buttons the camera is being moved
+    double muchSeconds = 60;         // rendering longer than this is not lost unasked: see losses.h
+    bool inspecting = false;         // values of pixels are looked at: all that is known is wanted
     /// What A and B are rendered with at equal time, where it has been chosen: see sideParams().
     std::array<std::optional<RenderParams>, 2> chosenParams;
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include <imgui.h>
 
@@ -107,21 +108,36 @@ bool wheel(Session& session, glm::dvec2 position)
     return true;
 }
 
-/// The left button looks around while one flies; the middle one always orbits.
-bool drag(Session& session, glm::dvec2 by)
+/// How far the mouse has been dragged with a button held, since the frame before, in heights of the
+/// picture. A hand that trembles while it clicks drags nothing: whatever moves the camera begins
+/// the picture anew. What it has gone until it counts comes with the first motion.
+glm::dvec2 draggedBy(Session& session, ImGuiMouseButton button, double height)
 {
-    if (by == glm::dvec2(0)) return false;
+    constexpr float kTremble = 3;  // in the units of the mouse
+    bool& dragging = session.dragging[static_cast<size_t>(button)];
+    const bool before = std::exchange(dragging, ImGui::IsMouseDragging(button, kTremble));
+    if (!dragging) return {0, 0};
+    const ImVec2 by = before ? ImGui::GetIO().MouseDelta : ImGui::GetMouseDragDelta(button, 0);
+    return glm::dvec2(by.x, by.y) / height;
+}
+
+/// The left button looks around while one flies; the middle one always orbits.
+bool drag(Session& session, double height)
+{
+    constexpr glm::dvec2 kNone(0);
     Navigation& navigation = session.navigation;
-    const bool left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
-    const bool middle = ImGui::IsMouseDown(ImGuiMouseButton_Middle);
-    const bool right = ImGui::IsMouseDown(ImGuiMouseButton_Right);
-    if (left && session.flying)
-        navigation.look(by.x, by.y);
-    else if (left || middle)
-        navigation.orbit(by.x, by.y);
-    if (right) navigation.pan(by.x, by.y);
-    if (left || middle || right) session.moved();
-    return left || middle || right;
+    const glm::dvec2 left = draggedBy(session, ImGuiMouseButton_Left, height);
+    const glm::dvec2 middle = draggedBy(session, ImGuiMouseButton_Middle, height);
+    const glm::dvec2 right = draggedBy(session, ImGuiMouseButton_Right, height);
+    const glm::dvec2 turn = left != kNone ? left : middle;  // both held turn once
+    if (left != kNone && session.flying)
+        navigation.look(left.x, left.y);
+    else if (turn != kNone)
+        navigation.orbit(turn.x, turn.y);
+    if (right != kNone) navigation.pan(right.x, right.y);
+    const bool any = turn != kNone || right != kNone;
+    if (any) session.moved();
+    return any;
 }
 
 bool mouse(Session& session, const Area& area)
@@ -134,9 +150,7 @@ bool mouse(Session& session, const Area& area)
         session.moved();
         return true;
     }
-    const double height = static_cast<double>(area.size.y);
-    const bool dragged = drag(session, {static_cast<double>(io.MouseDelta.x) / height,
-                                        static_cast<double>(io.MouseDelta.y) / height});
+    const bool dragged = drag(session, static_cast<double>(area.size.y));
     return (area.contains(at) && wheel(session, area.fraction(at))) || dragged;
 }
 

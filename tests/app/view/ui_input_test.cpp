@@ -395,4 +395,40 @@ TEST(Ui, LettersThatFlyDoNothingElse)
     EXPECT_EQ(session.settings.view.show, app::Show::flip);
 }
 
+/// One pixel would begin the picture anew.
+TEST(Ui, AHandThatTremblesMovesNoCamera)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    app::Session& session = desk.session;
+    const app::Viewpoint before = session.navigation.viewpoint();
+    const app::Area& picture = desk.loop.layout.picture;
+    const glm::vec2 middle = picture.corner + 0.5f * picture.size;
+    const auto hand = [&](float right, bool down) {
+        app::AppRequests requests;
+        ImGuiIO& io = ImGui::GetIO();
+        io.MousePos = {middle.x + right, middle.y};
+        io.MouseDown[0] = down;
+        io.DeltaTime = 1;  // two clicks are no double click
+        ImGui::NewFrame();
+        app::handleInput(session, requests, picture, 1 / 60.0);
+        ImGui::Render();
+        return session.navigation.viewpoint();
+    };
+    for (const bool down : {false, true}) hand(0, down);
+    EXPECT_EQ(hand(2, true), before);
+    EXPECT_EQ(hand(2, false), before);
+    EXPECT_FALSE(session.isMoving());
+    for (const bool down : {false, true}) hand(0, down);
+    EXPECT_EQ(hand(2, true), before);
+    const app::Viewpoint dragged = hand(10, true);
+    EXPECT_NE(dragged, before);
+    session.navigation.go(before);
+    session.navigation.orbit(10 / static_cast<double>(picture.size.y), 0);
+    EXPECT_EQ(session.navigation.viewpoint(), dragged) << "all of the way counts";
+    EXPECT_NE(hand(11, true), dragged) << "from then on each pixel does";
+    hand(11, false);
+    EXPECT_EQ(hand(60, false), session.navigation.viewpoint());
+}
+
 }  // namespace
