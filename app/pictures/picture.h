@@ -131,6 +131,13 @@ inline glm::uvec2 sampledSize(const Picture& p)
     return {of.width, of.height};
 }
 
+/// Whether every pixel has had as many samples, of the picture's full size: only that can be
+/// rendered again to the bit.
+inline bool isWhole(const Picture& p)
+{
+    return !p.preview && p.fraction == 0 && p.samples > 0;
+}
+
 /// Whether two pictures show the same: scene at one instant, camera and size.
 inline bool oneView(const Picture& a, const Picture& b)
 {

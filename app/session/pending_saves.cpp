@@ -15,12 +15,6 @@ bool shows(const Picture& picture, const RenderRequest& view)
            picture.params.deviceIndex == view.params.deviceIndex;
 }
 
-/// Only whole samples can be rendered again to the bit.
-bool isWhole(const Picture& picture)
-{
-    return !picture.preview && picture.fraction == 0 && picture.samples > 0;
-}
-
 /// Takes out those of which `isDue` holds.
 template <class IsDue>
 std::vector<SaveItem> takeOut(std::vector<PendingSave>& waiting, IsDue&& isDue)

@@ -184,8 +184,8 @@ void Session::takePicture()
             convergence_.take(*picture_, sceneName());
         if (equalTime_.running()) takeEqualTime();
     }
-    if (pendingReference_ && picture_) takeReferencePicture();
-    if (picture_ && !picture_->preview && picture_->fraction == 0) whole_ = picture_;
+    if (picture_ && isWhole(*picture_)) whole_ = picture_;
+    if (pendingReference_) takeReferencePicture();
     pendingSaves_->offer(whole_);
     handOver(pendingSaves_->takeReady(now_));
     completeSlots();

@@ -199,8 +199,8 @@ public:
     /// On the CPU with the parameters of the picture, or with those last used of the method named,
     /// as deep as the picture. Throws core::Error when there is none of that name on the CPU.
     void startReference(uint64_t samples, std::string_view method = {});
-    /// The picture on show, with its variance as soon as that is known: what another device or
-    /// method makes of the view is then measured against it.
+    /// The picture on show, whatever is rendered afterwards; with its variance where that is known
+    /// within seconds. What another device or method makes of the view is measured against it.
     void keepAsReference();
     void loadReference(const std::filesystem::path& file);
     void dropReference();
@@ -227,6 +227,13 @@ public:
     RenderThreadStatus rendering() const { return renderThread_.status(); }
 
 private:
+    /// A picture that is to be the reference, without its variance when `until` has come.
+    struct KeptPicture {
+        std::shared_ptr<const Picture> picture;
+        std::shared_ptr<const core::World> world;  // that it shows
+        double time = 0, until = 0;
+    };
+
     void startLoading(const SceneOptions& scene);
     void takeLoaded();
     void show(const Document& document);
@@ -258,6 +265,7 @@ private:
     bool referenceFits(const RenderRequest& request) const;
     bool wantsVariance() const;
     void takeReferencePicture();
+    void becomeReference(const KeptPicture& kept);
     void completeSlots();
     bool coreIsBusy(const char* but);
     void takeEqualTime();
@@ -300,10 +308,10 @@ private:
     bool keepsSize_ = false;  // the picture has not followed the window: it is worth too much
     double sizedFor_ = 0;     // the scale of the size that was ordered last
     std::unique_ptr<PendingSaves> pendingSaves_;
-    std::shared_ptr<const Picture> whole_;    // the newest picture of whole samples
-    bool saveFailed_ = false;                 // since save() was called last
-    std::array<bool, 2> slotWants_{};         // its variance, which was not known when it was kept
-    std::optional<double> pendingReference_;  // the picture is to be it, by then in any case
+    std::shared_ptr<const Picture> whole_;  // the newest picture of whole samples
+    bool saveFailed_ = false;               // since save() was called last
+    std::array<bool, 2> slotWants_{};       // its variance, which was not known when it was kept
+    std::optional<KeptPicture> pendingReference_;  // waits for its variance
     std::filesystem::path exportPattern_;
     double savedSeconds_ = 0;                         // of rendering, of the present picture
     std::vector<std::weak_ptr<const void>> saved_;    // pictures and references

@@ -101,27 +101,46 @@ void Session::dropReference()
         core_.status().active())
         core_.cancel();
     referenceGeneration_ = 0;
+    pendingReference_.reset();
     reference_.reset();
     referenceWorld_.reset();
 }
 
 void Session::keepAsReference()
 {
-    if (!document_ || !picture_) {
+    if (!document_ || !picture_ || picture_->world.lock() != document_->world) {
         notices.tell(Severity::error, "there is no picture to keep as the reference yet");
         return;
     }
     constexpr double kSeconds = 3;  // for the variance, which some methods do not have
-    pendingReference_ = now_ + kSeconds;
+    const bool whole = whole_ && onePicture(*whole_, *picture_);
+    pendingReference_ = {whole ? whole_ : picture_, document_->world, document_->time,
+                         now_ + kSeconds};
+    takeReferencePicture();
 }
 
-/// The first picture with its variance becomes the reference; without one where none comes in time.
+/// With its variance as soon as a picture of the same has it; without where another picture comes
+/// first, or none does in time. Of a coarse one the first whole sample is waited for.
 void Session::takeReferencePicture()
 {
-    const Picture& p = *picture_;
-    const bool whole = !p.preview && p.fraction == 0 && p.generation >= generation_;
-    if (!whole || (!p.variance && now_ < *pendingReference_)) return;
-    pendingReference_.reset();
+    KeptPicture& kept = *pendingReference_;
+    if (whole_ && onePicture(*whole_, *kept.picture) &&
+        (whole_->variance || !isWhole(*kept.picture)))
+        kept.picture = whole_;
+    const bool goesOn = onePicture(*picture_, *kept.picture);
+    if (!isWhole(*kept.picture)) {
+        if (goesOn) return;
+        pendingReference_.reset();
+        notices.tell(Severity::error, "the picture is no reference: it was begun anew before its "
+                                      "first sample was complete — keep it again at rest");
+        return;
+    }
+    if (kept.picture->variance || !goesOn || now_ >= kept.until) becomeReference(KeptPicture(kept));
+}
+
+void Session::becomeReference(const KeptPicture& kept)
+{
+    const Picture& p = *kept.picture;
     dropReference();
     auto reference = std::make_shared<Reference>();
     reference->mean = p.mean;
@@ -131,9 +150,9 @@ void Session::takeReferencePicture()
     reference->origin = "the picture as it was, " + paramsLabel(p.params);
     reference->params = p.params;
     reference_ = std::move(reference);
-    if (isSaved(picture_)) saved_.emplace_back(reference_);
-    referenceWorld_ = p.world.lock();
-    referenceTime_ = document_->time;
+    if (isSaved(kept.picture)) saved_.emplace_back(reference_);
+    referenceWorld_ = kept.world;
+    referenceTime_ = kept.time;
     referenceCamera_ = p.camera;
     notices.tell(Severity::news, "the picture is the reference now, after " +
                                      std::to_string(p.samples) + " samples per pixel");
@@ -220,8 +239,8 @@ void Session::completeSlots()
         if (!slotWants_[side] || !picture_) continue;
         Slot& slot = slots[side];
         const bool same = slot.picture && onePicture(*slot.picture, *picture_);
-        const bool whole = !picture_->preview && picture_->fraction == 0;
-        if (same && !(whole && (picture_->variance || slot.picture->preview))) continue;
+        if (same && !(isWhole(*picture_) && (picture_->variance || slot.picture->preview)))
+            continue;
         if (same) slot = {picture_, pictureLabel(*picture_), slot.time};
         slotWants_[side] = same && !picture_->variance;
     }

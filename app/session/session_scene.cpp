@@ -109,7 +109,6 @@ void Session::show(const Document& document)
     equalTime_.cancel();
     slots = {};
     comparing = false;
-    pendingReference_.reset();
     if (!stays) enter();
     if (!options_.settings.empty()) settings.addRecent(document_->file);
     notices.tell(Severity::news,

@@ -123,6 +123,36 @@ TEST(SessionCompare, ThePictureOfOneMethodIsTheReferenceOfAnother)
     EXPECT_THROW(act(session, "reference", {{"method", "magic"}}), core::Error);
 }
 
+TEST(SessionCompare, TheReferenceIsThePictureThatWasOnShow)
+{
+    Book book;
+    app::SessionOptions o = options("cornell-diffuse.gltf");
+    o.factory = [&](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); };
+    o.render.sppLimit = 8;
+    Session session(o);
+    session.settings.sections.compare = false;
+    const auto finished = [&] { return settled(session) && session.picture()->finished; };
+    ASSERT_TRUE(until(session, finished));
+    ASSERT_EQ(session.picture()->variance, nullptr) << "the test needs one to wait for";
+    const app::RenderParams params = session.picture()->params;
+    act(session, "keep-reference");
+    act(session, "set", {{"name", "max-depth"}, {"value", 3}});
+    ASSERT_TRUE(until(session, [&] { return session.reference() != nullptr; }));
+    EXPECT_EQ(session.reference()->params, params) << "not what was rendered later";
+    EXPECT_EQ(session.reference()->samples, 8u);
+
+    ASSERT_TRUE(until(session, finished));
+    act(session, "restart");
+    session.update(0.01, kArea);
+    ASSERT_TRUE(until(session, finished));
+    act(session, "keep-reference");
+    act(session, "reference", {{"spp", 1000000}});
+    ASSERT_TRUE(until(session, [&] { return session.reference() != nullptr; }));
+    EXPECT_NE(session.reference()->origin.find("rendered here"), std::string::npos);
+    EXPECT_TRUE(session.coreThread().active()) << "what was wanted before does not end it";
+    session.cancel();
+}
+
 TEST(SessionCompare, FlipComesWhenItIsOnShow)
 {
     Session session(options("cornell-diffuse.gltf"));
