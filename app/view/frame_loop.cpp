@@ -28,6 +28,7 @@ constexpr double kBusyDraw = 0.1;      // seconds between frames when only a pro
 constexpr double kIdleTick = 0.25;     // seconds that an idle window sleeps
 constexpr double kNoticeSeconds = 10;  // for which a message may fade
 constexpr size_t kKeptTimes = 240;
+constexpr uint64_t kSteadyFrames = 100;  // that a new device has to show before it may be lost, too
 
 /// Where the window and the renderer keep what is dear to make.
 fs::path cacheFolder(const ViewOptions& o)
@@ -82,8 +83,16 @@ double FrameLoop::secondsNow() const
 
 int FrameLoop::run()
 {
-    while (!quit_) tick();
+    try {
+        while (!quit_) tick();
+    } catch (...) {
+        if (window_.lost()) endWithoutDisplay();
+        saveUnasked();
+        session_.reset();  // waits for the files, whatever becomes of the window
+        throw;
+    }
     if (window_.lost()) endWithoutDisplay();
+    if (exitCode_ == static_cast<int>(core::ExitCode::interrupted)) saveUnasked();
     if (script_) {
         std::cout << jsonLines(script_->report());
         if (script_->failed() && exitCode_ == 0)
@@ -96,10 +105,21 @@ int FrameLoop::run()
     return exitCode_;
 }
 
+/// Where nobody can be asked, all that a question would name goes to new files.
+void FrameLoop::saveUnasked()
+{
+    try {
+        saveLosses(*session_, lossesOf(*session_));
+    } catch (const std::exception& error) {
+        session_->notices.tell(Severity::error, error.what());
+    }
+}
+
 /// Whatever is left of the window and its device hangs on a connection that is gone: taking it down
 /// in order may crash inside the display's library. What must not be lost is kept first.
 void FrameLoop::endWithoutDisplay()
 {
+    saveUnasked();
     session_.reset();
     std::cerr << "rekindle: error: the connection to the display is lost\n";
     std::cout.flush();
@@ -260,9 +280,10 @@ void FrameLoop::present(const DisplayInputs& inputs)
     try {
         gui_->end(inputs);
     } catch (const core::Error& error) {
-        if (error.code() != core::ExitCode::deviceLost || lostOnce_) throw;
-        // The window's own device is gone: one new one. The renderer's is another and goes on.
-        lostOnce_ = true;
+        if (error.code() != core::ExitCode::deviceLost || frames_ < shakyUntil_) throw;
+        // The window's own device is gone: a new one, unless that does not last either. The
+        // renderer's is another and goes on.
+        shakyUntil_ = frames_ + kSteadyFrames;
         session_->notices.tell(Severity::error,
                                std::string(error.what()) + " — the window was set up anew");
         gui_.reset();

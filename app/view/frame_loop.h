@@ -2,7 +2,6 @@
 // can have changed.
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -42,6 +41,7 @@ private:
     void leave();
     void endSaves();
     void writeScreenshot();
+    void saveUnasked();
     [[noreturn]] void endWithoutDisplay();
     double secondsNow() const;
 
@@ -67,7 +67,8 @@ private:
     double noticeAt_ = -1e9, drawSeconds_ = 0;
     WindowLayout layout_;
     glm::uvec2 areaCorner_{0}, area_{0};  // of the picture, pixels
-    bool lostOnce_ = false, quit_ = false;
+    uint64_t shakyUntil_ = 0;  // the frame until which another loss of the device ends it
+    bool quit_ = false;
     int exitCode_ = 0;
 
     struct Input {

@@ -145,6 +145,31 @@ TEST_F(View, WithoutItsDisplayItEndsAndSaysSo)
     EXPECT_TRUE(contains(result.err, "display")) << result.err;
 }
 
+/// A signal, and a display that goes: all that a question would have named is in files afterwards.
+TEST_F(View, WhatNobodyCanBeAskedAboutIsSaved)
+{
+    writeFile("script.json", R"({"steps": [{"wait": "loaded"}, {"do": "add-key", "frame": 0},
+        {"do": "orbit", "dx": 0.1}, {"do": "add-key", "frame": 24},
+        {"wait": "seconds", "value": 1000, "timeout": 1000}]})");
+    const auto paths = [&] {
+        return std::ranges::count_if(
+            files(), [](const std::string& name) { return name.ends_with("-path.json"); });
+    };
+    for (const bool display : {true, false}) {
+        const pid_t pid = start({"view", kScene, "--no-settings", "--script", "script.json"});
+        waitForError("the camera path has 2 keys");
+        std::this_thread::sleep_for(std::chrono::milliseconds(500));
+        if (display)
+            kill(pid, SIGTERM);
+        else
+            display_->kill();
+        const Result result = finish(pid, 30);
+        EXPECT_EQ(result.code, display ? 130 : 1) << result.err;
+        EXPECT_TRUE(contains(result.err, "path saved")) << result.err;
+        EXPECT_EQ(paths(), display ? 1 : 2);
+    }
+}
+
 TEST_F(View, DamagedSettingsAreSetAsideWithAWord)
 {
     fs::create_directories(work("config/rekindle"));
