@@ -196,10 +196,10 @@ void Navigation::setPivot(glm::dvec3 point)
     if (camera_.apertureRadius > 0) camera_.focusDistance = pivotDepth();
 }
 
-void Navigation::setSpeed(double metresPerSecond)
+void Navigation::setSpeed(double perSecond)
 {
-    if (std::isnan(metresPerSecond)) return;
-    speed_ = std::clamp(metresPerSecond, kSlowest * radius_, kFastest * radius_);
+    if (std::isnan(perSecond)) return;
+    speed_ = std::clamp(perSecond, kSlowest * radius_, kFastest * radius_);
 }
 
 void Navigation::orbit(double dx, double dy)

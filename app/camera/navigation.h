@@ -1,6 +1,7 @@
 // Cameras under the hand: orbit, pan, dolly and fly. Plain mathematics, no window.
 // Input that is not finite or absurdly large is ignored; the axes stay orthonormal whatever is
-// done.
+// done. Lengths are in the world's units, which are metres but in worlds that are scaled: see
+// core::Placement.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -30,7 +31,7 @@ struct Viewpoint {
 
 class Navigation {
 public:
-    /// Takes a camera as it is; `sceneRadius` (metres, about the origin) sets speeds, limits and,
+    /// Takes a camera as it is; `sceneRadius` (about the origin) sets speeds, limits and,
     /// when nothing better is known, how far ahead the pivot lies. `worldUp` is +Y. A speed that
     /// was set stays while the radius does.
     void set(const core::Camera& camera, double sceneRadius);
@@ -50,15 +51,15 @@ public:
 
     glm::dvec3 pivot() const { return pivot_; }
 
-    /// Along the direction of view, metres; what a lens would focus on.
+    /// Along the direction of view; what a lens would focus on.
     double pivotDepth() const;
 
     /// Double click: the point under the cursor. An open lens is focused on it; a pinhole stays as
     /// it is, so that its picture need not begin anew.
     void setPivot(glm::dvec3 point);
 
-    double speed() const { return speed_; }  // metres per second
-    void setSpeed(double metresPerSecond);   // clamped to sensible values of the scene
+    double speed() const { return speed_; }  // per second
+    void setSpeed(double perSecond);         // clamped to sensible values of the scene
 
     /// Turns about the pivot. The drag, here and below, is in fractions of the picture's height
     /// with y down; one height is half a turn. What is under the hand goes where the hand goes,
@@ -93,7 +94,7 @@ public:
     /// Turns to `target` from `position`, upright.
     void stand(glm::dvec3 position, glm::dvec3 target);
 
-    /// How far away a sphere of that radius is seen whole, metres.
+    /// How far away a sphere of that radius is seen whole.
     double framingDistance(double radius) const;
 
 private:

@@ -32,6 +32,25 @@ bool doubleRow(const char* label, const char* help, double& value, double low, d
     return changed;
 }
 
+/// The same of a length, of which the world's units differ from metres where it is very small or
+/// very large: see core::Placement.
+bool lengthRow(const char* label, const char* help, double& value, double low, double high,
+               const std::string& text, double perMetre, const std::optional<double>& standard = {})
+{
+    double metres = value / perMetre;
+    const auto home = standard ? std::optional(*standard / perMetre) : std::nullopt;
+    if (!doubleRow(label, help, metres, low / perMetre, high / perMetre, text, true, home))
+        return false;
+    value = metres == home ? *standard : metres * perMetre;  // to the bit
+    return true;
+}
+
+/// Of the world's units; 1 without a scene.
+double unitsPerMetre(const UiContext& c)
+{
+    return c.session.document() ? c.session.document()->world->placement.scale : 1;
+}
+
 void drawSceneCameras(const UiContext& c)
 {
     const Document* document = c.session.document();
@@ -110,26 +129,27 @@ void drawLens(const UiContext& c)
             : 1;
     core::Camera& camera = c.session.navigation.edit();
     const core::Camera home = c.session.document() ? c.session.homeCamera() : camera;
+    const double perMetre = unitsPerMetre(c);
     bool changed = false;
     std::string opening = "%.4g m";
     if (camera.orthographic) {
-        changed |= doubleRow("height", "half the height of what is seen, in metres", camera.ymag,
-                             1e-3 * radius, 10 * radius, "%.4g m", true,
+        changed |= lengthRow("height", "half the height of what is seen, in metres", camera.ymag,
+                             1e-3 * radius, 10 * radius, "%.4g m", perMetre,
                              home.orthographic ? std::optional(home.ymag) : std::nullopt);
     } else {
         changed |= angleRow(camera.yfov, home);
         if (camera.apertureRadius > 0)
-            opening += format(", f/%.2g", fNumber(camera.yfov, camera.apertureRadius));
+            opening += format(", f/%.2g", fNumber(camera.yfov, camera.apertureRadius / perMetre));
     }
-    changed |= doubleRow(
+    changed |= lengthRow(
         "aperture",
         "radius of the lens in metres, and what that is on a camera whose film is 24 mm high; 0 is "
         "a pinhole, where all is sharp",
-        camera.apertureRadius, 0, 0.1 * radius, opening, true, home.apertureRadius);
-    changed |= doubleRow(
+        camera.apertureRadius, 0, 0.1 * radius, opening, perMetre, home.apertureRadius);
+    changed |= lengthRow(
         "focus",
         "distance in metres at which the picture is sharp; a double click on the picture sets it",
-        camera.focusDistance, 1e-3 * radius, 10 * radius, "%.4g m", true, home.focusDistance);
+        camera.focusDistance, 1e-3 * radius, 10 * radius, "%.4g m", perMetre, home.focusDistance);
     if (changed) c.session.moved();
 }
 
@@ -156,10 +176,10 @@ void drawCameraSection(const UiContext& c)
     double speed = c.session.navigation.speed();
     const double usual =
         c.session.document() ? static_cast<double>(c.session.document()->world->radius) / 4 : 0.25;
-    if (doubleRow("speed",
+    if (lengthRow("speed",
                   "metres per second of flying; Shift is four times as fast, Ctrl a quarter; wheel "
                   "or - and =",
-                  speed, usual * 1e-3, usual * 100, "%.3g m/s", true)) {
+                  speed, usual * 1e-3, usual * 100, "%.3g m/s", unitsPerMetre(c))) {
         c.session.navigation.setSpeed(speed);
     }
 }

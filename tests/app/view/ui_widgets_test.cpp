@@ -1,0 +1,99 @@
+// Single widgets of the panel under the mouse: what they show, what they let do, what Esc closes of
+// them.
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+
+#include <gtest/gtest.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/files/source_folder.h"
+#include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/desk.h"
+
+namespace {
+
+using namespace tests;
+namespace fs = std::filesystem;
+using WidgetJson = nlohmann::ordered_json;
+
+/// A panel with one section open.
+struct UiWidgets : testing::Test {
+    void open(const fs::path& scene, bool app::SectionParams::*section)
+    {
+        app::SessionOptions with = deskOptions();
+        with.scene.file = scene;
+        desk = std::make_unique<Desk>(with, ImVec2{1280, 900});
+        app::SectionParams& sections = desk->session.settings.sections;
+        app::SectionParams::visit(sections, [](const core::Field&, bool& is) { is = false; });
+        sections.*section = true;
+        ASSERT_TRUE(desk->framesUntil([&] { return desk->hasPicture(); }));
+    }
+
+    /// Moves the mouse over the panel until it is on the widget that these ids lead to.
+    bool find(std::initializer_list<const char*> ids) const
+    {
+        const ImGuiWindow* panel = ImGui::FindWindowByName("Rekindle###panel");
+        if (panel == nullptr) return false;
+        ImGuiID id = panel->ID;
+        for (const char* part : ids) id = ImHashStr(part, 0, id);
+        for (const float across : {0.25f, 0.7f})
+            for (float y = 5; y < panel->Size.y; y += 6) {
+                ImGui::GetIO().MousePos = {panel->Pos.x + across * panel->Size.x, panel->Pos.y + y};
+                desk->frame();
+                if (ImGui::GetCurrentContext()->HoveredId == id) return true;
+            }
+        return false;
+    }
+    void press() const
+    {
+        for (const bool down : {true, false}) {
+            ImGui::GetIO().MouseDown[0] = down;
+            desk->frames(2);
+        }
+    }
+    void typeInto(std::initializer_list<const char*> ids, const std::string& text) const
+    {
+        ASSERT_TRUE(find(ids));
+        app::sendKey(*app::findKey("Ctrl"), true);
+        press();
+        app::sendKey(*app::findKey("Ctrl"), false);
+        desk->type(text);
+        desk->key(kEnter);
+    }
+
+    TemporaryFolder folder;
+    std::unique_ptr<Desk> desk;
+};
+
+/// The box, 300 times as large: its world is scaled.
+fs::path largeBox(const TemporaryFolder& folder)
+{
+    const std::string name = "cornell-diffuse";
+    fs::copy_file(kAssets / (name + ".bin"), folder / (name + ".bin"));
+    std::ifstream file(kAssets / (name + ".gltf"));
+    WidgetJson scene = WidgetJson::parse(file);
+    scene["nodes"].push_back(
+        {{"scale", {300, 300, 300}}, {"children", scene["scenes"][0]["nodes"]}});
+    scene["scenes"][0]["nodes"] = {scene["nodes"].size() - 1};
+    std::ofstream(folder / (name + ".gltf")) << scene.dump();
+    return folder / (name + ".gltf");
+}
+
+TEST_F(UiWidgets, LengthsAreMetresInScaledWorlds)
+{
+    open(largeBox(folder), &app::SectionParams::camera);
+    app::Session& session = desk->session;
+    const double scale = session.document()->world->placement.scale;
+    ASSERT_LT(scale, 0.5) << "the test needs another unit";
+    typeInto({"Camera", "focus", "##value"}, "40");
+    EXPECT_DOUBLE_EQ(session.navigation.camera().focusDistance, 40 * scale);
+    typeInto({"Camera", "aperture", "##value"}, "2");
+    EXPECT_DOUBLE_EQ(session.navigation.camera().apertureRadius, 2 * scale);
+    typeInto({"Camera", "speed", "##value"}, "30");
+    EXPECT_DOUBLE_EQ(session.navigation.speed(), 30 * scale);
+}
+
+}  // namespace
