@@ -77,7 +77,8 @@ void equalTimeAction(const ActionContext& c)
 
 void referenceAction(const ActionContext& c)
 {
-    c.session.startReference(std::max(count(c, "spp", 1024), 2u), text(c, "method", ""));
+    const auto samples = count(c, "spp", static_cast<double>(c.session.referenceSamples));
+    c.session.startReference(std::max(samples, 2u), text(c, "method", c.session.referenceMethod));
 }
 
 }  // namespace app

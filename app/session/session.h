@@ -120,6 +120,8 @@ public:
     std::array<bool, 3> dragging{};  // by which of the mouse's buttons the camera is being moved
     double muchSeconds = 60;         // rendering longer than this is not lost unasked: see losses.h
     bool inspecting = false;         // values of pixels are looked at: all that is known is wanted
+    uint64_t referenceSamples = 1024;  // per pixel, of a reference that is asked for
+    std::string referenceMethod;       // ... and what it is rendered with; empty: as the picture
     /// What A and B are rendered with at equal time, where it has been chosen: see sideParams().
     std::array<std::optional<RenderParams>, 2> chosenParams;
 

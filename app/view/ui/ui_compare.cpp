@@ -27,7 +27,7 @@ void drawReferenceMethod(const UiContext& c)
     ImGui::PushID("method");
     rowLabel("method", "what the reference is rendered with, on the CPU; to measure against a "
                        "device, keep its picture");
-    std::string& chosen = c.state.referenceMethod;
+    std::string& chosen = c.session.referenceMethod;
     if (ImGui::BeginCombo("##value", chosen.empty() ? "as the picture" : chosen.c_str())) {
         if (ImGui::Selectable("as the picture", chosen.empty())) chosen.clear();
         for (const core::MethodInfo& method : core::methods()) {
@@ -79,16 +79,14 @@ void drawReferenceSection(const UiContext& c)
     }
     ImGui::PushID("reference");
     rowLabel("samples", "samples per pixel of the reference");
-    countInput("##samples", c.state.referenceSamples);
-    c.state.referenceSamples = std::clamp<uint64_t>(c.state.referenceSamples, 2, 1u << 30);
+    countInput("##samples", c.session.referenceSamples);
+    c.session.referenceSamples = std::clamp<uint64_t>(c.session.referenceSamples, 2, 1u << 30);
     rowReset(false, {});
     drawReferenceMethod(c);
     std::string why;
     if (!c.session.document()) why = "there is no scene";
-    if (c.session.coreThread().active())
-        why = "something else runs in the background: cancel it first";
-    actionButton(c, "Render in the background", "reference", why,
-                 {{"spp", c.state.referenceSamples}, {"method", c.state.referenceMethod}});
+    if (isRefused(c, "reference")) why = "something else runs in the background: cancel it first";
+    actionButton(c, "Render in the background", "reference", why);
     sameLineIfRoom(buttonWidth("Drop"));
     actionButton(c, "Drop", "drop-reference", c.session.reference() ? "" : "there is no reference");
     sameLineIfRoom(buttonWidth("Keep the picture"));

@@ -59,8 +59,7 @@ struct UiState {
     PathBox scene, reference, path, picture, environment;
     std::string toReplace;  // what was asked for and would replace a file if it is asked for again
     std::string cameraName, presetName, exportPattern = kFramePattern;
-    uint64_t referenceSamples = 1024, exportSamples = 64;
-    std::string referenceMethod;  // empty: the picture's
+    uint64_t exportSamples = 64;
     double equalSeconds = 5;
     double targetError = 0;  // of the plot's time to go when no limit is set
     int selectedKey = -1;
@@ -155,6 +154,9 @@ bool countInput(const char* id, uint64_t& value, const char* zero = nullptr);
 
 /// "Ctrl+S" of an action, or "".
 std::string keyOf(const char* action);
+
+/// Whether an action would only say why it cannot be done now.
+bool isRefused(const UiContext& c, const char* action);
 
 /// " (3 times)" for a message that was repeated.
 std::string timesText(const Notice& notice);

@@ -245,6 +245,12 @@ std::string keyOf(const char* action)
     return found != nullptr ? found->key : "";
 }
 
+bool isRefused(const UiContext& c, const char* action)
+{
+    const Action* found = findAction(action);
+    return found != nullptr && found->refused != nullptr && found->refused(c.session);
+}
+
 std::string timesText(const Notice& notice)
 {
     return notice.times > 1 ? " (" + std::to_string(notice.times) + " times)" : "";

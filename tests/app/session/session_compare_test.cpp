@@ -146,9 +146,11 @@ TEST(SessionCompare, TheReferenceIsThePictureThatWasOnShow)
     session.update(0.01, kArea);
     ASSERT_TRUE(until(session, finished));
     act(session, "keep-reference");
-    act(session, "reference", {{"spp", 1000000}});
+    session.referenceSamples = 1000000;
+    act(session, "reference");
     ASSERT_TRUE(until(session, [&] { return session.reference() != nullptr; }));
     EXPECT_NE(session.reference()->origin.find("rendered here"), std::string::npos);
+    EXPECT_EQ(session.reference()->params.sppLimit, 1000000u) << "as the panel says";
     EXPECT_TRUE(session.coreThread().active()) << "what was wanted before does not end it";
     session.cancel();
 }

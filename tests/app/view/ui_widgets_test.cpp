@@ -96,4 +96,20 @@ TEST_F(UiWidgets, LengthsAreMetresInScaledWorlds)
     EXPECT_DOUBLE_EQ(session.navigation.speed(), 30 * scale);
 }
 
+TEST_F(UiWidgets, TheReferenceOfThePanelIsThatOfItsKeyAndCanBeBegunAnew)
+{
+    open(kAssets / "animated.gltf", &app::SectionParams::reference);
+    app::Session& session = desk->session;
+    typeInto({"Reference", "reference", "##samples"}, "1000000");
+    EXPECT_EQ(session.referenceSamples, 1000000u);
+    app::runAction("reference", session, desk->requests);
+    ASSERT_TRUE(desk->framesUntil([&] { return session.reference() != nullptr; }));
+    EXPECT_EQ(session.reference()->params.sppLimit, 1000000u);
+    const uint64_t job = session.coreThread().generation;
+    ASSERT_TRUE(find({"Reference", "reference", "Render in the background"}));
+    press();
+    EXPECT_GT(session.coreThread().generation, job) << "as the key begins it anew";
+    session.cancel();
+}
+
 }  // namespace
