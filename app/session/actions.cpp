@@ -24,10 +24,17 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
+/// The slider hides every view: who asks for one gets it instead.
+bool endComparing(const ActionContext& c)
+{
+    return std::exchange(c.session.comparing, false);
+}
+
 void show(const ActionContext& c, Show what)
 {
     Show& now = c.session.settings.view.show;
-    now = now == what && what != Show::color ? Show::color : what;  // the same key goes back
+    const bool back = !endComparing(c) && now == what;  // the same key goes back
+    now = back ? Show::color : what;
 }
 
 /// The method's maps one after the other, then the picture again.
@@ -35,7 +42,7 @@ void nextMap(const ActionContext& c)
 {
     ViewParams& view = c.session.settings.view;
     const size_t count = core::methodNamed(c.session.render.method.id()).maps.size();
-    if (view.show != Show::methodMap) {
+    if (endComparing(c) || view.show != Show::methodMap) {
         view.show = Show::methodMap;
         view.methodMap = 0;
     } else if (++view.methodMap >= count) {

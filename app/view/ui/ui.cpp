@@ -144,8 +144,10 @@ bool closeSomething(const UiContext& c)
 {
     if (closeInnermostPopup()) return true;
     UiState& state = c.state;
-    for (PathBox* box : {&state.scene, &state.reference, &state.path, &state.picture})
-        if (std::exchange(box->open, false)) return true;
+    for (PathBox* box :
+         {&state.scene, &state.reference, &state.path, &state.picture, &state.environment})
+        if (std::exchange(box->open, false) && box->drawnAt + 1 >= ImGui::GetFrameCount())
+            return true;  // in a section that has been folded nobody sees it
     return std::exchange(state.browser.open, false) ||
            std::exchange(c.session.settings.panels.help, false);
 }

@@ -33,7 +33,8 @@ struct PathBox {
     std::vector<std::string> completions;
     bool focus = false;       // give it the keyboard, everything selected
     bool caretAtEnd = false;  // with `focus`: nothing selected, what is typed goes on from there
-    bool open = false;        // whether the completions are on show
+    bool open = false;        // whether the completions are on show, if the line is
+    int drawnAt = -1;         // ImGui's count of frames when the line was
     bool ownList = false;     // they are shown elsewhere, and the arrow keys choose there
     int arrows = 0;           // presses downwards less those upwards that nobody has taken yet
 };

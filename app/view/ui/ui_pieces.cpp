@@ -64,7 +64,10 @@ int pathEdited(ImGuiInputTextCallbackData* data)
 void drawCompletions(PathBox& box, bool typing)
 {
     const bool known = box.completions.size() == 1 && box.completions.front() == box.text;
-    if (box.completions.empty() || known) return;
+    if (box.completions.empty() || known) {
+        box.open = typing;  // else Esc would close what nobody sees
+        return;
+    }
     const float rows = std::min(static_cast<float>(box.completions.size()), 6.0f);
     ImGui::BeginChild("##completions", ImVec2(0, rows * ImGui::GetTextLineHeightWithSpacing() + 8),
                       true);
@@ -194,6 +197,7 @@ bool pathInput(PathBox& box, const char* id, const char* hint,
                const std::vector<std::string>& extensions)
 {
     ImGui::PushID(id);
+    box.drawnAt = ImGui::GetFrameCount();
     if (box.focus) ImGui::SetKeyboardFocusHere();
     box.focus = false;
     ImGui::SetNextItemWidth(-1);

@@ -44,7 +44,9 @@ void drawViewSection(const UiContext& c)
     const auto some = [&](std::initializer_list<const char*> names) {
         editParams(view, options, [&](const core::Field& field) { return among(field, names); });
     };
+    const Show before = view.show;
     some({"show", "exposure", "tone"});
+    if (view.show != before) c.session.comparing = false;  // as the keys of views do
     if (view.show == Show::methodMap) editMethodMap(c, view);
     if (!c.frame.problem.empty()) {
         ImGui::PushStyleColor(ImGuiCol_Text, kWarningColour);

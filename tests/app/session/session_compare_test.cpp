@@ -185,6 +185,31 @@ TEST(SessionCompare, FlipComesWhenItIsOnShow)
     EXPECT_EQ(session.flip(), nullptr);
 }
 
+TEST(SessionCompare, AViewThatIsAskedForTakesThePlaceOfTheSlider)
+{
+    Session session(options(""));
+    const app::Show& show = session.settings.view.show;
+    for (const bool again : {false, true}) {
+        act(session, "compare");
+        act(session, "show-depth");
+        EXPECT_FALSE(session.comparing);
+        EXPECT_EQ(show, app::Show::depth) << "it was not to be seen before: " << again;
+    }
+    act(session, "show-depth");
+    EXPECT_EQ(show, app::Show::color) << "the same key goes back";
+    act(session, "set", {{"name", "method"}, {"value", "reuse"}});
+    for (int i = 0; i < 2; ++i) {
+        act(session, "compare");
+        act(session, "next-map");
+        EXPECT_FALSE(session.comparing);
+        EXPECT_EQ(show, app::Show::methodMap);
+        EXPECT_EQ(session.settings.view.methodMap, 0u);
+    }
+    act(session, "compare");
+    act(session, "show-color");
+    EXPECT_FALSE(session.comparing);
+}
+
 TEST(SessionCompare, SavedFilesAreNamedWithTheirFolderAndHoldWhatThereIs)
 {
     const TemporaryFolder folder;

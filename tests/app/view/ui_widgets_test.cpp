@@ -112,4 +112,39 @@ TEST_F(UiWidgets, TheReferenceOfThePanelIsThatOfItsKeyAndCanBeBegunAnew)
     session.cancel();
 }
 
+TEST_F(UiWidgets, EscClosesTheListOfEnvironmentsAndNothingThatIsNotSeen)
+{
+    open(kAssets / "animated.gltf", &app::SectionParams::scene);
+    const auto escape = [&] {
+        desk->requests.escape = true;
+        desk->frames(2);
+        return std::exchange(desk->requests.leave, false);
+    };
+    const auto elsewhere = [&] {  // which leaves the list open
+        const app::Area& picture = desk->loop.layout.picture;
+        ImGui::ClearActiveID();
+        ImGui::GetIO().MousePos = {picture.corner.x + 9, picture.corner.y + 9};
+        desk->frames(2);
+    };
+    ASSERT_TRUE(find({"Scene", "environment", "##path"}));
+    press();
+    desk->type((kAssets / "").string());
+    elsewhere();
+    EXPECT_FALSE(escape()) << "the list";
+    EXPECT_TRUE(escape());
+
+    ASSERT_TRUE(find({"Scene", "scene", "##path"}));
+    press();
+    desk->type((kAssets / "hall.gltf").string());
+    elsewhere();
+    EXPECT_TRUE(escape()) << "what is typed in full has no list";
+
+    ASSERT_TRUE(find({"Scene", "environment", "##path"}));
+    press();
+    elsewhere();
+    desk->session.settings.sections.scene = false;
+    desk->frames(3);
+    EXPECT_TRUE(escape()) << "its section is folded";
+}
+
 }  // namespace
