@@ -1,15 +1,85 @@
 // The session's reference, its two sides of the slider, and frames of a path. See session.h.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
+#include "app/base/json_file.h"
+#include "app/files/camera_file.h"
 #include "app/session/pending_saves.h"
 #include "app/session/session.h"
 #include "app/session/session_jobs.h"
 #include "core/base/check.h"
+#include "core/image/exr_header.h"
 #include "core/methods/method.h"
 
 namespace app {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// A number that a picture says of itself; 0 where it says none, or nonsense.
+double numberOf(const core::Metadata& metadata, const char* name)
+{
+    const auto found = metadata.find(name);
+    const double value = found == metadata.end() ? 0 : std::strtod(found->second.c_str(), nullptr);
+    return value >= 0 && value < 1e15 ? value : 0;
+}
+
+Reference referenceFrom(const core::ImageFile& image, const fs::path& file)
+{
+    Reference reference;
+    reference.mean = image.layer("");
+    if (reference.mean.channels != 3)
+        throw core::Error(file.string() + ": has no R, G, B to compare with");
+    if (image.hasLayer("variance")) reference.variance = image.layer("variance");
+    reference.origin = file.filename().string();
+    reference.samples = static_cast<uint64_t>(numberOf(image.metadata, "spp"));
+    reference.seconds = numberOf(image.metadata, "seconds");
+    return reference;
+}
+
+/// Whether two cameras show the same but for what rounding on the way through a file does.
+bool looksAlike(const core::Camera& a, const core::Camera& b, double radius)
+{
+    constexpr double kAlike = 1e-5;
+    const auto near = [&](double x, double y, double scale) {
+        return std::abs(x - y) <= kAlike * scale;
+    };
+    return glm::distance(a.position, b.position) <= kAlike * radius &&
+           glm::distance(a.forward, b.forward) <= kAlike && glm::distance(a.up, b.up) <= kAlike &&
+           a.orthographic == b.orthographic &&
+           (a.orthographic ? near(a.ymag, b.ymag, radius) : near(a.yfov, b.yfov, 1)) &&
+           near(a.apertureRadius, b.apertureRadius, radius) &&
+           (a.apertureRadius == 0 || near(a.focusDistance, b.focusDistance, radius));
+}
+
+/// "another scene", "another camera": by what a picture of this program says of itself, where that
+/// is not what is on show; empty where nothing speaks against it.
+std::string otherView(const core::Metadata& metadata, const Document& document,
+                      const core::Camera& view)
+{
+    const auto hash = metadata.find("scene_hash"), camera = metadata.find("camera");
+    if (hash == metadata.end() || camera == metadata.end()) return {};
+    const core::World& world = *document.world;
+    if (hash->second != world.scene->hash) return "another scene";
+    if (numberOf(metadata, "at") != document.time) return "another moment of the scene";
+    try {
+        const core::Camera made = cameraFromJson(parseJson(camera->second, "camera"),
+                                                 core::Camera{}, world.placement, "camera");
+        const double aspect =
+            numberOf(metadata, "width") / std::max(numberOf(metadata, "height"), 1.0);
+        if (looksAlike(framed(made, aspect), view, static_cast<double>(world.radius))) return {};
+    } catch (const core::Error&) {
+        // A camera that cannot be read is not this one.
+    }
+    return "another camera";
+}
+
+}  // namespace
 
 bool Session::referenceFits(const RenderRequest& request) const
 {
@@ -72,24 +142,29 @@ void Session::takeReference()
 void Session::loadReference(const fs::path& file)
 {
     try {
-        const core::ImageFile image = core::readExr(file);
-        Reference reference;
-        reference.mean = image.layer("");
-        if (reference.mean.channels != 3)
-            throw core::Error(file.string() + ": has no R, G, B to compare with");
-        if (image.hasLayer("variance")) reference.variance = image.layer("variance");
-        reference.origin = file.filename().string();
+        // Before the pixels are read, which takes seconds for a large file.
+        const core::ExrHeader header = core::readExrHeader(file);
         if (ordered_.size.x > 0 &&
-            (reference.mean.width != ordered_.size.x || reference.mean.height != ordered_.size.y))
-            throw core::Error(file.string() + ": is " + std::to_string(reference.mean.width) + 'x' +
-                              std::to_string(reference.mean.height) + ", the picture is " +
+            (header.width != ordered_.size.x || header.height != ordered_.size.y))
+            throw core::Error(file.string() + ": is " + std::to_string(header.width) + 'x' +
+                              std::to_string(header.height) + ", the picture is " +
                               std::to_string(ordered_.size.x) + 'x' +
                               std::to_string(ordered_.size.y) +
                               " — give the window that size, or take another file");
+        const core::ImageFile image = core::readExr(file);
+        Reference reference = referenceFrom(image, file);
         dropReference();
         reference_ = std::make_shared<const Reference>(std::move(reference));
+        saved_.emplace_back(reference_);
         referenceWorld_ = ordered_.world;
         referenceCamera_ = navigation.view();
+        if (!document_) return;
+        referenceTime_ = document_->time;
+        const std::string other = otherView(image.metadata, *document_, referenceCamera_);
+        if (!other.empty())
+            notices.tell(Severity::warning, file.string() + ": was made of " + other +
+                                                " than what is on show: errors against it say "
+                                                "nothing unless both look the same");
     } catch (const core::Error& error) {
         notices.tell(Severity::error, error.what());
     }

@@ -185,6 +185,47 @@ TEST(SessionCompare, FlipComesWhenItIsOnShow)
     EXPECT_EQ(session.flip(), nullptr);
 }
 
+TEST(SessionCompare, AReferenceFromAFileTellsWhetherItIsOfThisView)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "kept.exr";
+    Session session(options("cornell-diffuse.gltf"));
+    act(session, "set", {{"name", "spp-limit"}, {"value", 4}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    act(session, "save", {{"file", file.string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, file.string() + ": saved"); }));
+    act(session, "load-reference", {{"file", file.string()}});
+    ASSERT_TRUE(session.reference());
+    EXPECT_EQ(session.reference()->samples, 4u);
+    EXPECT_NEAR(session.reference()->seconds, session.picture()->seconds, 6e-4);
+    EXPECT_TRUE(session.isSaved(session.reference())) << "it is in a file";
+    EXPECT_FALSE(told(session, "than what is on show"));
+
+    act(session, "orbit", {{"dx", 0.1}});
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "load-reference", {{"file", file.string()}});
+    EXPECT_TRUE(told(session, "another camera than what is on show"));
+    EXPECT_TRUE(session.reference()) << "it may be meant all the same";
+    act(session, "load", {{"file", (kAssets / "animated.gltf").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "animated.gltf: "); }));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "load-reference", {{"file", file.string()}});
+    EXPECT_TRUE(told(session, "another scene than what is on show"));
+}
+
+TEST(SessionCompare, AReferenceOfAnotherSizeIsRefusedBeforeItsPixelsAreRead)
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder / "large.exr";
+    core::writeExr(file, {{{"", core::Image(200, 100, 3)}}, {}});
+    fs::resize_file(file, fs::file_size(file) / 2);  // what reads the pixels says that
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "load-reference", {{"file", file.string()}});
+    EXPECT_TRUE(told(session, "is 200x100, the picture is 48x32"));
+    EXPECT_EQ(session.reference(), nullptr);
+}
+
 TEST(SessionCompare, AViewThatIsAskedForTakesThePlaceOfTheSlider)
 {
     Session session(options(""));
