@@ -50,7 +50,8 @@ struct Eta {
 std::optional<Eta> etaToError(const std::vector<ErrorPoint>& points, bool against, double target,
                               double referenceNoise);
 
-/// Root of the mean variance of the reference's mean; 0 when unknown.
+/// Root of the mean variance of the reference's mean; 0 when unknown. It reads every pixel: whoever
+/// makes a reference keeps it there.
 double referenceNoise(const Reference& reference);
 
 class Convergence {

@@ -55,6 +55,7 @@ struct RenderParams {
 struct Reference {
     core::Image mean;      // RGB
     core::Image variance;  // of the mean; empty when unknown
+    double noise = 0;      // what referenceNoise() makes of it, known to whoever draws
     uint64_t samples = 0;  // 0: unknown
     double seconds = 0;
     std::string origin;     // "rendered here, path, seed 7" or the file's name

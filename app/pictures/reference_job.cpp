@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/pictures/convergence.h"
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/time.h"
@@ -70,6 +71,7 @@ void renderReference(const ReferenceOrder& order, core::Mailbox<Reference>& box,
         auto reference = std::make_shared<Reference>();
         reference->mean = std::move(estimate.mean);
         reference->variance = std::move(estimate.variance);
+        reference->noise = referenceNoise(*reference);
         reference->samples = done;
         reference->seconds = seconds;
         reference->origin =

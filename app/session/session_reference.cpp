@@ -36,6 +36,7 @@ Reference referenceFrom(const core::ImageFile& image, const fs::path& file)
     if (reference.mean.channels != 3)
         throw core::Error(file.string() + ": has no R, G, B to compare with");
     if (image.hasLayer("variance")) reference.variance = image.layer("variance");
+    reference.noise = referenceNoise(reference);
     reference.origin = file.filename().string();
     reference.samples = static_cast<uint64_t>(numberOf(image.metadata, "spp"));
     reference.seconds = numberOf(image.metadata, "seconds");
@@ -220,6 +221,7 @@ void Session::becomeReference(const KeptPicture& kept)
     auto reference = std::make_shared<Reference>();
     reference->mean = p.mean;
     if (p.variance && p.samples >= 2) reference->variance = *p.variance;
+    reference->noise = referenceNoise(*reference);
     reference->samples = p.samples;
     reference->seconds = p.seconds;
     reference->origin = "the picture as it was, " + paramsLabel(p.params);

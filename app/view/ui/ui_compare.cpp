@@ -71,7 +71,7 @@ void drawReferenceSection(const UiContext& c)
                                                      : "samples unknown";
         if (reference->seconds > 0) samples += " in " + secondsText(reference->seconds);
         dimText(samples);
-        const double noise = referenceNoise(*reference);
+        const double noise = reference->noise;
         dimText(noise > 0 ? "its own noise: RMSE " + digitsText(noise)
                           : "its own noise is unknown");
     } else {

@@ -70,7 +70,7 @@ LogPlot convergencePlot(const UiContext& c)
         plotCurve(present, present.against, ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), true));
     plot.guideSlope = -0.5;
     const auto reference = c.session.reference();
-    if (present.against && reference) plot.floor = referenceNoise(*reference);
+    if (present.against && reference) plot.floor = reference->noise;
     if (plot.floor > 0) plot.floorLabel = "noise of the reference, part of the RMSE";
     plot.target = targetError(c);
     if (plot.target > 0) plot.targetLabel = etaText(present, plot.target, plot.floor);

@@ -243,8 +243,8 @@ void drawLimitsSection(const UiContext& c)
         const auto reference = c.session.reference();
         // Of the samples that the law of the root asks for.
         const double ratio = error > 0 ? render.errorLimit / error : 0;
-        limitBar(ratio * ratio, errorText(last, reference ? referenceNoise(*reference) : 0) +
-                                    "; limit " + digitsText(render.errorLimit));
+        limitBar(ratio * ratio, errorText(last, reference ? reference->noise : 0) + "; limit " +
+                                    digitsText(render.errorLimit));
     }
 }
 

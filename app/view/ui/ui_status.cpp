@@ -59,7 +59,7 @@ void errorItem(const Picture& picture, const Reference* reference, std::vector<S
     if (last.rmse > 0 && reference != nullptr) {
         std::string help = "root mean square error against the reference (" + reference->origin +
                            ") at " + std::to_string(last.samples) + " spp, with its standard error";
-        const double noise = referenceNoise(*reference);
+        const double noise = reference->noise;
         if (noiseShows(last.rmse, last.rmseSe, noise)) {
             help += "; the reference's own noise is " + digitsText(noise) +
                     " and part of it: the picture's error is less";

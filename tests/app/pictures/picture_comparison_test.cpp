@@ -17,7 +17,7 @@ constexpr uint32_t kPictureSide = 64;
 /// does: B's is `ratio` times A's everywhere, times what differs from one half to the other.
 struct Made {
     core::Image a{kPictureSide, kPictureSide, 3}, b = a, varianceA = a, varianceB = a;
-    app::Reference reference{a, a, 100, 1, "made up"};
+    app::Reference reference{a, a, 0, 100, 1, "made up"};
     double mseA = 0, mseB = 0, relA = 0, relB = 0;  // expected
 };
 
@@ -181,7 +181,7 @@ TEST(PictureComparison, WhatCannotBeComparedIsSaid)
                                        nullptr))
                   .find("one sample"),
               std::string::npos);
-    const app::Reference small{tiny, {}, 0, 0, ""};
+    const app::Reference small{tiny, {}, 0, 0, 0, ""};
     EXPECT_EQ(why(app::comparePictures({tiny}, {tiny}, &small)), "the pictures are too small");
 }
 

@@ -105,6 +105,7 @@ TEST(SessionCompare, ThePictureOfOneMethodIsTheReferenceOfAnother)
     EXPECT_EQ(session.reference()->mean.pixels, kept.pixels);
     EXPECT_EQ(session.reference()->samples, 8u);
     EXPECT_GT(app::referenceNoise(*session.reference()), 0);
+    EXPECT_EQ(session.reference()->noise, app::referenceNoise(*session.reference()));
     EXPECT_NE(session.reference()->origin.find("path, cpu"), std::string::npos);
     act(session, "set", {{"name", "seed"}, {"value", 5}});
     ASSERT_TRUE(until(session, [&] {
@@ -120,6 +121,8 @@ TEST(SessionCompare, ThePictureOfOneMethodIsTheReferenceOfAnother)
         return session.reference() &&
                session.reference()->origin.find("guided") != std::string::npos;
     }));
+    EXPECT_GT(session.reference()->noise, 0);
+    EXPECT_EQ(session.reference()->noise, app::referenceNoise(*session.reference()));
     EXPECT_THROW(act(session, "reference", {{"method", "magic"}}), core::Error);
 }
 
@@ -197,6 +200,8 @@ TEST(SessionCompare, AReferenceFromAFileTellsWhetherItIsOfThisView)
     act(session, "load-reference", {{"file", file.string()}});
     ASSERT_TRUE(session.reference());
     EXPECT_EQ(session.reference()->samples, 4u);
+    EXPECT_GT(session.reference()->noise, 0);
+    EXPECT_EQ(session.reference()->noise, app::referenceNoise(*session.reference()));
     EXPECT_NEAR(session.reference()->seconds, session.picture()->seconds, 6e-4);
     EXPECT_TRUE(session.isSaved(session.reference())) << "it is in a file";
     EXPECT_FALSE(told(session, "than what is on show"));
@@ -217,7 +222,9 @@ TEST(SessionCompare, AReferenceOfAnotherSizeIsRefusedBeforeItsPixelsAreRead)
 {
     const TemporaryFolder folder;
     const fs::path file = folder / "large.exr";
-    core::writeExr(file, {{{"", core::Image(200, 100, 3)}}, {}});
+    core::Image pixels(200, 100, 3);
+    for (size_t i = 0; i < pixels.pixels.size(); ++i) pixels.pixels[i] = float(i * 7919 % 1009);
+    core::writeExr(file, {{{"", pixels}}, {}});
     fs::resize_file(file, fs::file_size(file) / 2);  // what reads the pixels says that
     Session session(options("cornell-diffuse.gltf"));
     ASSERT_TRUE(until(session, [&] { return settled(session); }));
