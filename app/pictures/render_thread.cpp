@@ -218,6 +218,8 @@ void RenderThread::Loop::makeRenderer()
     dropRenderer();
     renderer_ = std::move(renderer);
     made_ = request_;
+    made_->world.reset();  // the renderer holds the one that it shows
+    made_->reference.reset();
 }
 
 void RenderThread::Loop::dropRenderer()

@@ -137,6 +137,18 @@ TEST_F(RenderThread, OnlyWhatAChangeInvalidatesIsMadeAnew)
     }
 }
 
+TEST_F(RenderThread, ASceneThatIsLeftIsLetGo)
+{
+    start();
+    post();
+    finished();
+    const std::weak_ptr<const core::World> before = order.world;
+    order.world = std::make_shared<core::World>();
+    post();
+    finished();
+    EXPECT_TRUE(until([&] { return before.expired(); }));
+}
+
 TEST_F(RenderThread, APauseKeepsTheFilmAndANewViewStillGetsItsPicture)
 {
     order.params.sppLimit = 0;
