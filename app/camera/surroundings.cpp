@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <glm/gtc/constants.hpp>
@@ -52,10 +53,11 @@ std::optional<double> distanceAlong(const core::World& world, glm::dvec3 positio
     return hit ? std::optional(hit->distance) : std::nullopt;
 }
 
-bool insideSolid(const core::World& world, glm::dvec3 position)
+bool insideSolid(const core::World& world, glm::dvec3 position, std::stop_token stop)
 {
     int fronts = 0;
     for (int i = 0; i < kRays; ++i) {
+        if (stop.stop_requested()) return false;
         const glm::dvec3 along = direction(i);
         const std::optional<core::Picked> hit = look(world, position, along);
         if (!hit) return false;
@@ -65,14 +67,15 @@ bool insideSolid(const core::World& world, glm::dvec3 position)
     return true;
 }
 
-std::optional<Room> roomAround(const core::World& world, glm::dvec3 position)
+std::optional<Room> roomAround(const core::World& world, glm::dvec3 position, std::stop_token stop)
 {
     const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);
     if (glm::any(glm::lessThan(position, low)) || glm::any(glm::greaterThan(position, high)))
         return {};
     std::vector<glm::dvec3> seen;
-    for (int i = 0; i < kRays; ++i)
+    for (int i = 0; i < kRays && !stop.stop_requested(); ++i)
         if (const auto hit = look(world, position, direction(i))) seen.push_back(hit->position);
+    if (stop.stop_requested()) return {};
     if (static_cast<double>(seen.size()) < kLeastWalls * kRays) return {};
     Room room;
     const auto count = static_cast<double>(seen.size());
@@ -82,11 +85,11 @@ std::optional<Room> roomAround(const core::World& world, glm::dvec3 position)
 }
 
 std::optional<Standpoint> standpointInRoom(const core::World& world, const core::Camera& camera,
-                                           double distance)
+                                           double distance, std::stop_token stop)
 {
     if (camera.orthographic) return {};
     const glm::dvec3 eye = camera.position;
-    const std::optional<Room> room = roomAround(world, eye);
+    const std::optional<Room> room = roomAround(world, eye, std::move(stop));
     if (!room) return {};
     // Looks at the middle of what is around and steps back from it as far as the wall behind.
     const double ahead = glm::distance(room->middle, eye);

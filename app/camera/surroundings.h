@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <stop_token>
 
 #include <glm/glm.hpp>
 
@@ -25,7 +26,8 @@ std::optional<double> distanceAlong(const core::World& world, glm::dvec3 positio
 /// enough fronts, end it early: outside it costs next to nothing. An empty room whose walls are
 /// wound the wrong way round cannot be told from a solid, nor a place in two solids at once from
 /// the open.
-bool insideSolid(const core::World& world, glm::dvec3 position);
+/// A stop ends it early, with whatever answer.
+bool insideSolid(const core::World& world, glm::dvec3 position, std::stop_token stop = {});
 
 /// A room as it is seen from within.
 struct Room {
@@ -34,8 +36,9 @@ struct Room {
 };
 
 /// The room around the place; nothing when it is not in the scene's bounds or more than a quarter
-/// of 64 directions lead out into the open.
-std::optional<Room> roomAround(const core::World& world, glm::dvec3 position);
+/// of 64 directions lead out into the open, or when it is stopped.
+std::optional<Room> roomAround(const core::World& world, glm::dvec3 position,
+                               std::stop_token stop = {});
 
 /// Where to stand to see as much of a room as can be seen without leaving it, and what to look at.
 struct Standpoint {
@@ -43,8 +46,8 @@ struct Standpoint {
 };
 
 /// The one that is reached from the camera by turning and stepping back; nothing outside of rooms.
-/// `distance`: from which a sphere of radius 1 is seen whole.
+/// `distance`: from which a sphere of radius 1 is seen whole. Nothing when it is stopped.
 std::optional<Standpoint> standpointInRoom(const core::World& world, const core::Camera& camera,
-                                           double distance);
+                                           double distance, std::stop_token stop = {});
 
 }  // namespace app

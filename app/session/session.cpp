@@ -31,8 +31,7 @@ Session::Session(const SessionOptions& options)
       pendingSaves_(std::make_unique<PendingSaves>()),
       loadedBox_(std::make_shared<core::Mailbox<Loaded>>()),
       referenceBox_(std::make_shared<core::Mailbox<Reference>>()),
-      saves_(std::make_shared<SaveQueue>()),
-      framingBox_(std::make_shared<core::Mailbox<std::optional<Standpoint>>>()),
+      saves_(std::make_shared<SaveQueue>()), foundBox_(std::make_shared<core::Mailbox<Found>>()),
       insideBox_(std::make_shared<core::Mailbox<bool>>()), loader_("loader", 5), core_("core", 10),
       saver_("saver", 5), lookout_("lookout", 5), renderThread_(options.factory, options.onPicture)
 {
@@ -113,7 +112,7 @@ bool Session::busy() const
     const bool works = !rendering.stage.empty() && rendering.stage != "idle";
     return works || judge_.busy() || loader_.status().active() || core_.status().active() ||
            saver_.status().active() || track.playing() || player.playing || isMoving() ||
-           equalTime_.running() || !pendingSaves_->empty() || framing_ != 0 || looking_ != 0 ||
+           equalTime_.running() || !pendingSaves_->empty() || seeking_ != 0 || looking_ != 0 ||
            pendingReference_.has_value() || unsettled_ || hasNews() ||
            (referenceKeySeconds > 0 && !holdReference);
 }

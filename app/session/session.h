@@ -5,9 +5,12 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "app/camera/camera_track.h"
@@ -229,6 +232,9 @@ public:
     RenderThreadStatus rendering() const { return renderThread_.status(); }
 
 private:
+    /// What rays find for the hand: where to stand in a room, or the surface at a point.
+    using Found = std::variant<std::optional<Standpoint>, std::optional<glm::dvec3>>;
+
     /// A picture that is to be the reference, without its variance when `until` has come.
     struct KeptPicture {
         std::shared_ptr<const Picture> picture;
@@ -258,6 +264,8 @@ private:
     void takeCamera(const core::Camera& camera);
     void goTo(const std::optional<Viewpoint>& viewpoint);
     glm::dvec2 inPicture(glm::dvec2 position) const;
+    void seek(const char* name, const std::function<Found(std::stop_token)>& find);
+    void take(const Found& found);
     void stand(const std::optional<Standpoint>& standpoint);
     void takeLookout();
     void lookAround();
@@ -289,8 +297,8 @@ private:
     bool insideSolid_ = false;
     std::shared_ptr<const core::World> probedWorld_;  // for insideSolid_
     glm::dvec3 probedAt_{0};
-    core::Camera framedFrom_;             // the view that is to be left for what is found
-    uint64_t framing_ = 0, looking_ = 0;  // jobs of the lookout; 0: none
+    core::Camera soughtFrom_;             // the view that is to be left for what is found
+    uint64_t seeking_ = 0, looking_ = 0;  // jobs of the lookout; 0: none
     std::shared_ptr<const Picture> picture_;
     Convergence convergence_;
     EqualTime equalTime_;
@@ -332,7 +340,7 @@ private:
     std::shared_ptr<core::Mailbox<Loaded>> loadedBox_;
     std::shared_ptr<core::Mailbox<Reference>> referenceBox_;
     std::shared_ptr<SaveQueue> saves_;
-    std::shared_ptr<core::Mailbox<std::optional<Standpoint>>> framingBox_;
+    std::shared_ptr<core::Mailbox<Found>> foundBox_;
     std::shared_ptr<core::Mailbox<bool>> insideBox_;
     core::Worker loader_, core_, saver_, lookout_;
     PictureJudge judge_;

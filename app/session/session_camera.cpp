@@ -157,10 +157,13 @@ glm::dvec2 Session::inPicture(glm::dvec2 position) const
 void Session::focusAt(glm::dvec2 position)
 {
     if (!document_ || ordered_.size.x == 0) return;
-    const auto picked =
-        core::pick(*document_->world, navigation.view(), ordered_.size, inPicture(position));
-    if (!picked) return;
-    navigation.setPivot(picked->position);
+    const glm::dvec2 at = inPicture(position);
+    seek("focus",
+         [world = document_->world, view = navigation.view(), size = ordered_.size,
+          at](const std::stop_token&) -> Found {
+             const auto picked = core::pick(*world, view, size, at);
+             return picked ? std::optional(picked->position) : std::nullopt;
+         });
 }
 
 void Session::dolly(double steps, glm::dvec2 position)
@@ -170,7 +173,12 @@ void Session::dolly(double steps, glm::dvec2 position)
         navigation.dolly(steps);
     } else {
         const glm::dvec2 at = inPicture(position);
-        const auto picked = core::pick(*document_->world, navigation.view(), ordered_.size, at);
+        // A wheel that turns waits for nothing: what would take longer than a frame is not looked
+        // for.
+        const auto picked =
+            quickToLook(*document_->world)
+                ? core::pick(*document_->world, navigation.view(), ordered_.size, at)
+                : std::nullopt;
         navigation.dollyTo(picked ? picked->position : navigation.pointAt(at), steps);
     }
     moved();
@@ -180,18 +188,32 @@ void Session::frameScene()
 {
     if (!document_) return;
     history_.settle(navigation.viewpoint());
-    const std::shared_ptr<const core::World> world = document_->world;
-    const core::Camera camera = navigation.camera();
-    const double distance = navigation.framingDistance(1);
-    if (quickToLook(*world)) {
-        stand(standpointInRoom(*world, camera, distance));
-        return;
-    }
-    framedFrom_ = camera;
-    framing_ = lookout_.start("frame", [=, box = framingBox_](core::JobContext& job) {
-        box->publish(job.generation(), std::make_shared<std::optional<Standpoint>>(
-                                           standpointInRoom(*world, camera, distance)));
+    seek("frame",
+         [world = document_->world, camera = navigation.camera(),
+          distance = navigation.framingDistance(1)](const std::stop_token& stop) -> Found {
+             return standpointInRoom(*world, camera, distance, stop);
+         });
+}
+
+/// At once where that is quick, else by the lookout, unless the camera moves before. What that was
+/// at it begins again afterwards.
+void Session::seek(const char* name, const std::function<Found(std::stop_token)>& find)
+{
+    if (quickToLook(*document_->world)) return take(find({}));
+    soughtFrom_ = navigation.camera();
+    looking_ = 0;
+    probedWorld_.reset();
+    seeking_ = lookout_.start(name, [find, box = foundBox_](core::JobContext& job) {
+        box->publish(job.generation(), std::make_shared<const Found>(find(job.stop())));
     });
+}
+
+void Session::take(const Found& found)
+{
+    if (const auto* standpoint = std::get_if<std::optional<Standpoint>>(&found))
+        stand(*standpoint);
+    else if (const auto& point = std::get<std::optional<glm::dvec3>>(found))
+        navigation.setPivot(*point);
 }
 
 /// In a room, or before the whole scene.
@@ -210,11 +232,11 @@ void Session::stand(const std::optional<Standpoint>& standpoint)
 /// What rays have found out that took longer than a frame.
 void Session::takeLookout()
 {
-    if (framing_ != 0 && navigation.camera() != framedFrom_) framing_ = 0;  // it has moved on
-    if (framing_ != 0)
-        if (const auto found = framingBox_->get(framing_)) {
-            framing_ = 0;
-            stand(*found);
+    if (seeking_ != 0 && navigation.camera() != soughtFrom_) seeking_ = 0;  // it has moved on
+    if (seeking_ != 0)
+        if (const auto found = foundBox_->get(seeking_)) {
+            seeking_ = 0;
+            take(*found);
         }
     if (looking_ != 0)
         if (const auto inside = insideBox_->get(looking_)) {
@@ -228,7 +250,7 @@ void Session::lookAround()
 {
     if (!document_) return;
     takeLookout();
-    if (isMoving() || track.playing() || player.playing || framing_ != 0) return;
+    if (isMoving() || track.playing() || player.playing || seeking_ != 0) return;
     const std::shared_ptr<const core::World> world = document_->world;
     const glm::dvec3 eye = navigation.camera().position;
     if (probedWorld_ == world && probedAt_ == eye) return;
@@ -238,7 +260,8 @@ void Session::lookAround()
     looking_ = 0;
     if (quickToLook(*world)) return;
     looking_ = lookout_.start("look around", [=, box = insideBox_](core::JobContext& job) {
-        box->publish(job.generation(), std::make_shared<bool>(app::insideSolid(*world, eye)));
+        const bool inside = app::insideSolid(*world, eye, job.stop());
+        if (!job.stopped()) box->publish(job.generation(), std::make_shared<bool>(inside));
     });
 }
 

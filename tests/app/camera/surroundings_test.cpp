@@ -65,6 +65,10 @@ TEST(Surroundings, ARoomIsSeenFromWithinAndNotFromOutside)
 {
     const auto world = ballAndRoom(false);
     const double scale = world->placement.scale;
+    std::stop_source stopped;
+    stopped.request_stop();
+    EXPECT_FALSE(app::roomAround(*world, placed(*world, {6.5, 0.5, 0.5}), stopped.get_token()));
+    EXPECT_FALSE(app::insideSolid(*world, placed(*world, {0, 0, 0}), stopped.get_token()));
     const auto room = app::roomAround(*world, placed(*world, {6.5, 0.5, 0.5}));
     ASSERT_TRUE(room);
     EXPECT_LT(glm::distance(room->middle, placed(*world, {6, 0, 0})), 0.8 * scale);

@@ -97,6 +97,44 @@ TEST(Session, TheCamerasFrameFitsIntoANarrowArea)
     EXPECT_EQ(session.placeOf(*session.picture()), (app::Area{{0, 0}, {1, 1}}));
 }
 
+/// More triangles than rays can be tried against within a frame.
+fs::path heavyScene(const TemporaryFolder& folder)
+{
+    std::ifstream file(kAssets / "glass.gltf");
+    ActionJson scene = ActionJson::parse(file);
+    for (int i = 0; i < 40; ++i) {
+        scene["scenes"][0]["nodes"].push_back(scene["nodes"].size());
+        scene["nodes"].push_back({{"mesh", 6}});
+    }
+    fs::copy_file(kAssets / "glass.bin", folder / "glass.bin");
+    std::ofstream(folder / "glass.gltf") << scene.dump();
+    return folder / "glass.gltf";
+}
+
+TEST(Session, TheHandWaitsForNoRaysThroughManyTriangles)
+{
+    const TemporaryFolder folder;
+    app::SessionOptions o = options("");
+    o.scene.file = heavyScene(folder);
+    o.scene.load.instancing = core::Instancing::flat;
+    Session session(o);
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    ASSERT_FALSE(app::quickToLook(*session.document()->world)) << "the test needs more";
+    const glm::dvec3 pivot = session.navigation.pivot();
+    const ActionJson low{{"x", 0.5}, {"y", 0.75}};
+    act(session, "focus", low);
+    EXPECT_EQ(session.navigation.pivot(), pivot) << "another thread looks for it";
+    ASSERT_TRUE(until(session, [&] { return session.navigation.pivot() != pivot; }));
+    app::Navigation expected = session.navigation;
+    expected.dollyTo(expected.pointAt({0.5, 0.75}), 1);
+    act(session, "dolly", {{"steps", 1}, {"x", 0.5}, {"y", 0.75}});
+    EXPECT_EQ(session.navigation.viewpoint(), expected.viewpoint());
+    const app::Viewpoint near = session.navigation.viewpoint();
+    act(session, "focus");
+    EXPECT_EQ(session.navigation.viewpoint(), near);
+    EXPECT_TRUE(until(session, [&] { return session.navigation.viewpoint() != near; }));
+}
+
 /// Updates with an area of that size until it shows a picture of `size`, ten seconds at most.
 bool showsAt(Session& session, glm::uvec2 area, glm::uvec2 size)
 {
