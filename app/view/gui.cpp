@@ -108,9 +108,6 @@ struct Gui::Impl {
     gpu::Device device;
     gpu::Swapchain swapchain;
     gpu::Display display;
-    gpu::Handle<VkQueryPool, &gpu::Api::DestroyQueryPool> timestamps;
-    std::array<bool, gpu::Swapchain::kSlots>
-        timed{};  // whether the slot's commands write timestamps
     ImguiContext context;
     std::optional<ImguiVulkan> imgui;
     float wantedScale, scale = 0;  // wanted 0: the display's
@@ -132,15 +129,12 @@ struct Gui::Impl {
           swapchain(device, [&w](VkInstance instance) { return w.makeSurface(instance); }),
           display(device), context(w.get()), wantedScale(options.uiScale)
     {
-        makeTimestamps();
         applyScale();
     }
     ~Impl() { swapchain.settle(); }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
-    void makeTimestamps();
-    void readTimestamps(uint32_t slot);
     void applyScale();
     void compose();
     bool shows(const DisplayInputs& inputs, glm::uvec2 corner) const;
@@ -149,32 +143,6 @@ struct Gui::Impl {
     void draw(VkCommandBuffer commands, VkImage image, VkFramebuffer framebuffer, glm::uvec2 size,
               const Use& after);
 };
-
-void Gui::Impl::makeTimestamps()
-{
-    uint32_t count = 0;
-    vk.GetPhysicalDeviceQueueFamilyProperties(device.physical(), &count, nullptr);
-    std::vector<VkQueueFamilyProperties> families(count);
-    vk.GetPhysicalDeviceQueueFamilyProperties(device.physical(), &count, families.data());
-    if (families[device.queueFamily()].timestampValidBits == 0) return;
-    VkQueryPoolCreateInfo create{};
-    create.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
-    create.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    create.queryCount = 2 * gpu::Swapchain::kSlots;
-    VkQueryPool object;
-    VK_CHECK(vk.CreateQueryPool(device.get(), &create, nullptr, &object));
-    timestamps = {device.get(), object};
-}
-
-void Gui::Impl::readTimestamps(uint32_t slot)
-{
-    if (!std::exchange(timed[slot], false)) return;
-    std::array<uint64_t, 2> ticks{};
-    VK_CHECK(vk.GetQueryPoolResults(device.get(), timestamps.get(), 2 * slot, 2, sizeof(ticks),
-                                    ticks.data(), sizeof(uint64_t), VK_QUERY_RESULT_64_BIT));
-    stats.displaySeconds = static_cast<double>(ticks[1] - ticks[0]) *
-                           static_cast<double>(device.limits().timestampPeriod) * 1e-9;
-}
 
 /// Style and fonts for the scale that is wanted now.
 void Gui::Impl::applyScale()
@@ -230,18 +198,7 @@ void Gui::Impl::runKernel(const gpu::WindowFrame& frame, const DisplayInputs& in
     }
     shown.corner = corner;
     if (shows(inputs, corner)) return;
-    const uint32_t query = 2 * frame.slot;
-    if (timestamps) {
-        vk.CmdResetQueryPool(frame.commands, timestamps.get(), query, 2);
-        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, timestamps.get(),
-                             query);
-    }
     display.record(frame.commands, inputs.settings, swapchain.swapped(), inputs.places);
-    if (timestamps) {
-        vk.CmdWriteTimestamp(frame.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, timestamps.get(),
-                             query + 1);
-        timed[frame.slot] = true;
-    }
     shown.settings = inputs.settings;
     shown.places = inputs.places;
     ran = true;
@@ -320,9 +277,7 @@ void Gui::end(const DisplayInputs& inputs)
     Impl& i = *impl_;
     i.compose();
     i.upload(inputs);
-    const uint32_t slot = i.swapchain.nextSlot();
     const std::optional<gpu::WindowFrame> frame = i.swapchain.begin(i.window.framebufferSize());
-    i.readTimestamps(slot);  // begin() has waited for these commands
     i.missed = true;
     if (!frame) {
         ++i.stats.skipped;
@@ -371,11 +326,6 @@ std::vector<uint8_t> Gui::readPicture(glm::uvec2& size)
 void Gui::setUiScale(float scale)
 {
     impl_->wantedScale = scale;
-}
-
-bool Gui::isSoftware() const
-{
-    return impl_->device.isSoftware();
 }
 
 GuiStats Gui::stats() const

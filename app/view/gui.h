@@ -42,7 +42,6 @@ struct GuiStats {
     // Frames shown, not shown, swapchains made
     uint64_t presented = 0, skipped = 0, swapchains = 0;
     uint64_t deviceBytes = 0;
-    double displaySeconds = 0;  // of the kernel, last time it ran
 };
 
 class Gui {
@@ -69,7 +68,6 @@ public:
     std::vector<uint8_t> readPicture(glm::uvec2& size);
 
     void setUiScale(float scale);
-    bool isSoftware() const;
     GuiStats stats() const;
     std::string deviceName() const;
 

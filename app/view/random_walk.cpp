@@ -35,6 +35,7 @@ size_t RandomWalk::below(size_t count)
 /// {"name": ..., "value": ...}: one in eight does not fit.
 Json RandomWalk::parameter()
 {
+    const std::span<const std::string_view> shows = core::enumNames<Show>();
     switch (below(18)) {
     case 0:
         return {{"name", "device"}, {"value", below(2) == 0 ? "cpu" : "vulkan"}};
@@ -53,7 +54,7 @@ Json RandomWalk::parameter()
     case 7:
         return {{"name", "tone"}, {"value", below(2) == 0 ? "aces" : "agx"}};
     case 8:
-        return {{"name", "show"}, {"value", std::string(core::enumNames<Show>()[below(12)])}};
+        return {{"name", "show"}, {"value", std::string(shows[below(shows.size())])}};
     case 9:
         return {{"name", "spp-limit"}, {"value", below(20)}};
     case 10:

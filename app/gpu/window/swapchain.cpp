@@ -369,7 +369,7 @@ std::optional<WindowFrame> Swapchain::begin(glm::uvec2 size)
     begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     VK_CHECK(vk.BeginCommandBuffer(slot.commands, &begin));
     const Image& image = chain_.images[image_];
-    return WindowFrame{slot.commands, image.image, image.framebuffer.get(), chain_.size, next_};
+    return WindowFrame{slot.commands, image.image, image.framebuffer.get(), chain_.size};
 }
 
 bool Swapchain::end()

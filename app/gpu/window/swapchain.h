@@ -32,7 +32,6 @@ struct WindowFrame {
     VkImage image = VK_NULL_HANDLE;
     VkFramebuffer framebuffer = VK_NULL_HANDLE;  // of renderPass()
     glm::uvec2 size{0};
-    uint32_t slot = 0;  // 0 or 1: of the frames in flight
 };
 
 class Swapchain {
@@ -47,8 +46,7 @@ public:
     Swapchain& operator=(const Swapchain&) = delete;
 
     /// Waits for the commands of two frames ago, then acquires an image; none when there is nothing
-    /// to draw on now: skip the frame. `size` is that of the window's framebuffer. The fence that
-    /// was waited for is that of slot nextSlot().
+    /// to draw on now: skip the frame. `size` is that of the window's framebuffer.
     std::optional<WindowFrame> begin(glm::uvec2 size);
 
     /// Submits and presents what has been recorded since begin(); the commands leave the image in
@@ -66,7 +64,6 @@ public:
     VkRenderPass renderPass() const { return renderPass_.get(); }
     VkFormat format() const { return format_.format; }
     bool swapped() const { return format_.format == VK_FORMAT_B8G8R8A8_UNORM; }  // blue comes first
-    uint32_t nextSlot() const { return next_; }
     uint64_t made() const { return made_; }  // swapchains so far
 
 private:
