@@ -98,14 +98,6 @@ double secondsAlong(const LogPoint& last, double target, double slope)
     return std::exp(last.t) * std::expm1((target - last.e) / std::clamp(slope, -1.0, -0.25));
 }
 
-bool sameRestarting(RenderParams a, const RenderParams& b)
-{
-    a.sppLimit = b.sppLimit;
-    a.secondsLimit = b.secondsLimit;
-    a.errorLimit = b.errorLimit;
-    return a == b;
-}
-
 }  // namespace
 
 std::optional<Fit> fitCurve(const std::vector<ErrorPoint>& points, bool against)
@@ -145,7 +137,7 @@ double referenceNoise(const Reference& reference)
 bool Convergence::continues(const Picture& picture, const CurveView& view) const
 {
     if (picture.samples < samples_ || picture.seconds < seconds_) return false;
-    if (!sameRestarting(picture.params, params_) || view != present_.view) return false;
+    if (!sameRendering(picture.params, params_) || view != present_.view) return false;
     // A new start that has overtaken the old picture between two looks differs in its first point.
     if (picture.curve.empty() || present_.points.empty()) return true;
     return picture.curve.front().seconds == present_.points.front().seconds;

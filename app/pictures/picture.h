@@ -51,6 +51,12 @@ struct RenderParams {
     friend bool operator==(const RenderParams&, const RenderParams&) = default;
 };
 
+/// Whether both make the same picture: limits only say when it is finished.
+inline bool sameRendering(const RenderParams& a, const RenderParams& b)
+{
+    return a.device == b.device && a.deviceIndex == b.deviceIndex && a.method == b.method;
+}
+
 /// The image that errors are measured against; from the core thread or from a file.
 struct Reference {
     core::Image mean;      // RGB
@@ -62,8 +68,8 @@ struct Reference {
     RenderParams params{};  // that it was rendered with; of one from a file they are unknown
 };
 
-/// An immutable order. Two orders with equal `world`, `camera`, `size`, and restarting `params`
-/// continue one picture.
+/// An immutable order. Two orders with equal `world`, `camera`, `size`, `restarts` and rendering
+/// (sameRendering) continue one picture.
 struct RenderRequest {
     std::shared_ptr<const core::World> world;  // none: nothing to do
     core::Camera camera;
@@ -149,8 +155,7 @@ inline bool oneView(const Picture& a, const Picture& b)
 /// Whether two are results of one picture, to which samples were added in between.
 inline bool onePicture(const Picture& a, const Picture& b)
 {
-    return a.restarts == b.restarts && oneView(a, b) && a.params.device == b.params.device &&
-           a.params.deviceIndex == b.params.deviceIndex && a.params.method == b.params.method;
+    return a.restarts == b.restarts && oneView(a, b) && sameRendering(a.params, b.params);
 }
 
 /// Whether `kept` has every sample of `live`. (One with the same samples may carry more, as their

@@ -28,25 +28,18 @@ constexpr uint64_t kSettledSamples = 8;
 constexpr double kSettledSeconds = 0.25;
 constexpr double kGrowthBetweenPoints = 1.2;
 
-RenderParams withoutLimits(RenderParams params)
-{
-    params.sppLimit = 0;
-    params.secondsLimit = params.errorLimit = 0;
-    return params;
-}
-
 }  // namespace
 
 Change changeBetween(const RenderRequest& from, const RenderRequest& to)
 {
-    const RenderParams a = withoutLimits(from.params), b = withoutLimits(to.params);
+    const RenderParams &a = from.params, &b = to.params;
     if (a.device != b.device || a.deviceIndex != b.deviceIndex || a.method.id() != b.method.id() ||
         from.validation != to.validation) {
         return Change::renderer;
     }
     if (from.world != to.world) return Change::world;
-    const bool same =
-        from.camera == to.camera && from.size == to.size && a == b && from.restarts == to.restarts;
+    const bool same = from.camera == to.camera && from.size == to.size && sameRendering(a, b) &&
+                      from.restarts == to.restarts;
     return same ? Change::nothing : Change::view;
 }
 

@@ -10,9 +10,15 @@ namespace {
 bool shows(const Picture& picture, const RenderRequest& view)
 {
     return picture.world.lock() == view.world && picture.camera == view.camera &&
-           picture.fullSize == view.size && picture.params.method == view.params.method &&
-           picture.params.device == view.params.device &&
-           picture.params.deviceIndex == view.params.deviceIndex;
+           picture.fullSize == view.size && picture.restarts == view.restarts &&
+           sameRendering(picture.params, view.params);
+}
+
+/// Whether a picture is to be saved in place of another of the same view: not where it was begun
+/// anew, as after the loss of a device.
+bool isMore(const Picture& picture, const std::shared_ptr<const Picture>& than)
+{
+    return !than || picture.samples >= than->samples;
 }
 
 /// Takes out those of which `isDue` holds.
@@ -36,15 +42,15 @@ std::vector<SaveItem> takeOut(std::vector<PendingSave>& waiting, IsDue&& isDue)
 bool sameView(const RenderRequest& a, const RenderRequest& b)
 {
     return a.world == b.world && a.camera == b.camera && a.size == b.size &&
-           a.params.method == b.params.method && a.params.device == b.params.device &&
-           a.params.deviceIndex == b.params.deviceIndex && a.restarts == b.restarts;
+           a.restarts == b.restarts && sameRendering(a.params, b.params);
 }
 
 void PendingSaves::offer(const std::shared_ptr<const Picture>& picture)
 {
     if (!picture || !isWhole(*picture)) return;
     for (PendingSave& save : waiting_)
-        if (shows(*picture, save.view)) save.item.picture = picture;
+        if (shows(*picture, save.view) && isMore(*picture, save.item.picture))
+            save.item.picture = picture;
 }
 
 std::vector<SaveItem> PendingSaves::takeReady(double now)

@@ -34,19 +34,6 @@ void drawSmallPicture(ImVec2 corner, ImVec2 size, const SmallPicture& picture)
                 list.PrimWriteIdx(static_cast<ImDrawIdx>(first + y * kWidth + x + i));
 }
 
-/// "kitchen.glb", shortened to fit.
-std::string shortenedName(std::string name, float width)
-{
-    if (ImGui::CalcTextSize(name.c_str()).x <= width) return name;
-    while (!name.empty() && ImGui::CalcTextSize((name + "...").c_str()).x > width) {
-        do {
-            name.pop_back();
-        } while (!name.empty() && (static_cast<unsigned char>(name.back()) & 0xc0) == 0x80);
-        if (!name.empty() && static_cast<unsigned char>(name.back()) >= 0xc0) name.pop_back();
-    }
-    return name + "...";
-}
-
 /// True when it was clicked.
 bool drawTile(const RecentScene& scene, ImVec2 picture)
 {
@@ -65,7 +52,7 @@ bool drawTile(const RecentScene& scene, ImVec2 picture)
         list.AddRectFilled(at, ImVec2(at.x + picture.x, at.y + picture.y),
                            ImGui::GetColorU32(ImGuiCol_FrameBg));
     list.AddText(ImVec2(at.x, at.y + picture.y + gap), ImGui::GetColorU32(ImGuiCol_Text),
-                 shortenedName(file.filename().string(), picture.x).c_str());
+                 shortenedLabel(file.filename().string(), picture.x).c_str());
     return clicked;
 }
 

@@ -1,6 +1,7 @@
 // Over the picture: the line that says how far it is, and the compare slider.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/pictures/error_text.h"
 #include "app/view/ui/ui_parts.h"
@@ -234,9 +235,8 @@ void drawCaption(const UiContext& c)
         text += "  [" + keyOf("show-color") + ": the picture]";
     }
     if (text.empty()) return;
-    const float gap = 0.7f * c.em, room = c.picture.size.x - 3 * gap;
-    while (text.size() > 4 && ImGui::CalcTextSize(text.c_str()).x > room)
-        text = text.substr(0, text.size() - 4) + "...";
+    const float gap = 0.7f * c.em;
+    text = shortenedLabel(std::move(text), c.picture.size.x - 3 * gap);
     const ImVec2 place(c.picture.corner.x + 1.5f * gap, c.picture.corner.y + gap);
     labelOnPicture(c, place, text);
     c.state.caption = {place.x + ImGui::CalcTextSize(text.c_str()).x + gap,

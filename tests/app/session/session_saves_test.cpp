@@ -4,6 +4,7 @@
 #include <set>
 
 #include "app/base/files.h"
+#include "app/session/pending_saves.h"
 #include "app/session/replay.h"
 #include "core/base/output_file.h"
 #include "core/image/metrics.h"
@@ -179,6 +180,28 @@ TEST_F(SessionSaves, PicturesThatAreKeptHaveTheirVarianceSoon)
     ASSERT_TRUE(until(session, [&] { return session.comparison() != nullptr; }));
     EXPECT_EQ(core::findParam<uint32_t>(session.slots[0].picture->params.method, "max-depth")[0],
               8u);
+}
+
+/// As after the loss of a device, which begins the picture anew.
+TEST(PendingSaves, FewerSamplesOfTheSameViewReplaceNone)
+{
+    app::RenderRequest view;
+    view.world = std::make_shared<core::World>();
+    const auto sampled = [&](uint64_t samples) {
+        auto picture = std::make_shared<app::Picture>();
+        picture->world = view.world;
+        picture->samples = samples;
+        return picture;
+    };
+    app::PendingSaves saves;
+    saves.add({{}, view, 1});
+    for (const uint64_t samples : {5u, 10u, 1u}) saves.offer(sampled(samples));
+    auto other = sampled(100);
+    other->restarts = 1;
+    saves.offer(other);
+    const std::vector<app::SaveItem> items = saves.takeAll();
+    ASSERT_EQ(items.size(), 1u);
+    EXPECT_EQ(items[0].picture->samples, 10u);
 }
 
 TEST_F(SessionSaves, EqualTimeEndsWhereTheViewChanges)
