@@ -50,7 +50,7 @@ public:
         PathWork work{scene_.get(),   &film_.frame(),           {},         core::Strategy::mis,
                       params_.kernel, world_->triangles.size(), pace_.whole};
         work.constants.features = scene_->features();
-        if (view.camera.apertureRadius > 0) work.constants.features |= shared::kFeatureThinLens;
+        if (view.camera.hasLens()) work.constants.features |= shared::kFeatureThinLens;
         work.constants.sampler = static_cast<uint32_t>(params_.sampler);
         work.constants.nee = core::neeOf(params_);
         withoutGuide_ = withGuide_ = work.constants;
