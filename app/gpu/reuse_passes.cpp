@@ -289,11 +289,18 @@ void ReusePasses::makePipelines(const ReuseConstants& constants)
     weigh_.pipeline(constants);
 }
 
+bool ReusePasses::hasKernels(const ReuseConstants& wanted,
+                             const shared::ReuseSettings& settings) const
+{
+    const ReuseConstants constants = specialised(wanted, settings);
+    const ReuseKernel& paths = settings.strategy == shared::kReuseFull ? full_ : new_;
+    return old_.isCompiled(constants) && paths.isCompiled(constants);
+}
+
 bool ReusePasses::compile(const GpuScene& scene, const Frame& frame, const ReuseConstants& wanted)
 {
+    if (hasKernels(wanted, settings_)) return false;
     const ReuseConstants constants = specialised(wanted, settings_);
-    if (old_.isCompiled(constants) && (takesAll() ? full_ : new_).isCompiled(constants))
-        return false;
     makePipelines(constants);  // where failing leaves no half-recorded commands
     shared::ReuseBatch nothing{};
     nothing.settings = settings_;

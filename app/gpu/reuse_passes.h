@@ -59,6 +59,13 @@ public:
     /// The set of the kernel that adds to the film, for a pass that begins now.
     TwoSets& filmSets() { return oldSets_; }
 
+    /// Whether compile() would have nothing to do with these settings, or those that it has, which
+    /// may be of fewer records than were asked for.
+    bool isCompiled(const ReuseConstants& constants, const shared::ReuseSettings& settings) const
+    {
+        return hasKernels(constants, settings) || hasKernels(constants, settings_);
+    }
+
     /// Compiles what has not been compiled. Returns whether anything was.
     bool compile(const GpuScene& scene, const Frame& frame, const ReuseConstants& constants);
 
@@ -90,6 +97,7 @@ private:
     void makeScratch(uint32_t tiles, uint32_t rays, bool chains);
     void bindScratch();
     void makePipelines(const ReuseConstants& constants);
+    bool hasKernels(const ReuseConstants& constants, const shared::ReuseSettings& settings) const;
     bool takesAll() const { return settings_.strategy == shared::kReuseFull; }
     void record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
                 const ReuseConstants& constants, const shared::ReuseBatch& push, uint32_t groups);

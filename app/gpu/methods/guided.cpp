@@ -40,23 +40,29 @@ public:
         sky_.prepare(params.as<core::GuidedParams>().sky, world_, progress);
     }
 
+    std::optional<core::Aovs> look(const core::View& view) override
+    {
+        CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
+        const auto& params = view.params.as<core::GuidedParams>();
+        PathConstants constants = constantsFor(view, params);
+        constants.guided = core::guideKindOf(params);
+        if (batches_.isCompiled(constants)) return std::nullopt;
+        return film_.look(*scene_, frameFor(view, params), pace_.dispatchSeconds);
+    }
+
     void setView(const core::View& view, core::Start start) override
     {
         CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
         params_ = view.params.as<core::GuidedParams>();
         training_.begin(params_, view.size, start);
         scene_->setSky(sky_.take(params_.sky, world_));
-        film_.reset(frameFor(view));
-        PathWork work{scene_.get(),   &film_.frame(),           {},         core::Strategy::mis,
-                      params_.kernel, world_->triangles.size(), pace_.whole};
-        work.constants.features = scene_->features();
-        if (view.camera.hasLens()) work.constants.features |= shared::kFeatureThinLens;
-        work.constants.sampler = static_cast<uint32_t>(params_.sampler);
-        work.constants.nee = core::neeOf(params_);
-        withoutGuide_ = withGuide_ = work.constants;
-        if (training_.isOn()) withGuide_.guided = training_.tables()->kind;
+        film_.reset(frameFor(view, params_));
+        withoutGuide_ = withGuide_ = constantsFor(view, params_);
+        withGuide_.guided = core::guideKindOf(params_);
         const bool rests = training_.isIdleAfter(0) && batches_.isCompiled(withoutGuide_);
-        work.constants = rests ? withoutGuide_ : withGuide_;
+        const PathWork work{scene_.get(),        &film_.frame(), rests ? withoutGuide_ : withGuide_,
+                            core::Strategy::mis, params_.kernel, world_->triangles.size(),
+                            pace_.whole};
         batches_.makeRoom(film_.frame());
         buffers_.makeRoom(film_.frame(), batches_);
         buffers_.setGuide(*training_.tables(), batches_);
@@ -118,15 +124,25 @@ public:
     }
 
 private:
-    shared::FrameData frameFor(const core::View& view) const
+    PathConstants constantsFor(const core::View& view, const core::GuidedParams& params) const
+    {
+        PathConstants constants;
+        constants.features = scene_->features();
+        if (view.camera.hasLens()) constants.features |= shared::kFeatureThinLens;
+        constants.sampler = static_cast<uint32_t>(params.sampler);
+        constants.nee = core::neeOf(params);
+        return constants;
+    }
+
+    shared::FrameData frameFor(const core::View& view, const core::GuidedParams& params) const
     {
         shared::FrameData frame = frameOf(*world_, *scene_, view);
         frame.settings.seed = training_.seed();
-        frame.settings.samplerKind = static_cast<uint32_t>(params_.sampler);
+        frame.settings.samplerKind = static_cast<uint32_t>(params.sampler);
         frame.settings.strategy =
-            params_.nee == core::GuidedNee::none ? shared::kStrategyBsdf : shared::kStrategyMis;
-        frame.settings.maxDepth = params_.maxDepth;
-        frame.settings.rouletteDepth = params_.rouletteDepth;
+            params.nee == core::GuidedNee::none ? shared::kStrategyBsdf : shared::kStrategyMis;
+        frame.settings.maxDepth = params.maxDepth;
+        frame.settings.rouletteDepth = params.rouletteDepth;
         return frame;
     }
 

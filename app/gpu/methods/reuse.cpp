@@ -31,6 +31,17 @@ public:
         batchPace_.restart();
     }
 
+    std::optional<core::Aovs> look(const core::View& view) override
+    {
+        CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
+        const auto& params = view.params.as<core::ReuseParams>();
+        if (passes_.isCompiled(constantsFor(view, params), settingsFor(params)))
+            return std::nullopt;
+        shared::FrameData frame = frameOf(*world_, *scene_, view);
+        core::setPathSettings(params, frame.settings);
+        return film_.look(*scene_, frame, pace_.dispatchSeconds);
+    }
+
     void setView(const core::View& view, core::Start start) override
     {
         CHECK(world_ != nullptr && view.size.x > 0 && view.size.y > 0);
@@ -50,17 +61,13 @@ public:
         shared::FrameData frame = frame_;
         core::setPathSettings(params, frame.settings);
         film_.reset(frame);
-        shared::ReuseSettings settings = core::reuseSettings(params);
+        shared::ReuseSettings settings = settingsFor(params);
         settings.visibility = visibility_;
-        settings.flags = core::reuseFlags(params, 0, core::mayMove(*world_));
         const bool chains = (scene_->features() & shared::kFeatureDelta) != 0;
         passes_.prepare(view.size, film_.frame().tileCount(), settings, perDeviation_, chains);
         for (DescriptorSet& set : passes_.filmSets())
             film_.begin(set, core::mostPathsOfPixel(params));
-        constants_.features =
-            core::reuseFeatures(params, scene_->features(), core::mayMove(*world_));
-        if (view.camera.hasLens()) constants_.features |= shared::kFeatureThinLens;
-        constants_.sampler = static_cast<uint32_t>(params.sampler);
+        constants_ = constantsFor(view, params);
         const core::Clock::time_point begin = core::Clock::now();
         if (passes_.compile(*scene_, film_.frame(), constants_))
             compileSeconds_ += core::secondsSince(begin);
@@ -121,6 +128,24 @@ private:
         std::shared_ptr<const core::World> world;
         std::shared_ptr<const core::Bvh> hierarchy;
     };
+
+    ReuseConstants constantsFor(const core::View& view, const core::ReuseParams& params) const
+    {
+        ReuseConstants constants;
+        constants.features =
+            core::reuseFeatures(params, scene_->features(), core::mayMove(*world_));
+        if (view.camera.hasLens()) constants.features |= shared::kFeatureThinLens;
+        constants.sampler = static_cast<uint32_t>(params.sampler);
+        return constants;
+    }
+
+    /// Of a view's first pass.
+    shared::ReuseSettings settingsFor(const core::ReuseParams& params) const
+    {
+        shared::ReuseSettings settings = core::reuseSettings(params);
+        settings.flags = core::reuseFlags(params, 0, core::mayMove(*world_));
+        return settings;
+    }
 
     /// Finds what has moved since the last whole round; false where nothing of it may be kept.
     bool takeMotion(const core::ReuseParams& params)

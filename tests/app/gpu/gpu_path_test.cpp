@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "app/gpu/base/memory.h"
+#include "app/gpu/methods/methods.h"
 #include "app/gpu/methods/path.h"
+#include "core/methods/guided_params.h"
 #include "core/methods/method.h"
+#include "core/methods/reuse_params.h"
 #include "core/scene/emitter_choice.h"
 #include "tests/support/methods/sky_preparing.h"
 #include "tests/support/process/kept_objects.h"
@@ -249,6 +252,24 @@ TEST_F(GpuPathAlone, ALookBeforeTheFirstPictureShowsItsFirstHits)
     const core::Estimate again = renderFilm(*renderer, *world, 33, 20, 2, params);
     EXPECT_EQ(film.mean.pixels, again.mean.pixels);
     EXPECT_EQ(film.counters.nan, 0u);
+}
+
+/// The kernels of these take seconds to compile, too.
+TEST_F(GpuPathAlone, MethodsWithPathsLookFirst)
+{
+    const auto world = asset("glass");
+    const auto look = [&](std::unique_ptr<core::Renderer> renderer, const core::AnyParams& params) {
+        const core::View view{world->cameras.at(0), {33, 20}, params};
+        renderer->setWorld(world, {});
+        const std::optional<core::Aovs> first = renderer->look(view);
+        ASSERT_TRUE(first.has_value()) << params.id();
+        renderer->setView(view, core::Start::anew);
+        renderer->advance({.samples = 1}, {});
+        EXPECT_EQ(first->ids.pixels, renderer->aovs().ids.pixels) << params.id();
+        EXPECT_FALSE(renderer->look(view).has_value()) << params.id();
+    };
+    look(gpu::makeGuidedPaths({.index = -1, .validation = true}), core::GuidedParams{});
+    look(gpu::makeSampleReuse({.index = -1, .validation = true}), core::ReuseParams{});
 }
 
 /// There a hierarchy is built for it.

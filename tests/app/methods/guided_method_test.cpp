@@ -279,7 +279,7 @@ TEST_P(GuidedMethod, PathsAreThePathTracersWhereItDoesNotPay)
                       plainAfter = plain({.seed = 3}, all).mean;
     for (size_t i = 0; i < after.pixels.size(); ++i) {
         const auto sum = [&](const core::Image& late, const core::Image& early) {
-            return all * late.pixels[i] - kTrial * early.pixels[i];
+            return float(all) * late.pixels[i] - kTrial * early.pixels[i];
         };
         const float expected = sum(plainAfter, plainBefore);
         ASSERT_NEAR(sum(after, before), expected, 1e-3f * expected + 1e-3f) << i;
@@ -310,6 +310,18 @@ TEST_P(GuidedMethod, GivesUpWhereItDoesNotPay)
     EXPECT_EQ(detail("guide_records"), records);
     render({.seed = 3}, 16, core::Start::moved);
     EXPECT_GT(detail("guide_records"), records);
+}
+
+/// A promise that does not grow is not kept: in larger pictures the guide of this box is followed
+/// at first.
+TEST_P(GuidedMethod, IsGivenUpWhereItDoesNotProveItself)
+{
+    begin("cornell-diffuse", {256, 256});
+    render({.seed = 3}, 12);
+    EXPECT_EQ(guiding(), "pays");
+    guided_->advance({.samples = 6}, {});
+    EXPECT_EQ(guiding(), "does not pay here");
+    EXPECT_LT(detail("guide_gain"), 1.2);
 }
 
 /// While the camera moves, views have one sample each, and nothing is known of a pixel when its
