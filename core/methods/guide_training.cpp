@@ -146,7 +146,7 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     pixels_ = uint64_t(size.x) * size.y;
     firstStride_ = firstStride(params_, pixels_);
     viewSamples_ = 0;
-    isTried_ = isProven_ = false;
+    isTried_ = false;
     discount_ = 0;
     convergence_.begin();
     estimates_.clear();
@@ -353,17 +353,14 @@ void GuideTraining::decide()
             enough = again ? kGainOfReturn : kMovingGain;
         else if (again)
             enough = kMuchGain;
+        else if (viewSamples_ >= kSamplesOfProof)
+            enough = kProvenGain;
         const bool early = (isFirst || moves) && !isLast;
         if (gain() < (isLast ? enough : kLittleGain))
             state_ = State::doesNotPay;
         else if (gain() > (early ? kMuchGain : enough))
             beginToPay();
         isTried_ = state_ != State::tries;
-    } else if (state_ == State::pays && !isProven_ && viewSamples_ >= kSamplesOfProof) {
-        isProven_ = isTried_ = true;
-        if (gain() >= kProvenGain) return;
-        state_ = State::doesNotPay;
-        patience_ = std::min(2 * patience_, kMostPatience);
     }
 }
 

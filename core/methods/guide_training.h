@@ -108,7 +108,6 @@ private:
     double allSamples_ = 0;     // of all views, that have been learnt from
     uint32_t lessons_ = 0, lessonsOfTrial_ = 0;
     bool isTried_ = false;   // in this view
-    bool isProven_ = false;  // ... or found to promise too little for that
     uint64_t rested_ = 0;    // samples of all views since the guide was given up
     uint64_t patience_ = 0;  // samples of them before a view begins with another trial
     double discount_ = 0;    // of what there is of the view, to be told to the pictures; 0: none
