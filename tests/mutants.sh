@@ -52,6 +52,7 @@ motion-new-side@shaders/shared/reuse_new.h@const bool old = wayIsOld(scene, sett
 motion-old-arrivals@core/methods/reuse_estimator_body.h@if (!shared::arrivingIsOld(job_.scene, job_.settings, place, r)) continue;@@*ReuseMotion.Light*cpu*
 motion-camera-rests@shaders/shared/motion.h@    camera.position = m.now + m.turn * (camera.position - m.before);@@Motion.*:*ReuseMotion.WhatMoves*cpu*
 reuse-light-share@shaders/shared/reuse_new.h@result.light.v = (1.0f - share) / v.rays;@result.light.v = 1.0f;@*ReuseMethod*cpu*:*ReuseBias*cpu*
+reuse-candidates-at-rest@shaders/shared/reuse_new.h@if (!augments || follows ||@if (!augments || (follows && v.c < 0.0f) ||@*ReuseRest*cpu*
 reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseBias.Asking*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 completion-run-mass@core/completion/row_weights.cpp@const double each = share / (end - begin);@const double each = share;@RowWeights*
