@@ -115,9 +115,10 @@ public:
         if (scene_) scene_->addTo(stats);
         stats.compileSeconds = compileSeconds_;
         stats.details = training_.details();
-        const bool rests = training_.isOn() && batches_.constants() == withoutGuide_;
-        stats.details.push_back(
-            {"kernel", std::string(batches_.kernelName()) + (rests ? " without the guide" : "")});
+        std::string kernel = batches_.kernelName();
+        if (!kernel.empty() && training_.isOn() && batches_.constants() == withoutGuide_)
+            kernel += " without the guide";
+        stats.details.push_back({"kernel", kernel});
         sky_.addTo(stats);
         film_.addTo(stats);
         return stats;
@@ -147,8 +148,8 @@ private:
     }
 
     /// Before samples that follow on `samples` of the view. Paths that have nothing to do with the
-    /// guide give the same radiance without what it takes, which keeps the lanes of a software
-    /// device waiting: a fifth of the time in rooms.
+    /// guide give the same radiance without what it takes, for which the lanes of a software device
+    /// wait whether or not they need it.
     void chooseKernels(uint64_t samples)
     {
         if (training_.isIdleAfter(samples))
