@@ -3,12 +3,13 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "core/completion/bits.h"
 #include "core/many_lights/slice_rows.h"
 #include "core/trace/accel.h"
-#include "shared/emitter.h"
+#include "shared/connection.h"
 
 namespace core::many_lights {
 
@@ -49,20 +50,20 @@ public:
     /// A ray from the row to the light, whose answer goes to `bit` of `word`.
     void add(const ShadowTarget& target, uint32_t row, uint64_t* word, uint64_t bit)
     {
-        // A light on a surface must not be blocked by that surface.
-        const float tMax = target.distant ? shared::kDistant : 0.9999f;
         const float perOrigin = target.distant ? 0.0f : 1.0f;
         const uint32_t origin = transmits_ ? originOf(row, target.at, perOrigin) : row;
         const float x = rows_.originX()[origin], y = rows_.originY()[origin],
                     z = rows_.originZ()[origin];
         RayPacket& rays = pack_.rays;
+        const glm::vec3 direction(target.at.x - perOrigin * x, target.at.y - perOrigin * y,
+                                  target.at.z - perOrigin * z);
         rays.originX[size_] = x;
         rays.originY[size_] = y;
         rays.originZ[size_] = z;
-        rays.directionX[size_] = target.at.x - perOrigin * x;
-        rays.directionY[size_] = target.at.y - perOrigin * y;
-        rays.directionZ[size_] = target.at.z - perOrigin * z;
-        rays.tMax[size_] = tMax;
+        rays.directionX[size_] = direction.x;
+        rays.directionY[size_] = direction.y;
+        rays.directionZ[size_] = direction.z;
+        rays.tMax[size_] = target.distant ? shared::kDistant : endTowards(direction);
         rays.seed[size_] = blends_ ? shared::hashUint(target.seed ^ rows_.seeds()[row]) : 0u;
         pack_.word[size_] = word;
         pack_.bit[size_] = bit;
@@ -88,6 +89,14 @@ public:
     }
 
 private:
+    /// How far a ray goes whose length reaches a light: a light on a surface must not be blocked by
+    /// that surface. As shared::connectionEnd; only beyond ten units does that ask for a root.
+    static float endTowards(const glm::vec3& direction)
+    {
+        const float squared = glm::dot(direction, direction);
+        return squared > 100.0f ? shared::connectionEnd(std::sqrt(squared)) : 0.9999f;
+    }
+
     /// Where the ray of a row begins: behind it for light from there.
     uint32_t originOf(uint32_t row, const glm::vec3& target, float perOrigin) const
     {

@@ -117,6 +117,26 @@ TEST(Techniques, PointsOnTheEdgesOfWallsSeeLight)
     EXPECT_EQ(edges, 72u);
 }
 
+/// What covers a lamp closely is met on the way to its lights, however far that is.
+TEST(Techniques, ACoverCloseToALampIsSeen)
+{
+    for (const auto& [distance, gap] : {std::pair(20.0f, 0.0015f), std::pair(60.0f, 0.003f)}) {
+        SceneBuilder b;
+        b.quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, b.material(lambert(vec3(0.6f))));
+        b.quad({-1, distance, -1}, {2, 0, 0}, {0, 0, 2}, b.material(emitter(vec3(10))));
+        b.quad({-1.1f, distance - gap, -1.1f}, {2.2f, 0, 0}, {0, 0, 2.2f},
+               b.material(lambert(vec3(0))));
+        b.camera({0.3, 0.5, 0.4}, {0, 0, 0}, 0.002);
+        const auto world = b.world();
+        for (const Technique technique : kAll) {
+            const core::ManyLightsParams params{
+                .lights = 200, .technique = technique, .clusters = 50, .maxDepth = 1};
+            EXPECT_EQ(estimate(render(world, 8, 8, 2, params)).mean, 0)
+                << core::enumName(technique) << ", " << distance;
+        }
+    }
+}
+
 /// What the points of a few neighbours see says little of corners: there the error did not fall.
 TEST(LightSlice, ErrsLessWithMoreClusters)
 {

@@ -41,7 +41,8 @@ vec3 plainSum(const core::Accel& accel, const LightSet& set, const Receiver& r, 
                        std::max(distance * distance, clamp * clamp);
         if (f == vec3(0)) continue;
         const vec3 origin = shared::originOnSide(s, side);
-        if (!accel.occluded({origin, 0.9999f, l.position - origin, 0})) sum += f;
+        if (!accel.occluded({origin, shared::connectionEnd(distance), l.position - origin, 0}))
+            sum += f;
     }
     return r.throughput * vec3(sum);
 }
