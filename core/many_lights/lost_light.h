@@ -1,7 +1,7 @@
 // Light that virtual lights do not bring: what the clamp takes from those that are near, and what
-// comes by way of mirrors and clear glass, where no virtual light can be. Each receiver finds it by
-// one path. Kollig and Keller, "Illumination in the Presence of Weak Singularities" (2006), for the
-// former.
+// comes by way of mirrors, clear glass and panes, where no virtual light can be and their rays end.
+// Each receiver finds it by one path, and straight through panes by a connection. Kollig and
+// Keller, "Illumination in the Presence of Weak Singularities" (2006), for the former.
 #pragma once
 
 #include <span>

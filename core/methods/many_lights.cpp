@@ -327,7 +327,8 @@ FrameSettings frameSettings(const World& world, const View& view, bool first)
     const auto& params = view.params.as<ManyLightsParams>();
     FrameSettings s;
     s.path = worldSettings(world);
-    s.path.passesPanes = 0;  // visibility between receivers and lights is a bit
+    // Visibility between receivers and lights is a bit; behind panes lost light is found.
+    s.path.passesPanes = 0;
     s.path.imageWidth = view.size.x;
     s.path.imageHeight = view.size.y;
     s.path.seed = params.seed;

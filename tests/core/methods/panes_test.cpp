@@ -61,11 +61,26 @@ struct House {
     {
         core::PathParams params = independentParams(strategy, maxDepth);
         params.rouletteDepth = 4096;
+        compareBy(params, irradiance, spp, core::enumName(strategy));
+    }
+    /// The same with virtual lights, which panes block.
+    void compareManyLights(double irradiance, uint32_t spp, uint32_t maxDepth) const
+    {
+        core::ManyLightsParams params;
+        params.lights = 100;
+        params.maxDepth = maxDepth;
+        compareBy(params, irradiance, spp, "manylights");
+    }
+
+private:
+    void compareBy(const core::AnyParams& params, double irradiance, uint32_t spp,
+                   std::string_view name) const
+    {
         const PictureMean e = estimate(render(builder.world(), 16, 16, spp, params));
         const double exact = kFloorAlbedo / pi * irradiance;
         EXPECT_LT(std::abs(e.mean - exact), kScore * std::sqrt(e.varianceOfMean) + 1e-4 * exact)
-            << e.mean << " instead of " << exact << ", strategy " << int(strategy);
-        EXPECT_LT(detectable(e, exact), 0.02) << "underpowered, strategy " << int(strategy);
+            << e.mean << " instead of " << exact << ", " << name;
+        EXPECT_LT(detectable(e, exact), 0.02) << "underpowered, " << name;
     }
 };
 
@@ -78,7 +93,9 @@ TEST(Panes, PointLightBehindOne)
     const glm::dvec3 at(0.9, 1.7, -0.6);
     house.builder.light(light, glm::translate(glm::dmat4(1), at));
     const double cosine = at.y / glm::length(at);
-    house.compare(7 * cosine / glm::dot(at, at) * throughWall(cosine), 4, Strategy::mis, 2);
+    const double irradiance = 7 * cosine / glm::dot(at, at) * throughWall(cosine);
+    house.compare(irradiance, 4, Strategy::mis, 2);
+    house.compareManyLights(irradiance, 4, 2);
 }
 
 /// A wall lets as much through whichever side it shows, and colours add up as products.
@@ -97,7 +114,9 @@ TEST(Panes, ManyTinted)
     core::PunctualLight light;
     light.intensity = 7;
     house.builder.light(light, glm::translate(glm::dmat4(1), at));
-    house.compare(7 * cosine / glm::dot(at, at) * through, 4, Strategy::mis, 6);
+    const double irradiance = 7 * cosine / glm::dot(at, at) * through;
+    house.compare(irradiance, 4, Strategy::mis, 6);
+    house.compareManyLights(irradiance, 4, 6);
 }
 
 /// A passage is a scattering event: paths that may scatter once do not come through.
@@ -151,6 +170,7 @@ TEST_P(PanesBy, Sun)
     }
     irradiance *= 2 * pi * (1 - std::cos(radius)) / (rings * turns);
     house.compare(irradiance, GetParam() == Strategy::bsdf ? 16384 : 256, GetParam(), 3);
+    if (GetParam() == Strategy::mis) house.compareManyLights(irradiance, 64, 3);
 }
 
 TEST_P(PanesBy, LampInFrontOfAndBehindWalls)
