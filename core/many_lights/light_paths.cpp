@@ -133,7 +133,7 @@ bool emitFromTriangle(const Scene& scene, const shared::Emitter& e, const StartN
     } else {
         out.add(light);
     }
-    return true;
+    return shared::maxComponent(p.flux) > 0;
 }
 
 /// From a point or a spot light, whose virtual light is not the path's.
@@ -408,10 +408,12 @@ bool pathsPlaceLights(const World& world, uint32_t maxDepth)
 
 uint32_t pathsForLights(const LightSet& pilot, uint32_t wanted)
 {
-    if (pilot.lights.empty() || pilot.paths == 0) return 0;
+    if (pilot.paths == 0) return 0;
     constexpr double kMostPathsPerLight = 64;
+    const double most = kMostPathsPerLight * wanted;
+    if (pilot.lights.empty()) return static_cast<uint32_t>(most);
     const double perPath = double(pilot.lights.size()) / double(pilot.paths);
-    return static_cast<uint32_t>(std::clamp(wanted / perPath, 1.0, kMostPathsPerLight * wanted));
+    return static_cast<uint32_t>(std::clamp(wanted / perPath, 1.0, most));
 }
 
 }  // namespace core::many_lights

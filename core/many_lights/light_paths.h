@@ -29,8 +29,10 @@ std::optional<LightSet> traceVirtualLights(const Accel& accel, const shared::Pat
 /// with extent.
 bool pathsPlaceLights(const World& world, uint32_t maxDepth);
 
-/// How many paths make about `wanted` lights, by those of the pilot frame; 0 where there is no
-/// light. That the pilot's paths are not among the frames' own keeps these unbiased.
+/// How many paths make about `wanted` lights, by those of the pilot frame, and no more than 64 for
+/// each; so many, too, where the pilot's have placed none, for where an emitter shines only here
+/// and there others may. 0 where the pilot had no paths. That the pilot's paths are not among the
+/// frames' own keeps these unbiased.
 uint32_t pathsForLights(const LightSet& pilot, uint32_t wanted);
 
 }  // namespace core::many_lights

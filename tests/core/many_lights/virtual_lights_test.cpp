@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <glm/gtc/packing.hpp>
+
 #include "core/many_lights/slice_rows.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
@@ -117,6 +119,66 @@ TEST(VirtualLights, ThereAreAboutAsManyAsAskedFor)
     // The length of a path is geometric: its relative deviation is below one.
     EXPECT_NEAR(found / 20000, 1, kScore * std::sqrt(1.0 / 2048 + 1.0 / paths));
     EXPECT_EQ(pathsForLights({}, 1000), 0u);
+    // Paths that have placed none may yet: no more of them than there ever are.
+    LightSet none;
+    none.paths = 1024;
+    EXPECT_EQ(pathsForLights(none, 1000), 64'000u);
+}
+
+/// A lamp of one square unit that shines at one of 64x64 texels alone.
+std::shared_ptr<const core::World> texelLamp(double& power)
+{
+    SceneBuilder b;
+    core::Texture map;
+    map.width = map.height = 64;
+    const auto one = glm::packHalf1x16(1);
+    map.texels.assign(64 * 64, {0, 0, 0, one});
+    map.texels[20 * 64 + 30] = {one, one, one, one};
+    b.scene.textures.push_back(map);
+    core::TextureUse use;
+    use.texture = 0;
+    use.record.row0 = vec3(1, 0, 0);
+    use.record.row1 = vec3(0, 1, 0);
+    b.scene.textureUses.push_back(use);
+    core::Material lamp = emitter(vec3(1));
+    lamp.textures[shared::kTextureEmissive] = 0;
+    const int index = b.mesh({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}},
+                             b.material(lamp));
+    core::Mesh& mesh = b.scene.meshes[static_cast<size_t>(index)];
+    mesh.hasNormals = mesh.hasTexCoords = true;
+    for (const vec3& p : mesh.positions)
+        mesh.attributes.push_back(
+            {shared::packOct(vec3(0, 0, 1)), p.x, p.y, shared::packTangent(vec3(1, 0, 0), 1)});
+    b.camera({0.5, 0.5, 1}, {0.5, 0.5, 0}, 1);
+    const auto world = b.world();
+    const double scale = world->placement.scale;
+    power = double(shared::kPi) * scale * scale / (64 * 64);
+    return world;
+}
+
+/// Some pilots place no light: in the mean frames have all of it nevertheless.
+TEST(VirtualLights, AreThereWhereTheFirstPathsFindNone)
+{
+    double exact;
+    const core::Accel accel(texelLamp(exact));
+    FrameSettings settings = frameSettings(accel.world(), 8);
+    settings.path.maxDepth = 1;
+    settings.path.samplerKind = shared::kSamplerIndependent;
+    settings.lights = 50;
+    settings.clamp = 0;
+    Moments power;
+    uint32_t none = 0;
+    for (uint32_t seed = 0; seed < 400; ++seed) {
+        settings.path.seed = seed;
+        if (traceVirtualLights(accel, settings.path, kPilotFrame, 1024)->lights.empty()) ++none;
+        double sum = 0;
+        const LightPlan plan = planLights(accel, settings);
+        for (const VirtualLight& l : makeFrameLights(accel, settings, plan, 0, {})->set.lights)
+            sum += double(shared::kPi) * double(shared::luminance(l.intensity));
+        power.add(sum);
+    }
+    EXPECT_GT(none, 40u);
+    expectMean(power, exact, 0.2);
 }
 
 /// Lights without extent are lights by themselves; a path from one places none where light may
