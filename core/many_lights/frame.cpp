@@ -175,6 +175,7 @@ std::unique_ptr<Frame> Frame::begin(const Accel& accel, const FrameSettings& set
     job.packets = settings.packets;
     FrameStats& stats = frame->stats_;
     stats.lights = frame->lights_->set.lights.size();
+    stats.lightsDropped = frame->lights_->set.dropped;
     stats.lightRays = frame->lights_->set.rays;
     stats.cameraRays = frame->points_->rays;
     stats.lightSeconds = frame->lights_->lightSeconds;

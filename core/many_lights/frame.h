@@ -29,6 +29,7 @@ struct FrameSettings {
 struct FrameStats {
     SliceStats slices;
     uint64_t lights = 0, lightRays = 0, cameraRays = 0;
+    uint64_t lightsDropped = 0;  // that were not numbers
     uint64_t techniqueRays = 0;  // before the first slice
     double lightSeconds = 0, treeSeconds = 0, receiverSeconds = 0, techniqueSeconds = 0;
     double deviceSeconds = 0;  // that a device took for its sums

@@ -36,6 +36,12 @@ struct Scene {
     float perPath;  // share of one path in the mean over paths
 };
 
+/// Whether there can be sums of what it sends: not of what is infinite, or soon will be.
+bool isNumber(const VirtualLight& light)
+{
+    return light.importance < 1e30f;
+}
+
 /// What one wave has found. Details of lights count from the wave's own first.
 struct WaveLights {
     LightSet set;
@@ -43,8 +49,8 @@ struct WaveLights {
     /// Whether it is kept.
     bool add(const VirtualLight& light)
     {
-        if (!(light.importance < 1e30f)) ++set.dropped;
-        const bool kept = light.importance > 0 && light.importance < 1e30f;
+        if (!isNumber(light)) ++set.dropped;
+        const bool kept = light.importance > 0 && isNumber(light);
         if (kept) set.lights.push_back(light);
         return kept;
     }
@@ -351,7 +357,8 @@ void addPunctualLights(const Scene& scene, LightSet& set)
         light.normal = kind == shared::kEmitterDirectional ? -e.b : e.b;
         light.intensity = e.radiance;
         light.importance = asImportance(e.radiance);
-        if (!(light.importance > 0)) continue;
+        if (!isNumber(light)) ++set.dropped;
+        if (!(light.importance > 0 && isNumber(light))) continue;
         if (kind == shared::kEmitterSpot) {
             light.detail = static_cast<uint32_t>(set.spots.size());
             set.spots.push_back({e.scale, e.offset});

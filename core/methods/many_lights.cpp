@@ -25,7 +25,7 @@ using many_lights::CompletionMethod, many_lights::CompletionParams, many_lights:
 struct Totals {
     FrameStats last;  // of the latest frame that has lit a slice, if any has
     SliceStats slices;
-    uint64_t otherRays = 0;
+    uint64_t lightsDropped = 0, lightRays = 0, cameraRays = 0, techniqueRays = 0;
     double lightSeconds = 0, treeSeconds = 0, receiverSeconds = 0, techniqueSeconds = 0,
            deviceSeconds = 0;
 
@@ -36,7 +36,10 @@ Totals& Totals::operator+=(const FrameStats& frame)
 {
     if (frame.slices.slices > 0 || last.slices.slices == 0) last = frame;
     slices += frame.slices;
-    otherRays += frame.lightRays + frame.cameraRays + frame.techniqueRays;
+    lightsDropped += frame.lightsDropped;
+    lightRays += frame.lightRays;
+    cameraRays += frame.cameraRays;
+    techniqueRays += frame.techniqueRays;
     lightSeconds += frame.lightSeconds;
     treeSeconds += frame.treeSeconds;
     receiverSeconds += frame.receiverSeconds;
@@ -289,10 +292,11 @@ RenderStats ManyLights::stats() const
     Totals t = totals_;
     if (frame_) t += frameStats();
     const SliceStats& s = t.slices;
-    stats.rays = t.otherRays + s.otherRays + s.completion.rays;
+    stats.rays = t.lightRays + t.cameraRays + t.techniqueRays + s.otherRays + s.completion.rays;
     stats.paths = s.rows;
     const double slices = std::max<double>(1, double(s.slices));
     stats.details = {{"lights", double(t.last.lights)},
+                     {"lights_dropped", double(t.lightsDropped)},
                      {"slices", double(t.last.slices.slices)},
                      {"clusters", double(s.clusters) / slices},
                      {"receivers", double(t.last.slices.rows)},
@@ -308,7 +312,9 @@ RenderStats ManyLights::stats() const
                      {"seconds_tree", t.treeSeconds},
                      {"seconds_receivers", t.receiverSeconds},
                      {"seconds_technique", t.techniqueSeconds},
-                     {"technique_rays", double(t.last.techniqueRays)},
+                     {"light_rays", double(t.lightRays)},
+                     {"camera_rays", double(t.cameraRays)},
+                     {"technique_rays", double(t.techniqueRays)},
                      {"thread_seconds_cut", s.cutSeconds},
                      {"thread_seconds_order", s.orderSeconds},
                      {"thread_seconds_rays", s.completion.traceSeconds},

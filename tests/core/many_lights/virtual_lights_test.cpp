@@ -10,6 +10,7 @@
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
 #include "tests/support/methods/light_frames.h"
+#include "tests/support/methods/stats_number.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/stats.h"
 
@@ -179,6 +180,37 @@ TEST(VirtualLights, AreThereWhereTheFirstPathsFindNone)
     }
     EXPECT_GT(none, 40u);
     expectMean(power, exact, 0.2);
+}
+
+/// Lights that are not numbers are left out, and counted.
+TEST(VirtualLights, CountsThoseThatAreNotNumbers)
+{
+    for (const bool punctual : {false, true}) {
+        SceneBuilder b;
+        b.box({-1, -1, -1}, {1, 1, 1}, b.material(lambert(vec3(0))), true);
+        b.quad({-0.3f, 0.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f},
+               b.material(emitter(vec3(punctual ? 1.0f : 1e33f))));
+        core::PunctualLight light;
+        light.intensity = punctual ? 1e31f : 1.0f;
+        b.light(light, glm::dmat4(1));
+        b.camera({0, 0, 0.9}, {0, 0, 0}, 1);
+        const auto world = b.world();
+        const core::Accel accel(world);
+        const LightSet set = *traceVirtualLights(accel, settingsOf(*world, 1, 1), 0, 64);
+        EXPECT_GT(set.dropped, 0u) << punctual;
+        for (const VirtualLight& l : set.lights) EXPECT_LT(l.importance, 1e30f);
+        const auto renderer = core::makeRenderer("manylights");
+        renderer->setWorld(world, {});
+        core::ManyLightsParams params;
+        params.lights = 64;
+        params.maxDepth = 1;
+        renderer->setView({world->cameras.at(0), {4, 4}, params}, core::Start::anew);
+        renderer->advance({.samples = 1}, {});
+        const double first = number(*renderer, "lights_dropped");
+        EXPECT_GT(first, 0) << punctual;
+        renderer->advance({.samples = 1}, {});
+        EXPECT_GT(number(*renderer, "lights_dropped"), first) << punctual;
+    }
 }
 
 /// Lights without extent are lights by themselves; a path from one places none where light may

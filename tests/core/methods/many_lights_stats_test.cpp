@@ -8,10 +8,12 @@
 #include "core/methods/many_lights.h"
 #include "core/methods/method.h"
 #include "tests/support/methods/slice_twin.h"
+#include "tests/support/methods/stats_number.h"
 
 namespace {
 
 using glm::vec3;
+using tests::number;
 
 std::shared_ptr<const core::World> box()
 {
@@ -21,14 +23,6 @@ std::shared_ptr<const core::World> box()
 core::ManyLightsParams few()
 {
     return {.lights = 1000, .clusters = 50, .sliceSize = 200};
-}
-
-double number(const core::Renderer& renderer, std::string_view name)
-{
-    for (const core::StatsDetail& d : renderer.stats().details)
-        if (d.name == name) return std::get<double>(d.value);
-    ADD_FAILURE() << "no " << name;
-    return -1;
 }
 
 /// The lights of the first sample serve all views; the first of these has paid for them.
@@ -88,6 +82,28 @@ TEST(ManyLightsStats, LightsOfEarlierParametersCostNothing)
     renderer->setWorld(world, {});
     EXPECT_EQ(render(300), first);
     EXPECT_GT(number(*renderer, "seconds_lights"), 0) << "another scene has other lights";
+}
+
+/// Numbers of rays are all of the whole picture.
+TEST(ManyLightsStats, RaysAddUpOverSamples)
+{
+    const auto world = box();
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    core::ManyLightsParams params = few();
+    params.technique = core::many_lights::Technique::rowColumn;
+    renderer->setView({world->cameras.at(0), {24, 24}, params}, core::Start::anew);
+    double technique = 0;
+    for (int sample = 1; sample <= 2; ++sample) {
+        renderer->advance({.samples = 1}, {});
+        EXPECT_GT(number(*renderer, "technique_rays"), technique);
+        technique = number(*renderer, "technique_rays");
+        double sum = 0;
+        for (const char* part :
+             {"light_rays", "camera_rays", "technique_rays", "visibility_rays", "lost_light_rays"})
+            sum += number(*renderer, part);
+        EXPECT_EQ(sum, double(renderer->stats().rays));
+    }
 }
 
 /// Sums on the CPU until it is told to fail.

@@ -9,6 +9,7 @@
 #include "tests/support/methods/completion_runs.h"
 #include "tests/support/methods/light_frames.h"
 #include "tests/support/methods/many_lights_means.h"
+#include "tests/support/methods/stats_number.h"
 #include "tests/support/scenes/asset.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/stats.h"
@@ -287,10 +288,7 @@ TEST(ManyLights, CompletionAddsLittleToTheErrorOfTheClusters)
     const double ratio = std::sqrt(completed / full);
     EXPECT_GT(ratio, 0.9);
     EXPECT_LT(ratio, 1.2);
-    for (const core::StatsDetail& d : renderer->stats().details)
-        if (d.name == "visibility_percent") {
-            EXPECT_LT(std::get<double>(d.value), 60);
-        }
+    EXPECT_LT(number(*renderer, "visibility_percent"), 60);
 }
 
 /// Both have the same lights and clusters: over seeds, the mean of their difference is zero.
