@@ -48,6 +48,19 @@ Totals& Totals::operator+=(const FrameStats& frame)
     return *this;
 }
 
+/// The parameters that virtual lights depend on.
+struct LightKey {
+    uint32_t lights = 0, maxDepth = 0, seed = 0;
+    SamplerKind sampler{};
+
+    friend bool operator==(const LightKey&, const LightKey&) = default;
+};
+
+LightKey keyOf(const ManyLightsParams& params)
+{
+    return {params.lights, params.maxDepth, params.seed, params.sampler};
+}
+
 class ManyLights final : public Renderer {
 public:
     explicit ManyLights(std::unique_ptr<ManyLightsDevice> device) : device_(std::move(device)) {}
@@ -80,9 +93,9 @@ public:
     {
         CHECK(view.size.x > 0 && view.size.y > 0);
         const auto& params = view.params.as<ManyLightsParams>();
-        if (!(params == params_)) {
+        if (keyOf(params) != keyOf(params_)) {
             keepLights();
-            findLights(params);
+            findLights(keyOf(params));
         }
         params_ = params;
         camera_ = view.camera;
@@ -116,7 +129,7 @@ public:
 private:
     /// What does not depend on the camera.
     struct Lights {
-        ManyLightsParams params;
+        LightKey key;
         many_lights::LightPlan plan;
         std::shared_ptr<const FrameLights> first;
     };
@@ -128,7 +141,8 @@ private:
     }
     void reset();
     void keepLights();
-    void findLights(const ManyLightsParams& params);
+    void findLights(const LightKey& key);
+    many_lights::LightPlan plan() const;
     FrameSettings settings() const;
     bool beginFrame(const std::stop_token& stop);
     void endFrame();
@@ -142,10 +156,10 @@ private:
     ManyLightsParams params_;
     Camera camera_;
     glm::uvec2 size_{0};
-    std::optional<many_lights::LightPlan> plan_;
+    std::optional<many_lights::LightPlan> plan_;      // with a clamp of 1
     std::shared_ptr<const FrameLights> firstLights_;  // of frame 0, which every view begins with
     bool lightsFromBefore_ = false;                   // they were made for a view before this one
-    std::vector<Lights> earlier_;                     // of other parameters, the latest last
+    std::vector<Lights> earlier_;                     // of other keys, the latest last
     std::unique_ptr<Frame> frame_;
     Film film_;
     std::mutex countersMutex_;
@@ -172,18 +186,26 @@ void ManyLights::keepLights()
     constexpr size_t kMost = 2;
     if (!plan_ || !firstLights_) return;
     if (earlier_.size() == kMost) earlier_.erase(earlier_.begin());
-    earlier_.push_back({params_, *plan_, std::move(firstLights_)});
+    earlier_.push_back({keyOf(params_), *plan_, std::move(firstLights_)});
 }
 
-void ManyLights::findLights(const ManyLightsParams& params)
+void ManyLights::findLights(const LightKey& key)
 {
     plan_.reset();
     firstLights_.reset();
-    const auto found = std::ranges::find(earlier_, params, &Lights::params);
+    const auto found = std::ranges::find(earlier_, key, &Lights::key);
     if (found == earlier_.end()) return;
     plan_ = found->plan;
     firstLights_ = std::move(found->first);
     earlier_.erase(found);
+}
+
+/// For the clamp of the parameters.
+many_lights::LightPlan ManyLights::plan() const
+{
+    many_lights::LightPlan plan = plan_.value_or(many_lights::LightPlan{});
+    plan.clampDistance *= params_.clamp;
+    return plan;
 }
 
 FrameSettings ManyLights::settings() const
@@ -215,15 +237,19 @@ Frame::PixelDone ManyLights::addToFilm()
 bool ManyLights::beginFrame(const std::stop_token& stop)
 {
     const FrameSettings s = settings();
-    if (!plan_) plan_ = many_lights::planLights(*accel_, s);
+    if (!plan_) {
+        FrameSettings ofOne = s;
+        ofOne.clamp = 1;
+        plan_ = many_lights::planLights(*accel_, ofOne);
+    }
     const auto index = static_cast<uint32_t>(film_.samples);
     std::shared_ptr<const FrameLights> lights = index == 0 ? firstLights_ : nullptr;
-    if (!lights) lights = many_lights::makeFrameLights(*accel_, s, *plan_, index, stop);
+    if (!lights) lights = many_lights::makeFrameLights(*accel_, s, plan(), index, stop);
     if (!lights) return false;
     if (index == 0) firstLights_ = lights;
     auto receivers = many_lights::makeFrameReceivers(*accel_, s, index, stop);
     if (!receivers) return false;
-    frame_ = Frame::begin(*accel_, s, *plan_, std::move(lights), std::move(receivers), index, stop,
+    frame_ = Frame::begin(*accel_, s, plan(), std::move(lights), std::move(receivers), index, stop,
                           addToFilm());
     return frame_ != nullptr;
 }
@@ -300,7 +326,7 @@ RenderStats ManyLights::stats() const
                      {"slices", double(t.last.slices.slices)},
                      {"clusters", double(s.clusters) / slices},
                      {"receivers", double(t.last.slices.rows)},
-                     {"clamp_distance", plan_ ? double(plan_->clampDistance) : 0},
+                     {"clamp_distance", double(plan().clampDistance)},
                      {"visibility_rays", double(s.completion.rays)},
                      {"visibility_percent", 100 * s.completion.visibility()},
                      {"author_visibility_percent", 100 * s.completion.authorVisibility()},

@@ -84,6 +84,50 @@ TEST(ManyLightsStats, LightsOfEarlierParametersCostNothing)
     EXPECT_GT(number(*renderer, "seconds_lights"), 0) << "another scene has other lights";
 }
 
+/// Lights depend on few parameters: the others leave them, and the picture is that of a renderer
+/// that has never had any other.
+TEST(ManyLightsStats, LightsStayWhereOnlyTheirUseChanges)
+{
+    const auto world = box();
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    const auto pictureBy = [&](core::Renderer& by, const core::ManyLightsParams& params) {
+        by.setView({world->cameras.at(0), {16, 16}, params}, core::Start::anew);
+        by.advance({.samples = 1}, {});
+        return by.read(core::Reading::mean).mean.pixels;
+    };
+    const auto expectSame = [&](const char* name, const core::ManyLightsParams& params, bool kept) {
+        const std::vector<float> found = pictureBy(*renderer, params);
+        EXPECT_EQ(number(*renderer, "seconds_lights") == 0, kept) << name;
+        EXPECT_EQ(number(*renderer, "seconds_tree") == 0, kept) << name;
+        const auto fresh = core::makeRenderer("manylights");
+        fresh->setWorld(world, {});
+        EXPECT_EQ(pictureBy(*fresh, params), found) << name;
+        EXPECT_EQ(number(*fresh, "clamp_distance"), number(*renderer, "clamp_distance")) << name;
+    };
+    core::ManyLightsParams params = few();
+    params.lights = 300;
+    expectSame("the first", params, false);
+    params.clusters = 20;
+    expectSame("clusters", params, true);
+    params.completion.method = core::many_lights::CompletionMethod::matching;
+    expectSame("completion", params, true);
+    params.receivers = 4;
+    expectSame("receivers", params, true);
+    params.clamp = 0;
+    expectSame("no clamp", params, true);
+    params.clamp = 1;
+    expectSame("clamp", params, true);
+    params.technique = core::many_lights::Technique::lightcuts;
+    expectSame("technique", params, true);
+    params.maxDepth = 3;
+    expectSame("depth", params, false);
+    params.sampler = core::SamplerKind::independent;
+    expectSame("sampler", params, false);
+    params.seed = 2;
+    expectSame("seed", params, false);
+}
+
 /// Numbers of rays are all of the whole picture.
 TEST(ManyLightsStats, RaysAddUpOverSamples)
 {
