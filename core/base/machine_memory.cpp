@@ -1,7 +1,10 @@
 // See machine_memory.h.
 #include "core/base/machine_memory.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
+#include <limits>
 
 #include <unistd.h>
 
@@ -9,10 +12,23 @@
 
 namespace core {
 
+static std::atomic<double> memoryLimit = std::numeric_limits<double>::infinity();
+
 double machineMemory()
 {
-    return static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
-           static_cast<double>(sysconf(_SC_PAGESIZE));
+    const double present =
+        static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+    return std::min(present, memoryLimit.load());
+}
+
+MemoryLimit::MemoryLimit(double bytes)
+{
+    memoryLimit = bytes;
+}
+
+MemoryLimit::~MemoryLimit()
+{
+    memoryLimit = std::numeric_limits<double>::infinity();
 }
 
 void requireMemory(double bytes, const std::string& what, const std::string& remedy)

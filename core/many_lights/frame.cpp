@@ -7,6 +7,7 @@
 #include "core/base/denormals.h"
 #include "core/base/machine_memory.h"
 #include "core/many_lights/clamp_distance.h"
+#include "core/many_lights/frame_memory.h"
 #include "core/many_lights/light_paths.h"
 
 namespace core::many_lights {
@@ -108,6 +109,7 @@ LightPlan planLights(const Accel& accel, const FrameSettings& settings)
     LightPlan plan;
     if (pathsPlaceLights(accel.world(), settings.path.maxDepth))
         plan.paths = pathsForLights(pilot, settings.lights);
+    if (plan.paths > 0) plan.bytes = lightBytes(settings, pilot);
     if (settings.clamp > 0) plan.clampDistance = settings.clamp * clampDistance(accel, pilot);
     return plan;
 }
@@ -117,6 +119,7 @@ std::shared_ptr<const FrameLights> makeFrameLights(const Accel& accel,
                                                    const LightPlan& plan, uint32_t frame,
                                                    const std::stop_token& stop)
 {
+    requireLights(settings, plan);
     const auto lights = std::make_shared<FrameLights>();
     const Clock::time_point start = Clock::now();
     std::optional<LightSet> set = traceVirtualLights(accel, settings.path, frame, plan.paths, stop);
@@ -160,6 +163,10 @@ std::unique_ptr<Frame> Frame::begin(const Accel& accel, const FrameSettings& set
                                     const std::stop_token& stop, const PixelDone& done)
 {
     CHECK(lights != nullptr && receivers != nullptr);
+    size_t mostRows = 0;
+    for (const IndexRange& range : receivers->slices.ranges)
+        mostRows = std::max<size_t>(mostRows, range.size());
+    requireSlices(settings, lights->set.lights.size(), mostRows);
     std::unique_ptr<Frame> frame(new Frame);
     frame->lights_ = std::move(lights);
     frame->points_ = std::move(receivers);

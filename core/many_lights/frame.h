@@ -56,10 +56,12 @@ struct FrameReceivers {
 struct LightPlan {
     uint32_t paths = 0;       // of a frame
     float clampDistance = 0;  // metres
+    double bytes = 0;         // that the lights of a frame take, about
 };
 LightPlan planLights(const Accel& accel, const FrameSettings& settings);
 
-/// The lights of a frame; null when `stop` came first.
+/// The lights of a frame; null when `stop` came first. Throws an Error when the machine does not
+/// hold them.
 std::shared_ptr<const FrameLights> makeFrameLights(const Accel& accel,
                                                    const FrameSettings& settings,
                                                    const LightPlan& plan, uint32_t frame,
@@ -83,7 +85,7 @@ public:
     using PixelDone = std::function<void(size_t pixel, const glm::vec3& radiance)>;
 
     /// Prepares the technique and hands out the pixels without receivers. Null when `stop` came
-    /// first.
+    /// first; throws an Error when the machine does not hold what lighting slices takes.
     static std::unique_ptr<Frame> begin(const Accel& accel, const FrameSettings& settings,
                                         const LightPlan& plan,
                                         std::shared_ptr<const FrameLights> lights,

@@ -404,6 +404,13 @@ std::optional<LightSet> traceVirtualLights(const Accel& accel, const shared::Pat
         },
         stop);
     if (!whole) return std::nullopt;
+    size_t lights = all.lights.size(), surfaces = 0;
+    for (const WaveLights& wave : waves) {
+        lights += wave.set.lights.size();
+        surfaces += wave.set.surfaces.size();
+    }
+    all.lights.reserve(lights);
+    all.surfaces.reserve(surfaces);
     for (WaveLights& wave : waves) append(all, std::move(wave.set));
     return all;
 }

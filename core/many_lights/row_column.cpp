@@ -2,7 +2,9 @@
 #include "core/many_lights/row_column.h"
 
 #include <algorithm>
+#include <string>
 
+#include "core/base/machine_memory.h"
 #include "core/completion/row_weights.h"
 #include "core/many_lights/column_clusters.h"
 
@@ -41,6 +43,9 @@ std::unique_ptr<RowColumn> RowColumn::make(const SliceJob& job, std::span<const 
     }
     Pcg32 random(frameSeed(job.receivers));
     const std::vector<uint32_t> rows = sampleRows(static_cast<uint32_t>(receivers.size()), random);
+    requireMemory(double(ReducedMatrix::bytes(rows.size(), lights.size())),
+                  "row-column of " + std::to_string(lights.size()) + " lights",
+                  "use fewer lights (--lights) or another technique");
     const std::optional<ReducedMatrix> matrix =
         traceReducedMatrix(job, receivers, rows, stop, rays);
     if (!matrix) return nullptr;

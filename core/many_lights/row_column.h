@@ -14,7 +14,7 @@ namespace core::many_lights {
 class RowColumn final : public ColumnSource {
 public:
     /// Traces the rows and makes the clusters. Adds shadow rays to `rays`. Null when `stop` came
-    /// first.
+    /// first; throws an Error when the machine does not hold the rows, a number for each light.
     static std::unique_ptr<RowColumn> make(const SliceJob& job, std::span<const Receiver> receivers,
                                            uint32_t clusters, const std::stop_token& stop,
                                            uint64_t& rays);

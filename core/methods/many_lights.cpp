@@ -8,6 +8,7 @@
 #include <array>
 
 #include "core/base/check.h"
+#include "core/base/machine_memory.h"
 #include "core/methods/many_lights_frame.h"
 #include "core/methods/method.h"
 #include "core/methods/path_aovs.h"
@@ -180,7 +181,13 @@ void ManyLights::reset()
     ++version_;
 }
 
-/// The parameters change when the camera begins to move, and again when it rests.
+/// Whether lights may be kept for later: there may be four sets of them, the frame's included.
+bool isSmall(const many_lights::LightPlan& plan)
+{
+    return plan.bytes < machineMemory() / 8;
+}
+
+/// Parameters change in the panel, when the camera begins to move, and again when it rests.
 void ManyLights::keepLights()
 {
     constexpr size_t kMost = 2;
@@ -246,7 +253,7 @@ bool ManyLights::beginFrame(const std::stop_token& stop)
     std::shared_ptr<const FrameLights> lights = index == 0 ? firstLights_ : nullptr;
     if (!lights) lights = many_lights::makeFrameLights(*accel_, s, plan(), index, stop);
     if (!lights) return false;
-    if (index == 0) firstLights_ = lights;
+    if (index == 0 && isSmall(*plan_)) firstLights_ = lights;
     auto receivers = many_lights::makeFrameReceivers(*accel_, s, index, stop);
     if (!receivers) return false;
     frame_ = Frame::begin(*accel_, s, plan(), std::move(lights), std::move(receivers), index, stop,

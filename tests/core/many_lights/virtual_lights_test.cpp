@@ -6,6 +6,7 @@
 
 #include <glm/gtc/packing.hpp>
 
+#include "core/base/machine_memory.h"
 #include "core/many_lights/slice_rows.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
@@ -211,6 +212,50 @@ TEST(VirtualLights, CountsThoseThatAreNotNumbers)
         renderer->advance({.samples = 1}, {});
         EXPECT_GT(number(*renderer, "lights_dropped"), first) << punctual;
     }
+}
+
+/// What lights, the rows of row-column sampling and slices need is asked of the machine before it
+/// is taken.
+TEST(VirtualLights, SayWhatTheyNeedBeforeItIsTaken)
+{
+    double area;
+    const core::Accel accel(boxFurnace(0.5f, area));
+    FrameSettings settings = frameSettings(accel.world(), 32);
+    settings.lights = 2000;
+    const auto frame = [&](std::string_view what, std::string_view remedy) {
+        try {
+            const LightPlan plan = planLights(accel, settings);
+            const auto lights = makeFrameLights(accel, settings, plan, 0, {});
+            Frame::begin(accel, settings, plan, lights, makeFrameReceivers(accel, settings, 0, {}),
+                         0, {}, [](size_t, const vec3&) {});
+            EXPECT_EQ(what, "");
+        } catch (const core::Error& error) {
+            EXPECT_EQ(error.code(), core::ExitCode::commandLine);
+            const std::string text = error.what();
+            EXPECT_NE(what, "") << text;
+            EXPECT_NE(text.find(what), std::string::npos) << text;
+            EXPECT_NE(text.find(remedy), std::string::npos) << text;
+        }
+    };
+    const core::ThreadLimit one(1);
+    {
+        const core::MemoryLimit little(300e3);
+        frame("2000 lights", "--lights");
+    }
+    const core::MemoryLimit some(2e6);
+    settings.clusters = 1000;
+    frame("", "");
+    settings.technique = Technique::rowColumn;
+    frame("row-column of ", "--lights");
+    settings.technique = Technique::matSep;
+    frame("matsep of slices of ", "--slice-size");
+    settings.technique = Technique::clusters;
+    for (const CompletionMethod method : {CompletionMethod::svt, CompletionMethod::amc}) {
+        settings.completion.method = method;
+        frame(std::string(core::enumName(method)) + " of slices of ", "--clusters");
+    }
+    settings.clusters = 10;
+    frame("", "");
 }
 
 /// Lights without extent are lights by themselves; a path from one places none where light may

@@ -4,6 +4,7 @@
 
 #include <atomic>
 
+#include "core/base/machine_memory.h"
 #include "core/gltf/gltf.h"
 #include "core/methods/many_lights.h"
 #include "core/methods/method.h"
@@ -126,6 +127,20 @@ TEST(ManyLightsStats, LightsStayWhereOnlyTheirUseChanges)
     expectSame("sampler", params, false);
     params.seed = 2;
     expectSame("seed", params, false);
+}
+
+/// Sets of lights that are large for the machine are not kept beside those at work.
+TEST(ManyLightsStats, LargeLightsAreNotKept)
+{
+    const auto world = box();
+    const auto renderer = core::makeRenderer("manylights");
+    renderer->setWorld(world, {});
+    const core::MemoryLimit little(1 << 20);  // of which lights take a third
+    for (int view = 0; view < 2; ++view) {
+        renderer->setView({world->cameras.at(0), {16, 16}, few()}, core::Start::anew);
+        renderer->advance({.samples = 1}, {});
+        EXPECT_GT(number(*renderer, "seconds_lights"), 0) << view;
+    }
 }
 
 /// Numbers of rays are all of the whole picture.
