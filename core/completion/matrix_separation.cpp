@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace core::many_lights {
 
@@ -37,8 +38,12 @@ Separation separateByFactors(const Matrix& d, const FactorSettings& settings, Pc
     Matrix work = d;                    // what the factors are to hold
     Matrix right = widened(Matrix(columns, 0), low.rank, random);
     while (low.iterations < settings.iterations && !stop.stop_requested()) {
-        const Matrix left = orthonormalized(product(work, right));
+        Matrix left = product(work, right);
+        if (stop.stop_requested()) break;
+        left = orthonormalized(std::move(left));
+        if (stop.stop_requested()) break;
         const Matrix factor = innerProducts(left, work);
+        if (stop.stop_requested()) break;
         low.matrix = product(left, factor);
         double squares = 0;
         for (size_t k = 0; k < d.values().size(); ++k) {

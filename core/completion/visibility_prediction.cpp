@@ -36,7 +36,7 @@ public:
 
 private:
     void begin();
-    void findSimilar();
+    bool findSimilar();
     bool trace();
     void findNear(uint32_t j);
     void predict(uint32_t j);
@@ -85,14 +85,15 @@ void Prediction::begin()
     stats.inactive += columns_ - static_cast<uint32_t>(active_.size());
 }
 
-/// The nearest other columns of each, ties as they come.
-void Prediction::findSimilar()
+/// The nearest other columns of each, ties as they come. False when a stop came first.
+bool Prediction::findSimilar()
 {
     similar_.resize(columns_);
-    if (active_.size() < 2) return;
+    if (active_.size() < 2) return true;
     similarCount_ = std::min(kNear, static_cast<uint32_t>(active_.size()) - 1);
     std::vector<std::pair<float, uint32_t>> others(active_.size());
     for (const uint32_t j : active_) {
+        if (stop_.stop_requested()) return false;
         for (size_t k = 0; k < active_.size(); ++k) {
             const vec3 d = places_.columns[active_[k]] - places_.columns[j];
             others[k] = {active_[k] == j ? -1.0f : glm::dot(d, d), active_[k]};
@@ -100,6 +101,7 @@ void Prediction::findSimilar()
         std::partial_sort(others.begin(), others.begin() + similarCount_ + 1, others.end());
         for (uint32_t k = 0; k < similarCount_; ++k) similar_[j][k] = others[k + 1].second;
     }
+    return true;
 }
 
 /// Another part of the rows of every active column.
@@ -173,8 +175,7 @@ bool Prediction::judge(uint32_t j)
 bool Prediction::run()
 {
     begin();
-    findSimilar();
-    if (!trace()) return false;
+    if (!findSimilar() || !trace()) return false;
     for (const uint32_t j : active_) {  // labels to begin with
         if (stop_.stop_requested()) return false;
         findNear(j);
@@ -205,6 +206,7 @@ void Prediction::finish()
                        traced = countBits(traced_.column(j));
         if (matter == 0) continue;
         stats.full += traced == matter ? 1u : 0u;
+        ++stats.rated;
         stats.rates += double(traced) / matter;
     }
     stats.matched += stats.columns - stats.inactive - stats.full - stats.repaired;

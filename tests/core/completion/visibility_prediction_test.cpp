@@ -175,6 +175,7 @@ TEST(Prediction, TwoRoundsAreEnoughWhereAllAgree)
     EXPECT_EQ(out.visible, truth);
     EXPECT_EQ(out.stats.rays, 30u * 2 * 20);
     EXPECT_EQ(out.stats.matched, 30u);
+    EXPECT_NEAR(out.stats.meanRate(), 2 * 20 / 400.0, 1e-9);
 }
 
 TEST(Prediction, NoiseTakesAllRounds)
@@ -244,6 +245,7 @@ TEST(Prediction, ObeysStopsAndHasNoTroubleWithNothing)
     CompletedSlice out;
     EXPECT_FALSE(
         predictVisibility(oracle, {places.rows, places.columns}, {}, 1, stop.get_token(), out));
+    EXPECT_EQ(oracle.calls(), 0u) << "columns nearby are looked for no longer";
 }
 
 }  // namespace
