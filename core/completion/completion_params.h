@@ -96,14 +96,14 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
       p.method);
     v(Field{"row-rate", "share of a slice's rows that are traced of every column", {0, 1}, true},
       p.rowRate);
-    v(Field{"row-increment", "what a failed verification adds to row-rate", {0, 1}},
+    v(Field{"row-increment", "what a failed verification adds to row-rate. Not of svt", {0, 1}},
       p.rowIncrement);
     v(Field{"verification-rate",
-            "share of the rows that verify a match; 0: none is verified",
+            "share of the rows that verify a match; 0: none is verified. Not of svt",
             {0, 1},
             true},
       p.verificationRate);
-    v(Field{"row-cap", "the most that row-rate becomes", {0, 1}}, p.rowCap);
+    v(Field{"row-cap", "the most that row-rate becomes. Not of svt", {0, 1}}, p.rowCap);
     v(Field{"row-minimum", "rows traced of a column at least, and as many to verify", {1, 1024}},
       p.rowMinimum);
     v(Field{"small-slice", "slices of so few rows are traced in full", {0, 65536}}, p.smallSlice);
@@ -111,38 +111,48 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
             "matching: half of these rows for columns of mean brightness, more for those that may "
             "bring more light, and fewer for those that bring less"},
       p.rowsByLight);
-    v(Field{"adaptive-rows", "draw rows at the borders of known shadows more often"},
+    v(Field{"adaptive-rows", "draw rows at the borders of known shadows more often. Not of svt"},
       p.adaptiveRows);
-    v(Field{"replacement", "draw rows with replacement, as the thesis does"}, p.replacement);
-    v(Field{"joint", "trace the rows of verification with the others, and match on all of them"},
+    v(Field{"replacement",
+            "draw rows with replacement, as the thesis does; amc without guard only. Not of svt"},
+      p.replacement);
+    v(Field{"joint",
+            "matching: trace the rows of verification with the others, and match on all of them"},
       p.joint);
-    v(Field{"disambiguate", "let rays decide between several matches, not chance"}, p.disambiguate);
+    v(Field{"disambiguate", "matching: let rays decide between several matches, not chance"},
+      p.disambiguate);
     v(Field{"dont-care", "trace no ray between surfaces that face away from each other"},
       p.dontCare);
-    v(Field{"block", "columns that share their sampled rows", {1, 1024}}, p.block);
+    v(Field{"block", "matching: columns that share their sampled rows", {1, 1024}}, p.block);
     v(Field{"on-mismatch",
-            "a column without a match is traced in full, where the nearest known column disagrees "
-            "(recursion), or, like all columns, there and at the borders of shadows (repair)"},
+            "matching: a column without a match is traced in full, where the nearest known column "
+            "disagrees (recursion), or, like all columns, there and at the borders of shadows "
+            "(repair)"},
       p.onMismatch);
     v(Field{"stray",
-            "repair: share of a column's traced rows away from known borders that may be wrong; "
-            "with more it is traced in full. Less for bright columns, more for dim ones",
+            "matching, repair: share of a column's traced rows away from known borders that may be "
+            "wrong; with more it is traced in full. Less for bright columns, more for dim ones",
             {0, 1}},
       p.stray);
     v(Field{"bail-out",
-            "an octant of which a larger share was traced than this is traced in full; 1: never",
+            "matching: an octant of which a larger share was traced than this is traced in full; "
+            "1: never",
             {0, 1}},
       p.bailOut);
-    v(Field{"two-phase", "sample all columns of an octant before any is traced in full", {}, true},
+    v(Field{"two-phase",
+            "matching: sample all columns of an octant before any is traced in full",
+            {},
+            true},
       p.twoPhase);
-    v(Field{"seed-constant", "count the column that is lit everywhere as known from the beginning"},
+    v(Field{"seed-constant",
+            "count the column that is lit everywhere as known from the beginning. Not of svt"},
       p.seedConstant);
     v(Field{"guard", "gauss-jordan and amc: sample so many rows that what is known cannot explain "
                      "any column"},
       p.guard);
     v(Field{"coefficients",
-            "what becomes of predictions of amc and svt: rounded to bits, clamped to "
-            "0..1, or real numbers"},
+            "amc and svt: what becomes of predictions: rounded to bits, clamped to 0..1, or real "
+            "numbers"},
       p.coefficients);
     v(Field{"svt-iterations", "svt: iterations at most", {1, 10000}}, p.svtIterations);
     v(Field{"residual-rate",
