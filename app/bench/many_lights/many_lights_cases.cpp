@@ -84,7 +84,7 @@ constexpr std::array kMethods{
            matching},
     Method{"full-2000", "all visibility traced, in packets, in slices of 2000 points",
            fullLargeSlices},
-    Method{"matching-1000", "the same in slices of the common size", matchingSmallSlices},
+    Method{"matching-1000", "as matching, in slices of the common size", matchingSmallSlices},
     Method{"matching-whole",
            "as matching, but a column without a match is traced in full, and no borders of shadows",
            matchingWhole},
