@@ -12,8 +12,8 @@ namespace core::many_lights {
 namespace {
 
 using glm::vec3;
-constexpr size_t kDimensions = 6;
-using Feature = std::array<float, kDimensions>;
+/// By which the lights of a node are parted.
+template <size_t kDimensions> using Feature = std::array<float, kDimensions>;
 constexpr uint32_t kDeepest = 96;  // below, sets are halved: outliers make chains
 constexpr size_t kSubtree = 2048;  // lights that one thread takes
 
@@ -127,24 +127,37 @@ private:
         const uint32_t half = work.begin + (work.end - work.begin) / 2;
         if (work.depth > kDeepest) return half;
         const bool directional = lights_[order_[work.begin]].kind == LightKind::directional;
-        const bool small = glm::distance(node.low, node.high) < settings_.normalScale;
-        const float positions = directional ? 0 : 1;
-        const float normals = directional ? 1 : small ? settings_.normalScale : 0;
-        const auto feature = [&](uint32_t i) {
-            const VirtualLight& l = lights_[order_[i]];
-            const vec3 p = positions * l.position, n = normals * l.normal;
-            return Feature{p.x, p.y, p.z, n.x, n.y, n.z};
-        };
+        uint32_t left;
+        if (directional) {
+            left = partBy<3>(work, [](const VirtualLight& l) {
+                return Feature<3>{l.normal.x, l.normal.y, l.normal.z};
+            });
+        } else if (glm::distance(node.low, node.high) < settings_.normalScale) {
+            left = partBy<6>(work, [scale = settings_.normalScale](const VirtualLight& l) {
+                const vec3 &p = l.position, n = scale * l.normal;
+                return Feature<6>{p.x, p.y, p.z, n.x, n.y, n.z};
+            });
+        } else {
+            left = partBy<3>(work, [](const VirtualLight& l) {
+                return Feature<3>{l.position.x, l.position.y, l.position.z};
+            });
+        }
+        return left == work.begin || left == work.end ? half : left;
+    }
+
+    /// Parts them at the mean along the first principal axis of what `of` tells of each.
+    template <size_t kDimensions, class F> uint32_t partBy(const Work& work, F&& of)
+    {
         const auto count = static_cast<float>(work.end - work.begin);
-        Feature mean{};
+        Feature<kDimensions> mean{};
         for (uint32_t i = work.begin; i < work.end; ++i) {
-            const Feature f = feature(i);
+            const Feature<kDimensions> f = of(lights_[order_[i]]);
             for (size_t d = 0; d < kDimensions; ++d) mean[d] += f[d] / count;
         }
-        const Feature axis = principalAxis(work, mean, feature);
+        const Feature<kDimensions> axis = principalAxis<kDimensions>(work, mean, of);
         uint32_t left = work.begin, right = work.begin;
         for (uint32_t i = work.begin; i < work.end; ++i) {
-            const Feature f = feature(i);
+            const Feature<kDimensions> f = of(lights_[order_[i]]);
             float projected = 0;
             for (size_t d = 0; d < kDimensions; ++d) projected += axis[d] * (f[d] - mean[d]);
             const uint32_t light = order_[i];
@@ -154,16 +167,17 @@ private:
                 other_[right++] = light;
         }
         std::copy(other_.begin() + work.begin, other_.begin() + right, order_.begin() + left);
-        return left == work.begin || left == work.end ? half : left;
+        return left;
     }
 
     /// First eigenvector of the covariance, by power iteration from its longest column.
-    template <class F>
-    static Feature principalAxis(const Work& work, const Feature& mean, F&& feature)
+    template <size_t kDimensions, class F>
+    Feature<kDimensions> principalAxis(const Work& work, const Feature<kDimensions>& mean,
+                                       F&& of) const
     {
-        std::array<Feature, kDimensions> c{};
+        std::array<Feature<kDimensions>, kDimensions> c{};
         for (uint32_t i = work.begin; i < work.end; ++i) {
-            const Feature f = feature(i);
+            const Feature<kDimensions> f = of(lights_[order_[i]]);
             for (size_t a = 0; a < kDimensions; ++a)
                 for (size_t b = 0; b <= a; ++b) c[a][b] += (f[a] - mean[a]) * (f[b] - mean[b]);
         }
@@ -172,9 +186,9 @@ private:
         size_t longest = 0;
         for (size_t a = 1; a < kDimensions; ++a)
             if (c[a][a] > c[longest][longest]) longest = a;
-        Feature axis = c[longest];
+        Feature<kDimensions> axis = c[longest];
         for (int k = 0; k < 8; ++k) {
-            Feature next{};
+            Feature<kDimensions> next{};
             float largest = 0;
             for (size_t a = 0; a < kDimensions; ++a) {
                 for (size_t b = 0; b < kDimensions; ++b) next[a] += c[a][b] * axis[b];
