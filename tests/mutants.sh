@@ -85,6 +85,10 @@ bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= boun
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*
 coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);@;@CoatedLamp.*
 coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@CoatedLamp.*
+cover-shone-through@core/many_lights/shadow_packets.h@shared::connectionEnd(std::sqrt(squared))@0.9999f@Techniques.ACover*
+pilot-believed@core/many_lights/light_paths.cpp@if (pilot.lights.empty()) return static_cast<uint32_t>(most);@if (pilot.lights.empty()) return 0;@VirtualLights*
+pane-light-twice@core/many_lights/lost_light.cpp@walk.path.pdf = walk.pdf;@walk.path.pdf = 0;@ManyLightsBehindPanes*
+pane-unpassed@core/many_lights/lost_light.cpp@if (panes) connectReceiver(job, scene, r, v, n, walk, wave);@@Panes*
 guided-own-numbers@core/methods/guide_training.cpp@return views_ == 0 ? params_.seed@return true ? params_.seed@*GuideKnowsWhat*
 guided-never-again@core/methods/guide_training.cpp@rested_ >= patience_@false@*IsTriedAgain*
 guided-trial-short@core/methods/guide_training.cpp@moves && !again ? kLessonsOfMovingTrial@false ? kLessonsOfMovingTrial@*FlightWhereItPaysLate*

@@ -146,7 +146,9 @@ TEST(ManyLights, AgreesWithThePathTracerOnGlass)
     const auto world = asset("glass");
     const Quarters& expected = paths("glass", 8);
     ManyLightsParams params = fewClusters();
-    expectAgree(manyLights(world, params, 16, 16), expected, 0.1, "glass", true);
+    // Few frames see caustics at their brightest: the means of 16 seeds miss them, by any estimate
+    // of their own error.
+    expectAgree(manyLights(world, params, 24, 16), expected, 0.1, "glass", true);
     params.lost = LostLight::dropped;
     const Quarters dropped = manyLights(world, params, 16, 16);
     EXPECT_LT(welch(dropped.means[3], expected.means[3]).z, -kScore)
