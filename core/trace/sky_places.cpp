@@ -92,18 +92,24 @@ std::vector<float> surfaceCdf(const World& world)
     return makeCdf(weights);
 }
 
+struct ShownTriangle {
+    vec3 a, b, c;
+    float offset;  // of rays that leave it, at least
+};
+
 /// A triangle as it is shown, one of its instances if it has such.
-std::array<vec3, 3> shownCorners(const World& world, size_t triangle, Pcg32& random)
+ShownTriangle shownTriangle(const World& world, size_t triangle, Pcg32& random)
 {
     const WorldTriangle& t = world.triangles[triangle];
-    std::array<vec3, 3> corners{world.positions[t.v0], world.positions[t.v1],
-                                world.positions[t.v2]};
+    vec3 a = world.positions[t.v0], b = world.positions[t.v1], c = world.positions[t.v2];
+    float placed = 0;
     if (const Prototype* prototype = prototypeOf(world, triangle)) {
         const auto any = static_cast<uint32_t>(random() * prototype->instances.size());
         const shared::InstanceMatrix& m = world.instances[prototype->instances.begin + any];
-        for (vec3& corner : corners) corner = shared::transformPoint(m, corner);
+        for (vec3* corner : {&a, &b, &c}) *corner = shared::transformPoint(m, *corner);
+        placed = shared::placedBy(m);
     }
-    return corners;
+    return {a, b, c, shared::leastOffset(a, b, c, placed)};
 }
 
 Walk fromSurface(const World& world, const std::vector<float>& cdf, Pcg32& random)
@@ -111,14 +117,14 @@ Walk fromSurface(const World& world, const std::vector<float>& cdf, Pcg32& rando
     const auto above =
         std::upper_bound(cdf.begin(), cdf.end() - 1, static_cast<float>(random() * (1 - 0x1p-24)));
     const auto i = static_cast<size_t>(std::max<std::ptrdiff_t>(above - cdf.begin(), 1) - 1);
-    const auto [a, b, c] = shownCorners(world, i * strideOf(world), random);
+    const auto [a, b, c, offset] = shownTriangle(world, i * strideOf(world), random);
     const vec2 w = shared::sampleTriangle(pairOf(random));
     const vec3 cross = glm::cross(b - a, c - a);
     const float length = glm::length(cross);
     const vec3 normal = length > 0 ? cross / length : vec3(0, 1, 0);
     const vec3 side = random() < 0.5 ? normal : -normal;
     return {
-        shared::offsetRay(a + w.x * (b - a) + w.y * (c - a), side),
+        shared::offsetRay(a + w.x * (b - a) + w.y * (c - a), side, offset),
         shared::toWorld(shared::makeFrame(side), shared::sampleCosineHemisphere(pairOf(random)))};
 }
 
@@ -130,11 +136,11 @@ bool meet(const World& world, const shared::Hit& hit, Pcg32& random, Walk& walk,
     const shared::SurfacePoint s = shared::makeSurfacePoint(sceneView(world), hit, walk.direction);
     const vec3 outside = s.backFace != 0 ? -s.normal : s.normal;
     if (random() < static_cast<double>(world.materials[s.material].transmission)) {
-        walk.origin = shared::offsetRay(s.position, -outside);
+        walk.origin = shared::offsetRay(s.position, -outside, s.offset);
         return true;
     }
-    places.push_back({s.position, s.frame[2]});
-    walk.origin = shared::offsetRay(s.position, outside);
+    places.push_back({s.position, s.frame[2], s.offset});
+    walk.origin = shared::offsetRay(s.position, outside, s.offset);
     walk.direction =
         shared::toWorld(shared::makeFrame(outside), shared::sampleCosineHemisphere(pairOf(random)));
     return true;
@@ -198,7 +204,8 @@ void Bringing::add(const Place& place, const shared::EmitterSample& sample, floa
     brings = 0;
     const float cosine = glm::dot(sample.wi, place.normal);
     if (!(cosine > 0)) return;
-    shared::ShadowRay shadow = shared::noShadowRay(shared::offsetRay(place.position, place.normal));
+    shared::ShadowRay shadow =
+        shared::noShadowRay(shared::offsetRay(place.position, place.normal, place.offset));
     shadow.contribution = sample.radiance * (weight * cosine);
     if (!(shared::luminance(shadow.contribution) < 1e30f)) return;
     shadow.wi = shadow.direction = sample.wi;

@@ -12,9 +12,11 @@
 
 namespace core {
 
-/// A point of a surface, and the normal on the side that was seen.
+/// A point of a surface, the normal on the side that was seen, and how far from it rays start at
+/// least (shared::offsetRay).
 struct Place {
     glm::vec3 position{0}, normal{0};
+    float offset = 0;
 };
 
 /// Where `walks` walks from the scene's cameras, and half as many that begin at its surfaces, come

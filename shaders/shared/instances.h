@@ -87,6 +87,19 @@ SHARED_FN Triangle fetchTriangle(IN(SceneView) scene, StoredTriangle stored)
     return t;
 }
 
+/// The largest number that is added to bring a point to the world.
+SHARED_FN float placedBy(IN(InstanceMatrix) m)
+{
+    return maxComponent(abs(vec3(m.row0.w, m.row1.w, m.row2.w)));
+}
+
+/// The same of a stored triangle's points.
+SHARED_FN float placedBy(IN(SceneView) scene, StoredTriangle stored)
+{
+    if (!FEATURE(kFeatureInstances) || stored.matrix == 0u) return 0.0f;
+    return placedBy(fetchInstanceMatrix(scene, stored.matrix));
+}
+
 /// A unit normal at a stored triangle, in the world: by the matrix of cofactors, and so reversed
 /// where it mirrors.
 SHARED_FN vec3 placedNormal(IN(SceneView) scene, StoredTriangle stored, vec3 n)

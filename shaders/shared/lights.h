@@ -258,6 +258,7 @@ SHARED_FN SurfacePoint emitterSurface(IN(SceneView) scene, Emitter e, vec2 w, ve
     s.material = fetchTriangleIndices(scene, e.slot).w;
     s.emitter = kNone;
     layOutSurface(scene, stored, e.a, e.b, e.c, w, direction, s);
+    s.offset = leastOffset(e.a, e.b, e.c, 0.0f);
     return s;
 }
 

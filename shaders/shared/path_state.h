@@ -88,7 +88,7 @@ SHARED_FN bool sideOf(IN(SurfacePoint) s, vec3 wi, float cosine, OUT(float) side
 SHARED_FN vec3 originOnSide(IN(SurfacePoint) s, float side)
 {
     const vec3 outside = s.backFace != 0u ? -s.normal : s.normal;
-    return offsetRay(s.position, side > 0.0f ? outside : -outside);
+    return offsetRay(s.position, side > 0.0f ? outside : -outside, s.offset);
 }
 
 /// The medium on the given side (see sideOf) of a vertex that was reached through `medium`.

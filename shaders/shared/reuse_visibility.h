@@ -70,7 +70,8 @@ SHARED_FN bool seesPlace(IN(SceneView) scene, IN(SurfacePoint) s, vec3 position,
     float side;
     sideOf(s, direction, 1.0f, side);
     ShadowRay way = noShadowRay(position);
-    way.origin = offsetRay(position, (s.backFace != 0u) == (side > 0.0f) ? -s.normal : s.normal);
+    way.origin =
+        offsetRay(position, (s.backFace != 0u) == (side > 0.0f) ? -s.normal : s.normal, s.offset);
     way.direction = direction;
     way.tMax = kDistant;
     if (distance < 0.5f * kDistant) {

@@ -11,6 +11,7 @@
 #include "core/base/check.h"
 #include "core/trace/accel.h"
 #include "core/trace/scene_view.h"
+#include "shared/intersect.h"
 #include "shared/path.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/random_values.h"
@@ -301,5 +302,84 @@ INSTANTIATE_TEST_SUITE_P(T16, LeavingRays,
                                          Reintersection{1e2, 1e3, 1e-5},
                                          Reintersection{1e4, 1e6, 1e-5},
                                          Reintersection{0.1, 50, 0}));
+
+/// A plane of two triangles, `tilt` degrees from lying flat, beside the centre.
+struct TiltedPlane {
+    glm::dvec3 along, across, normal;
+    std::array<glm::vec3, 4> corners;
+
+    TiltedPlane(double tilt, double side, double width, double below)
+    {
+        const double t = glm::radians(tilt);
+        normal = {0.6 * std::sin(t), std::cos(t), 0.8 * std::sin(t)};
+        along = glm::normalize(glm::cross(glm::dvec3(0.1, 0, 1), normal));
+        across = glm::cross(along, normal);
+        const auto at = [&](double x, double z) {
+            return glm::vec3(x * side * along + z * width * across - below * normal);
+        };
+        corners = {at(-1, 1), at(1, 1), at(1, -1), at(-1, -1)};
+    }
+};
+
+/// The error of a hit is that of its triangle, however small the hit's own coordinates are: of
+/// Embree's hits, and of those of the test that our own traversals make.
+TEST(T16, RaysThatLeaveLargeTrianglesNearTheCentreDoNotMeetThem)
+{
+    std::mt19937 random(29);
+    const auto around = [&] { return 2.0 * static_cast<double>(uniform(random)) - 1; };
+    size_t total = 0;
+    for (const double tilt : {0.0, 5.0, 15.0, 45.0}) {
+        for (const double width : {60.0, 2.0, 0.1}) {
+            const TiltedPlane plane(tilt, 60, width, 0.05);
+            SceneBuilder b;
+            b.mesh({plane.corners.begin(), plane.corners.end()}, {{0, 1, 2}, {0, 2, 3}},
+                   b.material(lambert(glm::vec3(0.5f))));
+            const auto world = b.world();
+            const core::Accel accel(world);
+            const shared::SceneView scene = core::sceneView(*world);
+            const auto meetsOne = [&](const core::Ray& ray, shared::Hit& hit) {
+                const shared::ShearRay shear = shared::makeShearRay(ray.origin, ray.direction);
+                hit.t = shared::kInfinity;
+                for (hit.slot = 0; hit.slot < 2; ++hit.slot) {
+                    const auto& t = world->triangles[hit.slot];
+                    if (shared::intersectTriangle(shear, world->positions[t.v0],
+                                                  world->positions[t.v1], world->positions[t.v2], 0,
+                                                  shared::kInfinity, hit.t, hit.barycentrics))
+                        return true;
+                }
+                return false;
+            };
+            size_t self = 0, selfByEmbree = 0;
+            for (int i = 0; i < 20'000; ++i) {
+                const glm::dvec3 target = around() * plane.along +
+                                          std::min(1.0, width) * around() * plane.across -
+                                          0.05 * plane.normal - world->placement.centre;
+                core::Ray ray;
+                ray.origin = glm::vec3(target + plane.normal + 0.5 * around() * plane.along);
+                ray.direction = glm::normalize(glm::vec3(target) - ray.origin);
+                const glm::vec2 u{uniform(random), uniform(random)};
+                const auto leaves = [&](const shared::Hit& hit) {
+                    const shared::SurfacePoint s =
+                        shared::makeSurfacePoint(scene, hit, ray.direction);
+                    core::Ray next;
+                    next.origin = shared::originOnSide(s, 1);
+                    next.direction =
+                        shared::toWorld(shared::makeFrame(s.backFace != 0 ? -s.normal : s.normal),
+                                        shared::sampleCosineHemisphere(u));
+                    return next;
+                };
+                shared::Hit hit, again;
+                if (meetsOne(ray, hit)) {
+                    ++total;
+                    self += meetsOne(leaves(hit), again) ? 1u : 0u;
+                }
+                if (accel.closest(ray, hit)) selfByEmbree += accel.occluded(leaves(hit)) ? 1u : 0u;
+            }
+            EXPECT_EQ(self, 0u) << "tilted by " << tilt << ", " << width << " wide";
+            EXPECT_EQ(selfByEmbree, 0u) << "tilted by " << tilt << ", " << width << " wide";
+        }
+    }
+    EXPECT_GT(total, 230'000u);
+}
 
 }  // namespace

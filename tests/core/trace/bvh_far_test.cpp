@@ -115,7 +115,7 @@ TEST(BvhFar, LosesNoHit)
         SCOPED_TRACE(scene.name);
         const Mesh& mesh = scene.mesh;
         const Bvh bvh = bvhOf(mesh);
-        int right = 0, hits = 0;
+        int wrong = 0, hits = 0;
         const int count = 1000;
         for (const RaySegment& ray : segmentsAmong(scene, count, 21)) {
             const shared::ShearRay shear = shared::makeShearRay(ray.origin, ray.direction);
@@ -132,8 +132,10 @@ TEST(BvhFar, LosesNoHit)
                 nearest = distance;
                 triangle = i;
             }
-            if (nearestInDouble(mesh, ray).triangle != triangle) continue;
-            ++right;
+            if (nearestInDouble(mesh, ray).triangle != triangle) {
+                ++wrong;
+                continue;
+            }
             BvhHit hit;
             const bool found = trace(bvh, mesh, ray, hit);
             ASSERT_EQ(hit.t, nearest);
@@ -141,7 +143,7 @@ TEST(BvhFar, LosesNoHit)
                                             ray.direction, 0, shared::kInfinity));
             hits += found;
         }
-        EXPECT_GT(right, count * 9 / 10);
+        EXPECT_LE(wrong, count / 50);  // 4 to 18, by scene
         EXPECT_GT(hits, count / 4);
     }
 }
