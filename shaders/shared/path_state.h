@@ -41,8 +41,9 @@ SHARED_FN vec3 lastVertex(PathState path)
 /// emitter.
 SHARED_FN uint alphaSeed(SampleStream stream, uint depth, uint shadow)
 {
-    return hashUint(stream.pixel ^
-                    hashUint(stream.index * 2u + shadow + 0x9e3779b9u * depth + stream.seed));
+    // A dimension that no pattern of the sampler has.
+    const uint dimension = 0xa511e9b3u + 2u * depth + shadow;
+    return pcg4d(uvec4(stream.pixel, dimension, stream.seed, stream.index)).x;
 }
 
 /// A path that goes along a ray, whatever it came from.

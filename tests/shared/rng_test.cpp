@@ -1,5 +1,6 @@
 // T1: the streams of (pixel, sample index, dimension) look independent where they should, for both
 // samplers and the hash beneath them, also at the far end of the sample counter.
+#include "shared/path_state.h"
 #include "shared/rng.h"
 #include "shared/sampler.h"
 #include "tests/support/statistics/stats.h"
@@ -185,6 +186,74 @@ TEST(Rng, hashesAvalanche)
     EXPECT_LT(worstAvalanche(32, 0, [](uint x, uint) { return shared::hashUint(x); }), 60);
     EXPECT_GT(worstAvalanche(32, 0, [](uint x, uint) { return x * 747796405u; }),
               100);  // it can fail
+}
+
+/// What decides about a blended triangle, for the ray of a path's vertex or its connection.
+struct AlphaAddress {
+    uint seed = 1, index = 0, depth = 0, shadow = 0;
+
+    float number(uint pixel) const
+    {
+        shared::SampleStream stream =
+            makeStream(kSamplerSobol, seed, uvec2(pixel, 230), index, shared::kPurposePath);
+        constexpr uint kTriangle = 7;
+        return shared::unitFloat(shared::hashUint(shared::alphaSeed(stream, depth, shadow) ^
+                                                  shared::hashUint(kTriangle)));
+    }
+};
+
+/// Another seed, sample, vertex or purpose decides apart. As series run over samples, so do those
+/// of which one is ahead of another: seeds must not be samples by other names.
+TEST(Rng, decisionsAboutAlphaAreUncorrelated)
+{
+    constexpr uint kSamples = 1u << 13, kMostLag = 4;
+    std::vector<float> first(kSamples), other(kSamples);
+    const auto fill = [](AlphaAddress a, uint lag, std::vector<float>& series) {
+        for (uint i = 0; i < kSamples; ++i) {
+            a.index = kMostLag + i + lag;
+            series[i] = a.number(117 + (i & 63u));
+        }
+    };
+    fill({}, 0, first);
+    size_t pairs = 0;
+    double worst = 0;
+    for (uint seed = 0; seed <= kMostLag; ++seed)
+        for (uint depth = 0; depth <= kMostLag; ++depth)
+            for (uint shadow = 0; shadow <= 1; ++shadow)
+                for (uint index = 0; index <= 2 * kMostLag; ++index) {
+                    const uint lag = index - kMostLag;
+                    if (seed == 0 && depth == 0 && shadow == 0 && lag == 0) continue;
+                    fill({1 + seed, 0, depth, shadow}, lag, other);
+                    worst = std::max(worst, std::abs(correlation(first, other)));
+                    ++pairs;
+                }
+    EXPECT_EQ(pairs, 449u);
+    EXPECT_LT(worst, -normalQuantile(0.5 * sidak(kLevel, pairs)) / std::sqrt(double(kSamples)));
+}
+
+TEST(Rng, decisionsAboutAlphaAreUniform)
+{
+    for (int along = 0; along < 4; ++along) {
+        constexpr uint kCount = 1u << 16;
+        std::vector<double> bins(256), pairs(64 * 64);
+        float before = 0;
+        for (uint i = 0; i < kCount; ++i) {
+            AlphaAddress a;
+            a.seed += along == 0 ? i : 0;
+            a.index += along == 1 ? i : 0;
+            a.depth += along == 2 ? i / 2 : 0;
+            a.shadow = along == 2 ? i % 2 : 0;
+            const float x = a.number(along == 3 ? i & 0xffffu : 117);
+            bins[static_cast<std::size_t>(x * 256)] += 1;
+            if (i % 2 == 1)
+                pairs[static_cast<std::size_t>(before * 64) * 64 +
+                      static_cast<std::size_t>(x * 64)] += 1;
+            before = x;
+        }
+        const std::vector<double> even(256, kCount / 256.0), evenPairs(64 * 64, kCount / 8192.0);
+        EXPECT_GT(chiSquareTest(bins, even).p, kLevel) << along;
+        EXPECT_GT(chiSquareTest(pairs, evenPairs).p, kLevel) << along;
+    }
 }
 
 TEST(Rng, unitFloatStaysBelowOneAndIsExact)

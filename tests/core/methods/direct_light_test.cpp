@@ -299,6 +299,31 @@ TEST(DirectLight, BlendedVeil)
     EXPECT_LT(detectable(e, 0.7), 0.02);
 }
 
+/// Pictures of the same veil by other seeds have nothing in common.
+TEST(DirectLight, SeedsDecideApartAboutBlending)
+{
+    SceneBuilder b;
+    core::Material veil = lambert(glm::vec3(0));
+    veil.data.flags |= shared::kMaterialAlphaBlend;
+    veil.data.alpha = 0.5f;
+    b.quad({-1, -1, 1}, {2, 0, 0}, {0, 2, 0}, b.material(veil));
+    b.quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, b.material(emitter(glm::vec3(1))));
+    b.camera({0, 0, 5}, {0, 0, 0}, 0.05);
+    constexpr uint32_t kSide = 32;
+    const auto picture = [&](uint32_t seed) {
+        core::PathParams params = independentParams();
+        params.seed = seed;
+        const core::Image image = render(b.world(), kSide, kSide, 64, params).mean;
+        std::vector<float> red;
+        for (size_t i = 0; i < image.pixels.size(); i += image.channels)
+            red.push_back(image.pixels[i]);
+        return red;
+    };
+    const std::vector<float> first = picture(1);
+    for (const uint32_t seed : {2u, 3u, 5u})
+        EXPECT_LT(std::abs(correlation(first, picture(seed))), kScore / kSide) << seed;
+}
+
 /// A normal map seen from behind: all of the normal is reversed, as glTF demands, so that light
 /// from the other side finds the slope it has there.
 TEST(DirectLight, NormalMapsFromBehindAreReversed)
