@@ -18,6 +18,7 @@ Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t wi
             for (uint32_t x = tile.x0; x < tile.x1; ++x) {
                 const glm::vec2 film(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
                 Ray ray;
+                ray.seed = shared::kAlphaByHalf;
                 shared::cameraRay(camera, film, size, glm::vec2(0.5f), ray.origin, ray.direction);
                 shared::Hit hit;
                 if (!accel.closest(ray, hit)) continue;

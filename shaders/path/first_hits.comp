@@ -30,6 +30,7 @@ void main()
     cameraRay(frame.camera, vec2(pixel) + 0.5, size, vec2(0.5), origin, direction);
     FirstHit found = noFirstHit();
     Hit hit;
-    if (traceClosest(Ray(origin, 0.0, direction, kInfinity), 0u, hit)) found = makeFirstHit(scene, hit, direction);
+    if (traceClosest(Ray(origin, 0.0, direction, kInfinity), kAlphaByHalf, hit))
+        found = makeFirstHit(scene, hit, direction);
     firstHits[pixelIndex(pixel) - tiles.firstPixel] = found;
 }

@@ -412,6 +412,9 @@ SHARED_FN float surfaceAlpha(IN(SceneView) scene, uint triangle, vec2 barycentri
     return alpha;
 }
 
+// A seed that leaves nothing to chance: what blends is there where alpha is a half or more.
+SHARED_CONST uint kAlphaByHalf = 0xffffffffu;
+
 /// The alpha test inside traversal: true when the surface is there for this ray. Blending is
 /// stochastic: the surface is there with probability alpha, decided by a hash of `seed` and the
 /// triangle, which is one of the prototype of an `instance` (counted from 1; 0: of none).
@@ -419,9 +422,10 @@ SHARED_FN bool alphaPasses(IN(SceneView) scene, uint slot, uint instance, vec2 b
                            uint seed)
 {
     const uint triangle = floatAsUint(fetchTriangleVertex(scene, slot, 0u).w);
+    const float alpha = surfaceAlpha(scene, triangle, barycentrics);
+    if (seed == kAlphaByHalf) return alpha >= 0.5f;
     // Two instances along a ray decide apart: a factor that is odd keeps their numbers apart, too.
-    return unitFloat(hashUint(seed ^ hashUint(triangle + instance * 0x9e3779b1u))) <
-           surfaceAlpha(scene, triangle, barycentrics);
+    return unitFloat(hashUint(seed ^ hashUint(triangle + instance * 0x9e3779b1u))) < alpha;
 }
 
 SHARED_END

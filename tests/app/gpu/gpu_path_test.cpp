@@ -97,6 +97,37 @@ TEST_P(GpuPath, SlowAgreesWithCpu)
                     std::min(c.detectable, 0.01), independentPaths(1));
 }
 
+/// What blends is there all over or not at all: nothing is cut along the edges of triangles.
+TEST(FirstHits, WhatBlendsIsDecidedByHalf)
+{
+    constexpr uint32_t kSide = 16;
+    const auto cpu = core::makeRenderer("path");
+    for (const float alpha : {0.3f, 0.7f}) {
+        tests::SceneBuilder b;
+        core::Material veil = tests::lambert(glm::vec3(0.2f));
+        veil.data.flags |= shared::kMaterialAlphaBlend;
+        veil.data.alpha = alpha;
+        const int wall = b.material(tests::lambert(glm::vec3(0.5f)));
+        const int before = b.material(veil);
+        for (int i = 0; i < 4; ++i)
+            b.quad({-1 + 0.5f * static_cast<float>(i), -1, 1}, {0.5f, 0, 0}, {0, 2, 0}, before);
+        b.quad({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, wall);
+        b.camera({0, 0, 5}, {0, 0, 0}, 0.4);
+        const auto world = b.world();
+        for (core::Renderer* renderer : {cpu.get(), &gpuRenderer()}) {
+            renderer->setWorld(world, {});
+            renderer->setView({world->cameras.at(0), {kSide, kSide}, {}}, core::Start::anew);
+            const core::Aovs aovs = renderer->aovs();
+            const int expected = alpha > 0.5f ? before : wall;
+            for (uint32_t y = 0; y < kSide; ++y)
+                for (uint32_t x = 0; x < kSide; ++x)
+                    ASSERT_EQ(aovs.ids.at(x, y)[1], static_cast<float>(expected))
+                        << (renderer == cpu.get() ? "cpu " : "vulkan ") << alpha << ' ' << x << ' '
+                        << y;
+        }
+    }
+}
+
 TEST_P(GpuPath, FirstHitsAreThoseOfTheCpu)
 {
     const auto world = asset(GetParam().name);
