@@ -7,11 +7,14 @@
 #include <tuple>
 
 #include "core/base/parallel.h"
+#include "core/scene/features.h"
 #include "core/trace/bvh_traverse.h"
+#include "core/trace/scene_view.h"
 #include "core/trace/world_bvh.h"
 #include "shared/camera.h"
 #include "shared/instances.h"
 #include "shared/intersect.h"
+#include "shared/surface.h"
 
 namespace core {
 
@@ -29,6 +32,7 @@ struct Nearest {
         const auto order = [](const Nearest& n) { return std::tuple(n.t, n.triangle, n.instance); };
         if (order(other) < order(*this)) *this = other;
     }
+    /// What blends or is masked is there where alpha is a half or more, as in first hits.
     void test(const World& world, const shared::ShearRay& ray, uint32_t candidate,
               uint32_t inInstance)
     {
@@ -36,7 +40,9 @@ struct Nearest {
         float hit = 0;
         glm::vec2 barycentrics;
         if (shared::intersectTriangle(ray, world.positions[v.v0], world.positions[v.v1],
-                                      world.positions[v.v2], 0.0f, bound(), hit, barycentrics))
+                                      world.positions[v.v2], 0.0f, bound(), hit, barycentrics) &&
+            (!hasAlphaTest(world.materials[v.material]) ||
+             shared::surfaceAlpha(sceneView(world), candidate, barycentrics) >= 0.5f))
             offer({hit, candidate, inInstance});
     }
 };

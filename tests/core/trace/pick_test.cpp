@@ -7,6 +7,7 @@
 #include "core/methods/method.h"
 #include "core/trace/pick.h"
 #include "core/trace/world_bvh.h"
+#include "tests/support/scenes/test_scenes.h"
 
 namespace {
 
@@ -49,6 +50,35 @@ TEST(Pick, FindsNothingOutsideOrWithoutTriangles)
     away.position = away.position + 1000.0 * away.forward;
     EXPECT_FALSE(core::pick(*world, away, {16, 16}, {0.5, 0.5}).has_value());
     EXPECT_FALSE(core::pick(core::World{}, away, {16, 16}, {0.5, 0.5}).has_value());
+}
+
+/// What a mask cuts away is not clicked on, nor what blends by less than a half; with a hierarchy
+/// and without.
+TEST(Pick, FindsWhatIsBehindHoles)
+{
+    for (const float alpha : {0.3f, 0.7f}) {
+        for (const uint32_t kind : {shared::kMaterialAlphaMask, shared::kMaterialAlphaBlend}) {
+            tests::SceneBuilder b;
+            core::Material veil = tests::lambert(glm::vec3(0.2f));
+            veil.data.flags |= kind;
+            veil.data.alpha = alpha;
+            veil.data.alphaCutoff = 0.5f;
+            const int wall = b.material(tests::lambert(glm::vec3(0.5f)));
+            const int before = b.material(veil);
+            b.quad({-1, -1, 1}, {2, 0, 0}, {0, 2, 0}, before);
+            b.quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, wall);
+            b.camera({0, 0, 5}, {0, 0, 0}, 0.1);
+            const auto world = b.world();
+            const auto expected = static_cast<uint32_t>(alpha > 0.5f ? before : wall);
+            for (const bool hierarchy : {false, true}) {
+                ASSERT_EQ(core::bvhIfMade(*world) != nullptr, hierarchy);
+                const auto picked = core::pick(*world, world->cameras.front(), {8, 8}, {0.4, 0.6});
+                ASSERT_TRUE(picked.has_value());
+                EXPECT_EQ(picked->material, expected) << alpha << ' ' << kind << ' ' << hierarchy;
+                core::bvhOf(*world);
+            }
+        }
+    }
 }
 
 TEST(Pick, FindsTheSameThroughAHierarchy)
