@@ -69,6 +69,29 @@ private:
     std::map<int, Ranges> known_;
 };
 
+/// Whether light goes through the material somewhere.
+bool transmits(const Material& material, TextureRanges& textures)
+{
+    const shared::Material& m = material.data;
+    const float leastMetal =
+        m.metallic * textures.range(material, shared::kTextureMetallicRoughness, 2).low;
+    return (m.flags & shared::kMaterialUnlit) == 0 && leastMetal < 1 &&
+           m.transmission * textures.range(material, shared::kTextureTransmission, 0).high > 0;
+}
+
+bool isSolid(const Material& material, TextureRanges& textures)
+{
+    return (material.data.flags & shared::kMaterialVolume) != 0 && transmits(material, textures);
+}
+
+bool isSmoothSolid(const Material& material, TextureRanges& textures)
+{
+    if (!isSolid(material, textures)) return false;
+    const float roughness = material.data.roughness *
+                            textures.range(material, shared::kTextureMetallicRoughness, 1).low;
+    return shared::interfaceAlpha(roughness, material.data.ior, true) == 0;
+}
+
 uint32_t bitsOf(const Material& material, TextureRanges& textures)
 {
     const shared::Material& m = material.data;
@@ -93,16 +116,14 @@ uint32_t bitsOf(const Material& material, TextureRanges& textures)
     const bool dielectric = m.metallic * metalRough(2).low < 1;
     const bool specular =
         dielectric && m.specular * textures.range(material, shared::kTextureSpecular, 3).high > 0;
-    const bool transmission =
-        dielectric &&
-        m.transmission * textures.range(material, shared::kTextureTransmission, 0).high > 0;
+    const bool transmission = transmits(material, textures);
     const bool clearcoat =
         m.clearcoat * textures.range(material, shared::kTextureClearcoat, 0).high > 0;
     if (metal) bits |= shared::kFeatureMetal;
     if (metal || specular || clearcoat) bits |= shared::kFeatureSpecular;
     if (transmission) bits |= shared::kFeatureTransmission;
     if (clearcoat) bits |= shared::kFeatureClearcoat;
-    const bool solid = transmission && (m.flags & shared::kMaterialVolume) != 0;
+    const bool solid = isSolid(material, textures);
     if (solid && (m.absorption.x > 0 || m.absorption.y > 0 || m.absorption.z > 0)) {
         bits |= shared::kFeatureVolume;
     }
@@ -174,6 +195,22 @@ uint32_t materialFeatures(const Scene& scene, std::span<const int> materials)
         bits |= bitsOf(scene.materials[static_cast<size_t>(material)], textures);
     }
     return bits;
+}
+
+std::vector<bool> findSolids(const Scene& scene)
+{
+    TextureRanges textures(scene);
+    std::vector<bool> solids;
+    for (const Material& material : scene.materials) solids.push_back(isSolid(material, textures));
+    return solids;
+}
+
+bool anySmoothSolid(const Scene& scene, std::span<const int> materials)
+{
+    TextureRanges textures(scene);
+    return std::ranges::any_of(materials, [&](int material) {
+        return isSmoothSolid(scene.materials[static_cast<size_t>(material)], textures);
+    });
 }
 
 uint32_t meshFeatures(const Scene& scene, std::span<const int> meshes, uint32_t features)

@@ -41,6 +41,13 @@ inline bool mayBePane(const shared::Material& m)
 /// Exact but for correlations between channels.
 uint32_t materialFeatures(const Scene& scene, std::span<const int> materials);
 
+/// Which materials enclose solids: those with a volume that let light through somewhere. Without
+/// transmission KHR_materials_volume means nothing.
+std::vector<bool> findSolids(const Scene& scene);
+
+/// Whether one of these materials is a solid that refracts without scattering somewhere.
+bool anySmoothSolid(const Scene& scene, std::span<const int> materials);
+
 /// Bits that the vertices of these meshes need on top: normals that differ from their faces' by
 /// over a thousandth, colours or second coordinates. `features` are those of the materials.
 uint32_t meshFeatures(const Scene& scene, std::span<const int> meshes, uint32_t features);

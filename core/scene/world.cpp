@@ -125,6 +125,20 @@ void warnAboutPrecision(World& world, uint64_t rough)
                            "their shape — they show rounding from close by");
 }
 
+void warnAboutLightThroughSolids(World& world, const Topology& topology)
+{
+    const bool punctual = std::ranges::any_of(world.emitters, [](const shared::Emitter& e) {
+        const uint32_t kind = e.kind & 0xffu;
+        return kind >= shared::kEmitterPoint && kind <= shared::kEmitterDirectional;
+    });
+    if (!punctual || !topology.smoothSolids) return;
+    world.warnings.add("LIGHT_THROUGH_SOLIDS", "",
+                       "point, spot and directional lights have no surface that a path could meet: "
+                       "their light does not come through smooth solids (transmission with a "
+                       "thickness) — what only it would light there stays dark; use thin walls, "
+                       "some roughness, or lamps that are emissive meshes");
+}
+
 }  // namespace
 
 std::string nodePointer(size_t node)
@@ -179,8 +193,10 @@ void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& u
     }
     world.textureReferences = std::move(references);
     std::vector<shared::Material> materials;
+    const std::vector<bool> solids = findSolids(scene);
     for (const Material& material : scene.materials) {
         shared::Material m = material.data;
+        if (!solids[materials.size()]) m.flags &= ~shared::kMaterialVolume;
         m.absorption /= static_cast<float>(world.placement.scale);
         uint32_t* const pairs[5] = {&m.textures0, &m.textures1, &m.textures2, &m.textures3,
                                     &m.textures4};
@@ -234,6 +250,7 @@ void finishPose(World& world, const Topology& topology, const Scene& scene, cons
     world.features = topology.fixedFeatures;
     placeCameras(world, scene, pose);
     collectEmitters(world, topology, scene, pose);
+    warnAboutLightThroughSolids(world, topology);
 }
 
 /// All steps from the start. `previous`, another pose or null, lends its materials where they are
@@ -255,6 +272,7 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, Po
     for (const int mesh : meshes)
         materials.push_back(scene->meshes[static_cast<size_t>(mesh)].material);
     topology->usedMaterials = sortedUnique(std::move(materials));
+    topology->smoothSolids = anySmoothSolid(*scene, topology->usedMaterials);
 
     world->features = forcedFeatures | materialFeatures(*scene, topology->usedMaterials);
     world->features |= meshFeatures(*scene, meshes, world->features);

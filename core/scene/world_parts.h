@@ -99,6 +99,7 @@ struct Topology {
     InstancePlan plan;           // without prototypes
     uint32_t fixedFeatures = 0;  // without those of emitters and cameras
     std::vector<int> usedMaterials;
+    bool smoothSolids = false;        // among them
     std::vector<Instance> instances;  // in the order of their triangles, without matrices
     std::vector<Dropped> dropped;     // of each instance
     std::vector<std::pair<Instance, Dropped>> prototypes;  // of each mesh, with a node that uses it

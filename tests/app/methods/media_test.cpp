@@ -70,6 +70,39 @@ TEST(Media, ConnectionsWithinAreDimmed)
     });
 }
 
+/// A volume means nothing without transmission, nor in a metal: its back is as bright as without,
+/// whether or not there are solids elsewhere.
+TEST(Media, WhatLetsNoLightThroughIsNoSolid)
+{
+    for (const bool others : {false, true}) {
+        for (const bool metal : {false, true}) {
+            if (metal && !others) continue;
+            core::Material panel = emitter(glm::vec3(3), glm::vec3(0), true);
+            panel.data.flags |= shared::kMaterialVolume;
+            panel.data.absorption = glm::vec3(2);
+            panel.data.transmission = metal ? 1 : 0;
+            panel.data.metallic = metal ? 1 : 0;
+            SceneBuilder b;
+            b.quad({-1, -1, 0}, {0, 2, 0}, {2, 0, 0}, b.material(panel));  // its back is seen
+            if (others) b.box({4, 0, 0}, {5, 1, 1}, b.material(tinted(2)), false);
+            b.camera({0, 0, 5}, {0, 0, 0}, 0.05);
+            const auto world = b.world();
+            for (const app::DeviceKind device : {app::DeviceKind::cpu, app::DeviceKind::vulkan}) {
+                if (!app::whyNot("path", device).empty()) continue;
+                core::Renderer& renderer = sharedRenderer("path", device);
+                renderer.setWorld(world, {});
+                renderer.setView({world->cameras.front(), {8, 8}, core::PathParams{}},
+                                 core::Start::anew);
+                renderer.advance({.samples = 4}, {});
+                for (const float value : renderer.read(core::Reading::everything).mean.pixels)
+                    ASSERT_NEAR(value, 3, 0.002)
+                        << core::enumName(device) << (metal ? ", metal" : "")
+                        << (others ? ", solids beside" : "");
+            }
+        }
+    }
+}
+
 /// A bowl of glass-clear dye with a block in it, under a white sky.
 SceneBuilder bowl()
 {

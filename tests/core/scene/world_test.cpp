@@ -409,6 +409,33 @@ TEST(Features, EachBitComesFromItsMaterial)
     EXPECT_EQ(featuresOf(m), kFeatureAlpha);
 }
 
+/// Lights without a surface do not shine through smooth solids, which nobody would guess.
+TEST(Features, LightThroughSmoothSolidsIsWarnedOf)
+{
+    core::Material solid = glossy(glm::vec3(1), 0, 0);
+    solid.data.transmission = 1;
+    solid.data.flags = shared::kMaterialVolume;
+    core::Material thin = solid, rough = solid, opaque = solid, metal = solid;
+    thin.data.flags = 0;
+    rough.data.roughness = 0.5f;
+    opaque.data.transmission = 0;
+    metal.data.metallic = 1;
+    const auto warnings = [](const core::Material& m, bool lamp) {
+        SceneBuilder b;
+        b.box({-1, -1, -1}, {1, 1, 1}, b.material(m), false);
+        b.constantEnvironment(glm::vec3(1));
+        core::PunctualLight light;
+        light.kind = shared::kEmitterPoint;
+        light.color = glm::vec3(1);
+        light.intensity = 1;
+        if (lamp) b.light(light, glm::dmat4(1));
+        return countOf(b.world()->warnings, "LIGHT_THROUGH_SOLIDS");
+    };
+    EXPECT_EQ(warnings(solid, true), 1u);
+    EXPECT_EQ(warnings(solid, false), 0u);
+    for (const core::Material& m : {thin, rough, opaque, metal}) EXPECT_EQ(warnings(m, true), 0u);
+}
+
 TEST(Features, NamesAndBitsBelongTogether)
 {
     for (size_t bit = 0; bit < core::featureNames().size(); ++bit) {
