@@ -246,6 +246,9 @@ private:
     /// bring.
     float shareOfSky(std::span<const uint32_t> items, double sky) const
     {
+        // Without others nothing may be left to them.
+        if (!(shared::pmfEmitter(sceneView(accel_.world()), settings_.environmentEmitter) < 1))
+            return 1;
         double lamps = 0;
         for (const uint32_t i : items) lamps += lampSquares_[i];
         lamps = std::sqrt(lamps / static_cast<double>(items.size()));

@@ -93,7 +93,8 @@ SHARED_FN uint chooseBesideSky(IN(SceneView) scene, PathSettings settings, vec3 
                             min(others < first ? others : others + whole, kOneMinusEpsilon), pmf);
 }
 
-/// chooseEmitterFor in a region of the sky (0: none), which has its own share of the environment.
+/// chooseEmitterFor in a region of the sky (0: none), which has its own share of the environment:
+/// all of it where there is nothing else.
 SHARED_FN uint chooseEmitterIn(IN(SceneView) scene, PathSettings settings, uint region, vec3 p,
                                uint departure, float u, OUT(float) pmf)
 {
@@ -117,8 +118,8 @@ SHARED_FN uint chooseEmitterIn(IN(SceneView) scene, PathSettings settings, uint 
 SHARED_FN float shareBesideSky(IN(SceneView) scene, PathSettings settings, uint region)
 {
     if (!FEATURE(kFeatureSkyRegions) || !FEATURE(kFeatureManyEmitters) || region == 0u) return 1.0f;
-    return (1.0f - skyShare(scene, region)) /
-           (1.0f - pmfEmitter(scene, settings.environmentEmitter));
+    const float rest = 1.0f - pmfEmitter(scene, settings.environmentEmitter);
+    return rest > 0.0f ? (1.0f - skyShare(scene, region)) / rest : 0.0f;
 }
 
 /// Probability with which chooseEmitterIn returns `emitter`, which is not the environment,

@@ -217,6 +217,26 @@ TEST(SkyRegions, EmittersAreChosenByTheirProbability)
     EXPECT_GT(most, 2 * least) << "all places have the same share";
 }
 
+/// Where the sky is all that shines no draw is left to others.
+TEST(SkyRegions, TheSkyAloneIsAlwaysChosen)
+{
+    const Learnt room(windowRoom(false));
+    ASSERT_NE(room.regions, nullptr);
+    ASSERT_EQ(room.settings.emitterCount, 1u);
+    const uint32_t departure = shared::packReceiver({0, 1, 0});
+    for (const uint32_t region : room.someRegions(8)) {
+        ASSERT_GT(region, 0u);
+        EXPECT_EQ(shared::pmfEnvironmentIn(room.scene, room.settings, region), 1.0f);
+        for (const float u : {0.0f, 0.5f, 0.94f, 0.96f, shared::kOneMinusEpsilon}) {
+            float pmf = 0;
+            EXPECT_EQ(shared::chooseEmitterIn(room.scene, room.settings, region, glm::vec3(0),
+                                              departure, u, pmf),
+                      room.settings.environmentEmitter);
+            EXPECT_EQ(pmf, 1.0f) << u;
+        }
+    }
+}
+
 /// Root mean square, over places, of what samples of an emitter bring; of the environment as it is
 /// drawn in the region.
 double bringsOf(const Learnt& room, std::span<const core::Place> places, uint32_t region,
