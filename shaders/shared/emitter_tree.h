@@ -124,15 +124,14 @@ SHARED_FN uint chooseLane(Lanes weights, INOUT(float) u, OUT(float) chance)
 }
 
 /// The emitter that u leads to, for a point p and a `departure` from it; pmf 0 where none can bring
-/// anything.
+/// anything. u is a multiple of `grain`: of more than kUnitGrain where it has been stretched.
 SHARED_FN uint chooseInTree(IN(SceneView) scene, uint treeEmitters, vec3 p, uint departure, float u,
-                            OUT(float) pmf)
+                            float grain, OUT(float) pmf)
 {
     vec3 normal;
     const bool oneSided = unpackReceiver(departure, normal);
     uint word = emitterTreeRoot(treeEmitters);
     uint fresh = floatBitsToUint(u);
-    float grain = kUnitGrain;  // what u is a multiple of, stretched
     pmf = 1.0f;
     while (true) {
         float chance;

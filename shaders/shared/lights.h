@@ -61,7 +61,7 @@ SHARED_FN uint chooseEmitterFor(IN(SceneView) scene, PathSettings settings, vec3
     if (u >= near)
         return invertEmitterCdf(scene, settings.treeEmitters, settings.emitterCount, u, pmf);
     const uint emitter = chooseInTree(scene, settings.treeEmitters, p, departure,
-                                      min(u / near, kOneMinusEpsilon), pmf);
+                                      min(u / near, kOneMinusEpsilon), kUnitGrain / near, pmf);
     pmf *= near;
     return emitter;
 }
@@ -258,8 +258,8 @@ SHARED_FN SurfacePoint emitterSurface(IN(SceneView) scene, Emitter e, vec2 w, ve
     s.triangle = e.slot;
     s.material = fetchTriangleIndices(scene, e.slot).w;
     s.emitter = kNone;
-    layOutSurface(scene, stored, e.a, e.b, e.c, w, direction, s);
     s.offset = leastOffset(e.a, e.b, e.c, 0.0f);
+    layOutSurface(scene, stored, e.a, e.b, e.c, w, direction, s);
     return s;
 }
 

@@ -148,6 +148,43 @@ TEST(EmitterTree, EmittersAreChosenByTheirProbability)
     }
 }
 
+/// Numbers that come stretched, and so have few bits left, are filled up before these are used: at
+/// the end of the way no child is taken more often than another.
+TEST(EmitterTree, StretchedNumbersAreFilledUp)
+{
+    constexpr int kSide = 64;
+    constexpr uint32_t kNumbers = 256;  // that u can be: after four steps of six nothing is left
+    SceneBuilder b;
+    const int lamp = b.material(emitter(glm::vec3(1)));
+    for (int i = 0; i < kSide * kSide / 2; ++i) {
+        const auto x = static_cast<float>(i % kSide), z = static_cast<float>(2 * (i / kSide));
+        b.quad({x, 0, z}, {0, 0, 2}, {1, 0, 0}, lamp);
+    }
+    const auto world = core::chosenByPlace(b.world());
+    const shared::SceneView scene = core::sceneView(*world);
+    ASSERT_EQ(world->treeEmitters, uint32_t(kSide * kSide));
+    std::array<int, 4> taken{};
+    for (uint32_t i = 0; i < kNumbers; ++i) {
+        float pmf = 0;
+        const uint32_t chosen =
+            shared::chooseInTree(scene, world->treeEmitters, {0, 1000, 0}, shared::kAllSides,
+                                 static_cast<float>(i) / float(kNumbers), 1 / float(kNumbers), pmf);
+        ASSERT_GT(pmf, 0.0f);
+        const glm::uvec4 four = shared::fetchEmitterTree(scene, chosen / 4);
+        uint32_t trail = four[static_cast<int>(chosen % 4)];
+        uint32_t word = shared::emitterTreeRoot(world->treeEmitters);
+        while ((word & shared::kEmitterLeaf) == 0) {
+            const auto lane = static_cast<int>(trail & 3);
+            const uint32_t link = shared::fetchEmitterTree(scene, word + 8)[lane];
+            if ((link & shared::kEmitterLeaf) != 0) ++taken[static_cast<size_t>(lane)];
+            word = link;
+            trail >>= 2;
+        }
+    }
+    const int mean = kNumbers / 4;
+    for (const int count : taken) EXPECT_NEAR(count, mean, kScore * std::sqrt(0.75 * mean));
+}
+
 TEST(EmitterTree, NothingThatShinesHereIsLeftOut)
 {
     const auto world = core::chosenByPlace(manyLamps().world());
