@@ -19,7 +19,7 @@ layout(set = kSetKernel, binding = kBindFilm2, scalar) buffer Film2Block
 
 layout(set = kSetKernel, binding = kBindFilmWeight, scalar) buffer FilmWeightBlock
 {
-    float filmWeights[];
+    vec2 filmWeights[];
 };
 
 FilmPixel loadFilm(uint i)

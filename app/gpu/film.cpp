@@ -25,7 +25,7 @@ void Film::reset(const Frame& frame)
     // Larger than needed is good enough: while the camera moves, sizes change all the time. The
     // last buffer tells whether all could be had; the others, whose pixels fill whole units of
     // allocation, whether they are large enough.
-    if (weights_.bytes() < std::max<uint64_t>(pixels * sizeof(float), 16) ||
+    if (weights_.bytes() < std::max<uint64_t>(pixels * sizeof(glm::vec2), 16) ||
         words_[2].bytes() < pixels * sizeof(glm::vec4)) {
         weights_ = {};
         words_ = {};
@@ -34,7 +34,7 @@ void Film::reset(const Frame& frame)
             for (DescriptorSet* set : {&accumulateSet_, &meanSet_}) set->bind(binding, buffer);
         };
         for (uint32_t i = 0; i < 3; ++i) make(words_[i], shared::kBindFilm0 + i, sizeof(glm::vec4));
-        make(weights_, shared::kBindFilmWeight, sizeof(float));
+        make(weights_, shared::kBindFilmWeight, sizeof(glm::vec2));
     }
     context_.device.submit(
         [&](VkCommandBuffer commands) {
@@ -42,7 +42,7 @@ void Film::reset(const Frame& frame)
                 vk.CmdFillBuffer(commands, buffer.get(), 0, pixels * bytesPerPixel, 0);
             };
             for (const Buffer& buffer : words_) clear(buffer, sizeof(glm::vec4));
-            clear(weights_, sizeof(float));
+            clear(weights_, sizeof(glm::vec2));
             barrier(commands);
         },
         "the clearing of the film");

@@ -41,7 +41,7 @@ public:
 private:
     struct Words {
         std::array<std::vector<glm::vec4>, 3> vectors;
-        std::vector<float> weights;
+        std::vector<glm::vec2> weights;
     };
     Words readWords() const;
 

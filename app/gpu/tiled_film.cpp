@@ -25,8 +25,8 @@ shared::FrameData frameOf(const core::World& world, const GpuScene& scene, const
 /// Mean, variance of the mean (as core::Film::varianceOfMean) and weight of one pixel.
 static void storePixel(const shared::FilmPixel& p, size_t pixel, core::Estimate& estimate)
 {
-    const double n = double(p.weight);
-    estimate.weight.pixels[pixel] = p.weight;
+    const double n = double(p.weight) - double(p.weightLost);
+    estimate.weight.pixels[pixel] = static_cast<float>(n);
     if (n == 0) return;
     const glm::dvec3 mean = (glm::dvec3(p.sum) - glm::dvec3(p.sumLost)) / n;
     const glm::dvec3 squares = (glm::dvec3(p.squares) - glm::dvec3(p.squaresLost)) / n;

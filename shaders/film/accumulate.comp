@@ -26,6 +26,6 @@ void main()
         const vec3 L = radiance[s * lanesPerSample + lane].xyz;
         if (isColour(L)) addSample(p, L);
     }
-    p.weight += float(batch.sampleCount);
+    addWeight(p, float(batch.sampleCount));
     storeFilm(i, p);
 }

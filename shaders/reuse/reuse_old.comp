@@ -249,14 +249,14 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
 /// One more sample of the pixel, or (begins) the first ones: as many as weightAtRest.
 void addToFilm(uint pixel, bool begins, vec3 L, vec3 squares, float weight)
 {
-    FilmPixel p = FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+    FilmPixel p = FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0);
     if (!begins) p = loadFilm(pixel);
     // What is known at the beginning is an estimate, which may be below zero.
     if (isColour(begins ? abs(L) : L)) {
         addCompensated(p.sum, p.sumLost, weight * L);
         addCompensated(p.squares, p.squaresLost, weight * squares);
     }
-    p.weight += weight;
+    addWeight(p, weight);
     storeFilm(pixel, p);
 }
 

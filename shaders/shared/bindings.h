@@ -59,7 +59,7 @@ SHARED_CONST uint kBindPathEnds = 10u;       // GuidePathEnd per recorded path
 SHARED_CONST uint kBindFilm0 = 1u;  // vec4 per pixel, in three buffers
 SHARED_CONST uint kBindFilm1 = 2u;
 SHARED_CONST uint kBindFilm2 = 3u;
-SHARED_CONST uint kBindFilmWeight = 4u;  // float per pixel
+SHARED_CONST uint kBindFilmWeight = 4u;  // vec2 per pixel
 SHARED_CONST uint kBindMean = 0u;        // vec3 per pixel
 
 // Set 2 of first_hits.

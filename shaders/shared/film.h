@@ -1,7 +1,7 @@
 // A pixel of the film: sums over its samples, and over their squares, each with its compensation
 // (Kahan, "Further remarks on reducing truncation errors", 1965), and the weight that the sums are
 // to be divided by. The one place that knows how they are packed: three words of 16 bytes and one
-// of 4, each in a buffer of its own, as a storage buffer of some devices ends at 128 MiB and 4K
+// of 8, each in a buffer of its own, as a storage buffer of some devices ends at 128 MiB and 4K
 // images have to fit.
 #ifndef REKINDLE_SHARED_FILM_H
 #define REKINDLE_SHARED_FILM_H
@@ -10,14 +10,16 @@
 
 SHARED_BEGIN
 
-/// `weight` is the number of samples that were taken. Those that were dropped count: they are taken
-/// for black, not for absent.
+/// The weight is the number of samples that were taken: `weight` less `weightLost`, since a float
+/// alone stays at 2^24 while the sums go on. Samples that were dropped count: they are taken for
+/// black, not for absent.
 struct FilmPixel {
     vec3 sum;
     vec3 sumLost;  // what the sum is too large by, for having been rounded
     vec3 squares;
     vec3 squaresLost;
     float weight;
+    float weightLost;
 };
 
 /// A pixel as it lies in memory.
@@ -25,7 +27,7 @@ struct FilmWords {
     vec4 word0;
     vec4 word1;
     vec4 word2;
-    float weight;
+    vec2 weight;
 };
 
 SHARED_FN FilmWords packFilm(FilmPixel p)
@@ -34,7 +36,7 @@ SHARED_FN FilmWords packFilm(FilmPixel p)
     w.word0 = vec4(p.sum, p.sumLost.x);
     w.word1 = vec4(p.sumLost.y, p.sumLost.z, p.squares.x, p.squares.y);
     w.word2 = vec4(p.squares.z, p.squaresLost.x, p.squaresLost.y, p.squaresLost.z);
-    w.weight = p.weight;
+    w.weight = vec2(p.weight, p.weightLost);
     return w;
 }
 
@@ -45,7 +47,8 @@ SHARED_FN FilmPixel unpackFilm(FilmWords w)
     p.sumLost = vec3(w.word0.w, w.word1.x, w.word1.y);
     p.squares = vec3(w.word1.z, w.word1.w, w.word2.x);
     p.squaresLost = vec3(w.word2.y, w.word2.z, w.word2.w);
-    p.weight = w.weight;
+    p.weight = w.weight.x;
+    p.weightLost = w.weight.y;
     return p;
 }
 
@@ -74,6 +77,16 @@ SHARED_FN void addCompensated(INOUT(vec3) sum, INOUT(vec3) lost, vec3 x)
     sum = t;
 }
 
+/// Counts `x` more samples, in the same way.
+SHARED_FN void addWeight(INOUT(FilmPixel) p, float x)
+{
+    PRECISE float y = x - p.weightLost;
+    PRECISE float t = p.weight + y;
+    PRECISE float rounded = (t - p.weight) - y;
+    p.weightLost = rounded;
+    p.weight = t;
+}
+
 /// Adds one sample, which is a colour, to the sums. The weight is the caller's.
 SHARED_FN void addSample(INOUT(FilmPixel) p, vec3 L)
 {
@@ -82,10 +95,10 @@ SHARED_FN void addSample(INOUT(FilmPixel) p, vec3 L)
 }
 
 /// Mean radiance from the words that hold it; black where nothing has been added.
-SHARED_FN vec3 filmMean(vec4 word0, vec4 word1, float weight)
+SHARED_FN vec3 filmMean(vec4 word0, vec4 word1, vec2 weight)
 {
     const vec3 sum = xyz(word0) - vec3(word0.w, word1.x, word1.y);
-    return weight > 0.0f ? sum / weight : vec3(0.0f);
+    return weight.x > 0.0f ? sum / (weight.x - weight.y) : vec3(0.0f);
 }
 
 SHARED_END

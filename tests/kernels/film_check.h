@@ -33,7 +33,7 @@ SHARED_FN FilmCheckOutput checkFilm(IN(FilmCheckInput) a)
         r.kinds[kind] += 1u;
         if (kind == kSampleColour) addSample(p, a.samples[s]);
     }
-    p.weight += float(kFilmCheckSamples);
+    addWeight(p, float(kFilmCheckSamples));
     r.after = packFilm(p);
     r.mean = filmMean(r.after.word0, r.after.word1, r.after.weight);
     return r;

@@ -53,7 +53,8 @@ std::vector<FilmCheckInput> anyInputs()
             p.squaresLost[c] = 0.01f * uniform(random);
         }
         p.weight = static_cast<float>(random.bits() % 5000);
-        if (random.bits() % 8 == 0) p = {};  // an empty film
+        if (random.bits() % 8 == 0) p = {};                  // an empty film
+        if (random.bits() % 8 == 0) p.weight = 0x1p24f - 2;  // where a float alone stays
         a.before = shared::packFilm(p);
         for (glm::vec3& L : a.samples) L = anySample(random);
     }
@@ -141,6 +142,25 @@ TEST_F(FilmGpu, SumsAreThoseOfDoublePrecision)
         EXPECT_GT(std::abs(double(plain) - sum.x),
                   std::abs(double(p.sum.x) - double(p.sumLost.x) - sum.x));
     }
+}
+
+/// As a view that is left to itself for a night: a float alone would stay at 2^24, and the picture
+/// would brighten.
+TEST_F(FilmGpu, WeightsGoOnWhereAFloatStays)
+{
+    FilmPixel p{};
+    p.weight = 0x1p24f - 2;
+    double expected = double(p.weight);
+    const auto add = [&](float weight) {
+        shared::addWeight(p, weight);
+        expected += double(weight);
+    };
+    for (int i = 0; i < 8; ++i) add(1);
+    add(13.3f);  // a first picture that counts as more than one sample
+    EXPECT_NEAR(double(p.weight) - double(p.weightLost), expected, 1e-6);
+    const FilmPixel again = shared::unpackFilm(shared::packFilm(p));
+    EXPECT_EQ(again.weight, p.weight);
+    EXPECT_EQ(again.weightLost, p.weightLost);
 }
 
 /// A frame of `width` x `height` pixels, and radiance for whole tiles of two samples each.
