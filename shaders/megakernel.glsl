@@ -18,9 +18,12 @@ void main()
         PathState path = beginPath(frame.camera, frame.settings, pixel, stream);
         PathExtra extra = beginExtra(stream.pixel);
         vec3 L = vec3(0.0);
+        bool goesOn;
         do {
             ++closestRays;
-        } while (extendLane(lane, stream, path, extra, L, shadowRays));
+            goesOn = extendLane(lane, stream, path, extra, L, shadowRays);
+        } while (goesOn);
+        if (goesOn) atomicAdd(counters.cutRays, 1u);  // a device may leave any loop: traverse.glsl
         radiance[lane] = vec4(L, 0.0);
     }
     closestRays = subgroupAdd(closestRays);

@@ -3,8 +3,9 @@
 //   device shape it: a masked store or a divergent branch costs more than arithmetic, so the far child is always written
 //   above the top of the stack and only the top moves; the body of a loop runs once more after the last lane has left it
 //   at its head, so all loops test at their end; min and max of floats cost three instructions, of integers one.
-//   The same device leaves every loop, silently, once the loops of an invocation have turned 65535 times in sum: a ray takes
-//   some hundreds, so a kernel must not trace more than about a hundred rays in a row.
+//   The same device leaves every loop once the loops of an invocation have turned 65535 times in sum: a ray takes some
+//   hundreds, or thousands in soups of long triangles, so a kernel should not trace more than some tens in a row. Rays
+//   that are cut short are counted.
 #ifndef REKINDLE_TRAVERSE_GLSL
 #define REKINDLE_TRAVERSE_GLSL
 
@@ -148,6 +149,7 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
             }
         }
     } while (FEATURE(kFeatureAlpha | kFeatureGridChanges | kFeatureInstances) && node != kBvhDone);
+    if (node != kBvhDone) atomicAdd(counters.cutRays, 1u);
 }
 
 /// Nearest hit with tMin < t < tMax, tMin >= 0; false, and `hit` not meaningful, when there is none, or the ray is not

@@ -328,7 +328,7 @@ int Job::run()
     if (!c.clean())
         log_.warning("samples dropped: " + std::to_string(c.nan) + " NaN, " +
                      std::to_string(c.inf) + " infinite, " + std::to_string(c.negative) +
-                     " negative; stack overflows: " + std::to_string(c.stackOverflow));
+                     " negative; rays cut short: " + std::to_string(c.stackOverflow));
     if (report_.validationMessages > 0)
         log_.warning(std::to_string(report_.validationMessages) +
                      " messages of the Vulkan validation layer");

@@ -20,12 +20,12 @@ void Frame::write(const shared::FrameData& data)
 
 void Frame::drainCounters(FrameCounts& counts)
 {
-    shared::Counters found;
-    counters_.read(std::as_writable_bytes(std::span(&found, 1)));
+    const shared::Counters found = counters();
     clearCounters();
     counts.film.nan += found.nan;
     counts.film.inf += found.inf;
     counts.film.negative += found.negative;
+    counts.film.stackOverflow += found.cutRays;
     counts.rays += uint64_t(found.closestRays) + found.shadowRays;
     counts.reuse.scatters += found.scatters;
     counts.reuse.withHistory += found.withHistory;
@@ -39,10 +39,16 @@ void Frame::drainCounters(FrameCounts& counts)
         counts.reuse.deviations[i] += found.deviations[i];
 }
 
-void Frame::clearCounters()
+shared::Counters Frame::counters() const
 {
-    const shared::Counters zero{};
-    counters_.write(std::as_bytes(std::span(&zero, 1)));
+    shared::Counters found;
+    counters_.read(std::as_writable_bytes(std::span(&found, 1)));
+    return found;
+}
+
+void Frame::setCounters(const shared::Counters& counters)
+{
+    counters_.write(std::as_bytes(std::span(&counters, 1)));
 }
 
 }  // namespace gpu

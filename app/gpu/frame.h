@@ -30,7 +30,10 @@ public:
     /// Moves what the device has counted (in 32 bits) into `counts`.
     void drainCounters(FrameCounts& counts);
     /// Forgets what the device has counted since the last drain.
-    void clearCounters();
+    void clearCounters() { setCounters({}); }
+    /// What it has counted since, and the same set to something else.
+    shared::Counters counters() const;
+    void setCounters(const shared::Counters& counters);
 
     const DescriptorSet& set() const { return set_; }
 

@@ -13,9 +13,12 @@ namespace gpu {
 namespace {
 
 constexpr uint32_t kMaxLanes = 1u << shared::kStateLaneBits;
-// Mesa's software device ends every loop of an invocation after 65,535 iterations in all, silently:
-// a whole path must stay below. Its bounces are invocations of their own in the other kernel.
-constexpr uint32_t kDeepestMegakernel = 32;
+// Mesa's software device ends every loop of an invocation after 65,535 iterations in all
+// (traverse.glsl): a whole path must stay below. Its bounces are invocations of their own in the
+// other kernel. In a soup of 300,000 triangles, where a ray takes a thousand, paths of 32 events
+// lost a seventh of their rays: from the second depth on it is looked after every batch whether it
+// has been cut short.
+constexpr uint32_t kDeepestMegakernel = 32, kDeepestUnwatched = 8;
 constexpr uint32_t kMeasuredLanes = 1u << 14;
 constexpr uint64_t kLanesBeforeMeasuring = 1u << 21;  // a second kernel has to be compiled for it
 constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
@@ -153,7 +156,8 @@ bool PathBatches::compile(const Then& then)
 /// The kernel that is the right one by what is known. False when measuring could tell more.
 bool PathBatches::takeChoice()
 {
-    const bool tooDeep = context_.device.isSoftware() && maxDepth() > kDeepestMegakernel;
+    const bool tooDeep =
+        choice_->cut || (context_.device.isSoftware() && maxDepth() > kDeepestMegakernel);
     const bool automatic = work_.kernel == core::Kernel::automatic && !tooDeep;
     const bool open = automatic && maxDepth() > 1;
     if (open) {
@@ -209,6 +213,13 @@ void PathBatches::trace(const shared::Batch& batch, const Then& then)
 double PathBatches::run(const shared::Batch& batch, const Then& then)
 {
     if (wavefront_) return runBounces(batch, then);
+    if (context_.device.isSoftware() && maxDepth() > kDeepestUnwatched)
+        return runWatched(batch, then);
+    return runWhole(batch, then);
+}
+
+double PathBatches::runWhole(const shared::Batch& batch, const Then& then)
+{
     const Pipeline& pipeline = megakernel_.pipeline(work_.constants);
     return context_.device.submit(
         [&](VkCommandBuffer commands) {
@@ -218,6 +229,22 @@ double PathBatches::run(const shared::Batch& batch, const Then& then)
             then(commands, batch);
         },
         describe("whole paths", batch));
+}
+
+/// Where the device has cut a path short the batch is done again by bounces, and all that follow.
+double PathBatches::runWatched(const shared::Batch& batch, const Then& then)
+{
+    const shared::Counters before = work_.frame->counters();
+    const double seconds = runWhole(batch, [](VkCommandBuffer, const shared::Batch&) {});
+    if (work_.frame->counters().cutRays == before.cutRays) {
+        return seconds +
+               context_.device.submit([&](VkCommandBuffer commands) { then(commands, batch); },
+                                      describe("the sum", batch));
+    }
+    work_.frame->setCounters(before);
+    choice_->cut = true;
+    takeChoice();
+    return seconds + runBounces(batch, then);
 }
 
 /// Bounces are submitted sixteen at a time; the sizes of their queues stay on the device.

@@ -111,6 +111,7 @@ private:
     struct Choice {
         uint64_t lanes = 0;  // traced in this view
         bool made = false, wavefront = true;
+        bool cut = false;  // the device does not follow whole paths to their ends
     };
     /// What the choice depends on: constants, depth, strategy, and whether the image is small.
     using WorkKind = std::tuple<PathConstants, uint32_t, core::Strategy, bool>;
@@ -121,6 +122,8 @@ private:
     bool compile(const Then& then);
     bool takeChoice();
     double run(const shared::Batch& batch, const Then& then);
+    double runWhole(const shared::Batch& batch, const Then& then);
+    double runWatched(const shared::Batch& batch, const Then& then);
     double runBounces(const shared::Batch& batch, const Then& then);
     std::string describe(const char* kernel, const shared::Batch& batch) const;
 

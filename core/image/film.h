@@ -11,7 +11,8 @@
 
 namespace core {
 
-/// Samples that were dropped because they were not colours; all zero unless something is wrong.
+/// Samples that were dropped because they were not colours, and rays whose traversal a device ended
+/// before all was looked at (`stackOverflow`); all zero unless something is wrong.
 struct FilmCounters {
     uint64_t nan = 0, inf = 0, negative = 0, stackOverflow = 0;
     bool clean() const { return nan + inf + negative + stackOverflow == 0; }

@@ -210,6 +210,7 @@ struct Counters {
     uint negative;
     uint closestRays;
     uint shadowRays;
+    uint cutRays;      // whose traversal ended before all was looked at (traverse.glsl)
     uint scatters;     // of sample reuse: first hits that scatter,
     uint withHistory;  // those with a history,
     uint weightSum;    // and over all of them the sum of v and that of c, in units of
@@ -231,7 +232,7 @@ SHARED_CONST uint kStateLaneBits = 18u;
 
 #ifdef __cplusplus
 static_assert(sizeof(FrameData) == 188 && sizeof(QueueHead) == 16 && sizeof(WaitingHead) == 20 &&
-              sizeof(Counters) == 52 + 4 * kDeviationBins);
+              sizeof(Counters) == 56 + 4 * kDeviationBins);
 static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "shared/bindings.h"
+
 namespace gpu {
 
 namespace {
@@ -172,7 +174,8 @@ constexpr uint64_t kStagingBytes = uint64_t(64) << 20;
 
 // So few are read sooner than the device could copy them, even from memory that the host has no
 // cache for: counters and the heads of queues.
-constexpr uint64_t kFewBytes = 256;
+constexpr uint64_t kFewBytes = 512;
+static_assert(sizeof(shared::Counters) <= kFewBytes);
 
 }  // namespace
 

@@ -86,10 +86,11 @@ void counterItem(const core::FilmCounters& counters, std::vector<StatusItem>& it
     add(counters.nan, "NaN");
     add(counters.inf, "infinite");
     add(counters.negative, "negative");
-    add(counters.stackOverflow, "stack overflows");
+    add(counters.stackOverflow, "rays cut short");
     items.push_back(
         {text,
-         "samples that were dropped because they were no valid radiance; there should be none",
+         "samples that were dropped because they were no valid radiance, and rays that the device "
+         "did not follow to their ends; there should be none",
          kErrorColour, 8});
 }
 

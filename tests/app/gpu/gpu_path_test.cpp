@@ -1,11 +1,12 @@
 // The Vulkan path tracer against the Embree one (T18), against itself (T23, T24), its first hits
-// (T26), its counters (T25), with validation and synchronization validation on throughout (V1), and
-// refusals with numbers (V13).
+// (T26), its counters (T25), rays that are cut short (V19), with validation and synchronization
+// validation on throughout (V1), and refusals with numbers (V13).
 #include <gtest/gtest.h>
 
 #include "app/gpu/base/memory.h"
 #include "app/gpu/methods/methods.h"
 #include "app/gpu/methods/path.h"
+#include "core/base/pcg32.h"
 #include "core/methods/guided_params.h"
 #include "core/methods/method.h"
 #include "core/methods/reuse_params.h"
@@ -17,6 +18,7 @@
 #include "tests/support/scenes/sky_rooms.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/compare_films.h"
+#include "tests/support/statistics/random_values.h"
 
 namespace {
 
@@ -327,6 +329,63 @@ TEST_F(GpuPathAlone, BothKernelsGiveTheSameImage)
         const core::Estimate b = renderFilm(gpuRenderer(), *world, 96, 64, 8, params);
         EXPECT_EQ(a.mean.pixels, b.mean.pixels) << name;
     }
+}
+
+/// A closed white room full of long slivers, whose boxes all overlap: a ray looks at most of them.
+std::shared_ptr<const core::World> sliverRoom(uint32_t count)
+{
+    tests::SceneBuilder b;
+    b.box(glm::vec3(-0.1f), glm::vec3(1.1f),
+          b.material(tests::emitter(glm::vec3(1), glm::vec3(0.9f))), true);
+    core::Pcg32 random(7);
+    std::vector<glm::vec3> positions;
+    std::vector<glm::uvec3> triangles;
+    for (uint32_t i = 0; i < count; ++i) {
+        const auto at = [&](float side) {
+            return glm::vec3(side) + 0.05f * glm::vec3(tests::uniform(random),
+                                                       tests::uniform(random),
+                                                       tests::uniform(random));
+        };
+        const glm::vec3 a = at(0), c = at(0.95f);
+        positions.insert(positions.end(), {a, c, c + glm::vec3(1e-4f, 0, 0)});
+        triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    b.mesh(positions, triangles, b.material(tests::lambert(glm::vec3(0.9f))));
+    b.camera({1, 0.1, 0.1}, {0, 0.9, 0.8}, 0.8);
+    return b.world();
+}
+
+/// Mesa's software device leaves loops that turn too often, in all of a lane: a path that it cuts
+/// short is taken by bounces, whichever kernel is asked for.
+TEST_F(GpuPathAlone, PathsThatOneLaneCannotFollowAreTakenByBounces)
+{
+    const auto world = sliverRoom(2000);
+    gpuRenderer().setWorld(world, {});
+    core::PathParams params = independentPaths(5, 32);
+    params.rouletteDepth = 4096;
+    params.kernel = core::Kernel::megakernel;
+    const core::Estimate whole = renderFilm(gpuRenderer(), *world, 8, 8, 1, params);
+    const uint64_t rays = gpuRenderer().stats().rays;
+    if (gpu::Device({}).isSoftware()) {
+        EXPECT_EQ(std::get<std::string>(gpuRenderer().stats().details[0].value), "wavefront")
+            << "the scene is no test";
+    }
+    params.kernel = core::Kernel::wavefront;
+    const core::Estimate bounces = renderFilm(gpuRenderer(), *world, 8, 8, 1, params);
+    EXPECT_EQ(whole.mean.pixels, bounces.mean.pixels);
+    EXPECT_EQ(rays, gpuRenderer().stats().rays);
+    EXPECT_TRUE(whole.counters.clean());
+    EXPECT_TRUE(bounces.counters.clean());
+}
+
+/// And where it cannot even follow one ray, it is told.
+TEST_F(GpuPathAlone, RaysThatAreCutShortAreCounted)
+{
+    const auto world = sliverRoom(40000);
+    gpuRenderer().setWorld(world, {});
+    const core::Estimate film = renderFilm(gpuRenderer(), *world, 8, 8, 1, independentPaths(5, 1));
+    EXPECT_EQ(film.counters.stackOverflow > 0, gpu::Device({}).isSoftware());
+    EXPECT_EQ(film.counters.nan + film.counters.inf + film.counters.negative, 0u);
 }
 
 TEST_F(GpuPathAlone, DepthLimitsMeanWhatTheySay)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/gpu/base/memory.h"
+#include "shared/bindings.h"
 #include "tests/support/vulkan/staged_memory.h"
 
 namespace {
@@ -101,6 +102,9 @@ TEST(Staging, MemoryWithoutACacheIsReadThroughOne)
         std::vector<std::byte> few(16), all(1000);
         buffer.read(few);
         EXPECT_TRUE(std::equal(few.begin(), few.end(), data.begin()));
+        std::vector<std::byte> counters(sizeof(shared::Counters));
+        buffer.read(counters);
+        EXPECT_TRUE(std::equal(counters.begin(), counters.end(), data.begin()));
         EXPECT_EQ(copies(), before) << "so little is not worth a submission";
         buffer.read(all);
         EXPECT_EQ(all, data);
