@@ -113,8 +113,15 @@ const uint kChained = 0x80000000u;  // its first hit is seen over mirrors or thr
 // The number of a path that follows a way which mirrors and glass have not taken.
 const uint kRestPath = 0xffffu;
 
-/// What waits for a new path: its lane, and the number of the path; of `full` the number of paths, which are taken one
-/// after the other.
+/// Places in `waiting` for so many new paths of a pixel: of `full` one for each chunk of them.
+uint placesFor(uint paths)
+{
+    const uint chunk = push.settings.strategy == kReuseFull ? pathsOfChunk(push.settings) : 1u;
+    return (paths + chunk - 1u) / chunk;
+}
+
+/// What waits for new paths: its lane, and the number of the path; of `full` that of the chunk, whose paths are taken
+/// one after the other.
 uint packWaiting(uint lane, uint which)
 {
     return lane | (which << 16u);

@@ -14,7 +14,7 @@ uint laneOfPath(uint number)
     return waiting[number] & 0xffffu;
 }
 
-/// Which of the pixel's paths it is; kRestPath: it follows a way that mirrors and glass have not taken.
+/// Which of the pixel's paths it is, or of its chunks; kRestPath: it follows a way that mirrors and glass have not taken.
 uint whichOfPath(uint number)
 {
     return waiting[number] >> 16u;

@@ -23,17 +23,41 @@ namespace {
 constexpr uint32_t kMaxLanes = 1u << 16;
 constexpr uint32_t kMaxSoftwareLanes = 1u << 15;  // fills a software device just as well
 constexpr uint64_t kWord = 16;
-constexpr uint32_t kMostPaths = 2 * kMaxLanes;  // that wait for a batch: 44 MiB
-constexpr uint32_t kMostBounces = 33;           // of paths of at most 32 scattering events
+constexpr uint32_t kMostPaths = 2 * kMaxLanes;   // that wait for a batch: 44 MiB
+constexpr uint32_t kMostChunks = 8 * kMaxLanes;  // the same of `full`: 42 MiB
+// Rays that a lane of `full` traces in a row: software devices cut rays short after too many
+// (traverse.glsl), others are not to be held for long by one lane.
+constexpr uint32_t kSoftwareRaysInARow = 32, kRaysInARow = 1024;
+constexpr uint32_t kMostBounces = 33;  // of paths of at most 32 scattering events
 
-/// Places for paths that a lane may need.
+/// New paths that a pixel may have: credit may make one of a part.
+uint32_t mostPaths(const shared::ReuseSettings& settings, float old)
+{
+    const bool allocates = (settings.flags & shared::kReuseAllocates) != 0;
+    return static_cast<uint32_t>(std::ceil((std::max(settings.rays, 1.0f) + old) *
+                                           (allocates ? shared::kReuseMostPart : 1.0f)));
+}
+
+/// Those among which some are kept.
+uint32_t freshPaths(const shared::ReuseSettings& settings)
+{
+    return settings.strategy == shared::kReuseFull ? 1 : mostPaths(settings, 0);
+}
+
+/// Places for paths that a lane may need; of `full` for chunks of them.
 uint32_t placesOfLane(const shared::ReuseSettings& settings)
 {
-    if (settings.strategy == shared::kReuseFull) return 1;
-    const bool allocates = (settings.flags & shared::kReuseAllocates) != 0;
-    const float rays = settings.rays * (allocates ? shared::kReuseMostPart : 1.0f);
-    // Credit may make one of a part.
-    return static_cast<uint32_t>(std::ceil(std::max(rays, 1.0f)));
+    if (settings.strategy != shared::kReuseFull) return freshPaths(settings);
+    const uint32_t chunk = shared::pathsOfChunk(settings);
+    return (std::min(mostPaths(settings, settings.cap), shared::kReuseMostFresh) + chunk - 1) /
+           chunk;
+}
+
+/// Paths of `full` that a lane takes one after the other.
+uint32_t chunkFor(bool software, uint32_t maxDepth)
+{
+    const uint32_t rays = software ? kSoftwareRaysInARow : kRaysInARow;
+    return std::clamp(rays / (2 * maxDepth + 1), 1u, 255u);
 }
 
 /// The constants of kernels with these settings: on software devices arrays whose lengths are known
@@ -42,7 +66,7 @@ ReuseConstants specialised(ReuseConstants constants, const shared::ReuseSettings
 {
     constants.records = recordsOf(settings);
     constants.lights = lightsOf(settings);
-    constants.fresh = placesOfLane(settings);
+    constants.fresh = freshPaths(settings);
     return constants;
 }
 
@@ -95,7 +119,7 @@ bool ReusePasses::takeMotion(const GpuScene& scene, const core::World& before,
 }
 
 void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
-                          float perDeviation, bool chains)
+                          uint32_t maxDepth, float perDeviation, bool chains)
 {
     const uint64_t pixels = uint64_t(size.x) * size.y;
     shared::ReuseSettings wanted = settings;
@@ -106,6 +130,8 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
         static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, recordsOf(settings))),
         static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, lightsOf(settings))),
         candidatesOf(settings));
+    wanted.counts =
+        shared::packChunk(wanted.counts, chunkFor(context_.device.isSoftware(), maxDepth));
     if (wordsKept(wanted) != wordsKept(settings_)) {
         forget();
         stores_ = {};
@@ -115,7 +141,7 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
     size_ = size;
     makeStore(side_);
     if (stores_[1 - side_].size.x == 0) makeStore(1 - side_);
-    makeScratch(tiles, placesOfLane(settings), chains);
+    makeScratch(tiles, placesOfLane(wanted), chains);
 }
 
 /// Makes a store one of the present size; larger than needed is good enough.
@@ -175,7 +201,8 @@ void ReusePasses::makeScratch(uint32_t tiles, uint32_t rays, bool chains)
     const uint32_t most = context_.device.isSoftware() ? kMaxSoftwareLanes : kMaxLanes;
     const uint32_t lanes =
         std::min(std::bit_ceil(std::clamp(tiles * shared::kGroupSize, 1u << 12, most)),
-                 std::bit_floor(kMostPaths / rays));
+                 std::max(std::bit_floor((takesAll() ? kMostChunks : kMostPaths) / rays),
+                          shared::kGroupSize));
     const bool hasChains = chains_.bytes() > kWord;
     if (lanes_ >= lanes && mostRays_ >= rays && (hasChains || !chains) &&
         (hasTrails_ || takesAll()))

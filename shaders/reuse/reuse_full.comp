@@ -1,5 +1,6 @@
-// New paths where nothing of them is kept (`full`): a lane takes all of a pixel, and leaves their sums. Ways that
-// mirrors and glass have not taken are followed here, too.
+// New paths where nothing of them is kept (`full`): a lane takes a chunk of a pixel's, and leaves their sums. With all of
+// them in one lane a software device would cut rays short (traverse.glsl), and any other would be held for long. Ways
+// that mirrors and glass have not taken are followed here, too.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -21,11 +22,13 @@ layout(set = kSetKernel, binding = kBindWaitingHead, scalar) readonly buffer Wai
     WaitingHead waitingHead;
 };
 
-/// All paths of a pixel, in one loop: a lane whose path has ended begins its next one while others go on. (With two
+layout(set = kSetKernel, binding = kBindFirstNew) uniform usamplerBuffer firstNew;
+
+/// The paths of a chunk, in one loop: a lane whose path has ended begins its next one while others go on. (With two
 /// loops, one within the other, this kernel comes out wrong on NVIDIA 580.159: of the paths after the first, those
 /// through glass brought half of their light or less. Mesa's devices took it as it is written, and so did that driver
 /// without the passes of cmake/kernel.cmake, or with -O.)
-ReuseSums takePaths(uvec2 pixel, uint lane, uint count, inout ReuseTally tally)
+ReuseSums takePaths(uvec2 pixel, uint lane, uint which, inout ReuseTally tally)
 {
     ReuseSums sums = noReuseSums();
     const uvec4 here = pixelsNow[pixelIndex(pixel)];
@@ -38,15 +41,17 @@ ReuseSums takePaths(uvec2 pixel, uint lane, uint count, inout ReuseTally tally)
     lookBack(here, towardsBefore, v);
     sums.beta = v.beta;
     sums.rays = v.rays;
-    sums.part = partOfPath(v.rays, count);
+    const uint all = texelFetch(firstNew, int(lane)).y & 0xffffu;  // as reuse_hits has packed them
+    sums.part = partOfPath(v.rays, all);
     ReuseNew found = noReuseNew();
     ReuseTrail trail = noReuseTrail();
     PathState ray = pathFromHere(v);
     vec3 gathered = vec3(0.0);
     SampleStream streamOfPath = stream;
     bool goes = false;
-    uint begun = 0u;
-    while (goes || begun < count) {
+    uint begun = pathsOfChunk(push.settings) * which;
+    const uint end = min(begun + pathsOfChunk(push.settings), all);
+    while (goes || begun < end) {
         if (!goes) {
             found = noReuseNew();
             trail = noReuseTrail();
@@ -66,6 +71,7 @@ ReuseSums takePaths(uvec2 pixel, uint lane, uint count, inout ReuseTally tally)
             addReuseNew(sums, found);
         }
     }
+    if (goes || begun < end) atomicAdd(counters.cutRays, 1u);  // a device may leave any loop: traverse.glsl
     return sums;
 }
 
@@ -75,7 +81,7 @@ void main()
     ReuseTally tally = ReuseTally(0u, 0u);
     if (number < waitingHead.queue.count) {
         const uint lane = laneOfPath(number);
-        const uint which = whichOfPath(number);  // of `full`: how many
+        const uint which = whichOfPath(number);
         const uvec2 pixel = lanePixel(push.batch, lane);
         const uint to = kReuseNewWords * number;
         if (FEATURE(kFeatureDelta) && which == kRestPath) {

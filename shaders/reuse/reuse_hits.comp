@@ -99,8 +99,7 @@ uint pathsOf(uint source, vec3 direction, vec3 towardsBefore, SampleStream strea
 /// Lets a pixel wait for `count` new paths and, perhaps, one more for a way not taken; returns the number of the first.
 uint waitForPaths(uint lane, uint count, bool rest)
 {
-    const bool together = push.settings.strategy == kReuseFull;
-    const uint places = together ? min(count, 1u) : count;
+    const uint places = placesFor(count);
     const uint its = places + (rest ? 1u : 0u);
     const uint before = subgroupExclusiveAdd(its);
     const uint all = subgroupAdd(its);
@@ -110,7 +109,7 @@ uint waitForPaths(uint lane, uint count, bool rest)
         atomicMax(waitingHead.queue.groupsX, (base + all + kGroupSize - 1u) / kGroupSize);
     }
     const uint first = subgroupBroadcastFirst(base) + before;
-    for (uint i = 0u; i < places; ++i) waiting[first + i] = packWaiting(lane, together ? count : i);
+    for (uint i = 0u; i < places; ++i) waiting[first + i] = packWaiting(lane, i);
     if (rest) waiting[first + places] = packWaiting(lane, kRestPath);
     return first;
 }

@@ -65,8 +65,7 @@ NewPaths newPathsOf(uvec2 words)
 {
     const uint first = words.x & 0x7fffffffu;
     const uint count = words.y & 0xffffu;
-    const uint places = push.settings.strategy == kReuseFull ? min(count, 1u) : count;
-    return NewPaths(first, count, 1.0, words.x >= 0x80000000u ? first + places : kNone);
+    return NewPaths(first, count, 1.0, words.x >= 0x80000000u ? first + placesFor(count) : kNone);
 }
 
 uvec4 newWord(uint which, uint i)
@@ -286,8 +285,9 @@ vec3 meanOfTaps(SurfacePoint s, SurfaceMotion motion, vec3 nearest)
 void addNewPaths(NewPaths fresh, inout ReuseSums sums)
 {
     if (push.settings.strategy == kReuseFull && fresh.count > 0u) {
-        addPathSums(sums, newWord(fresh.first, 0u), newWord(fresh.first, 1u), newWord(fresh.first, 2u),
-                    newWord(fresh.first, 3u), newWord(fresh.first, 4u), fresh.count);
+        for (uint at = fresh.first; at < fresh.first + placesFor(fresh.count); ++at)
+            addPathSums(sums, newWord(at, 0u), newWord(at, 1u), newWord(at, 2u), newWord(at, 3u), newWord(at, 4u));
+        sums.taken = fresh.count;
         return;
     }
     for (uint k = 0u; k < fresh.count; ++k) addReuseNew(sums, loadNew(fresh.first + k, fresh.part));

@@ -47,7 +47,7 @@ SHARED_FN bool keepsSamples(uint strategy)
 /// How samples are reused; the same for all pixels.
 struct ReuseSettings {
     uint strategy;
-    uint counts;       // recordsOf, lightsOf, candidatesOf: 8 bits each
+    uint counts;       // recordsOf, lightsOf, candidatesOf, pathsOfChunk: 8 bits each
     float rays;        // n: new paths per pixel and pass
     float cap;         // of the nominal number N of samples that the kept ones stand for
     float protection;  // eta: how much a sample's brightness counts when the store is cut down
@@ -109,7 +109,19 @@ SHARED_FN uint lightsOf(ReuseSettings settings)
 /// k: directions among which a new one is resampled.
 SHARED_FN uint candidatesOf(ReuseSettings settings)
 {
-    return settings.counts >> 16u;
+    return (settings.counts >> 16u) & 0xffu;
+}
+
+/// Paths that a lane of a device takes one after the other, of `full`; see packChunk.
+SHARED_FN uint pathsOfChunk(ReuseSettings settings)
+{
+    return max(settings.counts >> 24u, 1u);
+}
+
+/// `counts` with that number, below 256.
+SHARED_FN uint packChunk(uint counts, uint paths)
+{
+    return (counts & 0xffffffu) | (paths << 24u);
 }
 
 // Below so many samples in its history a pixel gets a path in every pass, however few are asked

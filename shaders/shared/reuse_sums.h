@@ -217,19 +217,18 @@ SHARED_FN uvec4 packPathSums(IN(ReuseSums) s, uint i)
     return packVector(v, floatAsUint(rest));
 }
 
-/// Sums over `taken` new paths, and nothing else yet.
+/// Adds these; how many paths they are of is not among them.
 SHARED_FN void addPathSums(INOUT(ReuseSums) s, uvec4 word0, uvec4 word1, uvec4 word2, uvec4 word3,
-                           uvec4 word4, uint taken)
+                           uvec4 word4)
 {
-    s.around = unpackVector(word0);
-    s.weightSum = uintAsFloat(word0.w);
-    s.aroundSquares = unpackVector(word1);
-    s.weightSquares = uintAsFloat(word1.w);
-    s.direct = unpackVector(word2);
-    s.plainSquares = uintAsFloat(word2.w);
-    s.directSquares = unpackVector(word3);
-    s.plain = unpackVector(word4);
-    s.taken = taken;
+    s.around += unpackVector(word0);
+    s.weightSum += uintAsFloat(word0.w);
+    s.aroundSquares += unpackVector(word1);
+    s.weightSquares += uintAsFloat(word1.w);
+    s.direct += unpackVector(word2);
+    s.plainSquares += uintAsFloat(word2.w);
+    s.directSquares += unpackVector(word3);
+    s.plain += unpackVector(word4);
 }
 
 /// The standard deviation of the luminance that single paths of a pixel find, from these and what

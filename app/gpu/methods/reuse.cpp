@@ -64,7 +64,8 @@ public:
         shared::ReuseSettings settings = settingsFor(params);
         settings.visibility = visibility_;
         const bool chains = (scene_->features() & shared::kFeatureDelta) != 0;
-        passes_.prepare(view.size, film_.frame().tileCount(), settings, perDeviation_, chains);
+        passes_.prepare(view.size, film_.frame().tileCount(), settings, params.maxDepth,
+                        perDeviation_, chains);
         for (DescriptorSet& set : passes_.filmSets())
             film_.begin(set, core::mostPathsOfPixel(params));
         constants_ = constantsFor(view, params);
