@@ -120,7 +120,6 @@ void main()
     uvec2 pixel;
     const bool inside = lanesPixel(lane, pixel);
     uint count = 0u;  // of new paths
-    uint alone = 0u;  // a path that meets nothing
     bool rest = false;
     float credit = 0.0;
     ReuseTally tally = ReuseTally(inside ? 1u : 0u, 0u);
@@ -142,7 +141,6 @@ void main()
         }
         uvec4 words = packReusePixel(here);
         words.w = kNoSource;
-        alone = here.slot == kNone ? 1u : 0u;
         if (here.slot != kNone) {
             const SurfacePoint s = makeSurfacePoint(scene, Hit(0.0, here.barycentrics, here.slot), chain.direction);
             const SurfaceMotion motion = motionOf(here);
@@ -159,9 +157,5 @@ void main()
     const uint first = waitForPaths(lane, count, rest);
     if (inside) firstNew[lane] = uvec2(first | (rest ? 0x80000000u : 0u), count | (packCredit(credit) << 16u));
     const uint rays = subgroupAdd(tally.closestRays);
-    const uint paths = subgroupAdd(count + alone);
-    if (subgroupElect()) {
-        atomicAdd(counters.closestRays, rays);
-        atomicAdd(counters.newPaths, paths);
-    }
+    if (subgroupElect()) atomicAdd(counters.closestRays, rays);
 }

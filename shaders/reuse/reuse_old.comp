@@ -308,19 +308,21 @@ void countVisibility(ReuseSums sums, bool begins, uint scatters, ReuseTally tall
 }
 
 /// What is told of the picture.
-void count(ReuseSums sums, bool begins, bool scatters, bool looks, ReuseTally tally)
+void count(ReuseSums sums, bool begins, bool scatters, bool looks, uint paths, ReuseTally tally)
 {
     const float c = sums.nominal / (sums.nominal + sums.rays);
     const uint all = subgroupAdd(scatters ? 1u : 0u);
     const uint withHistory = subgroupAdd(looks ? 1u : 0u);
     const uint weights = subgroupAdd(uint(min(sums.weightSum, 64.0) * kCountedUnit + 0.5));
     const uint shares = subgroupAdd(uint(c * kCountedUnit + 0.5));
+    const uint taken = subgroupAdd(paths);
     if (FEATURE(kFeatureAsksVisibility)) countVisibility(sums, begins, all, tally);
     if (!subgroupElect()) return;
     atomicAdd(counters.scatters, all);
     atomicAdd(counters.withHistory, withHistory);
     atomicAdd(counters.weightSum, weights);
     atomicAdd(counters.shareSum, shares);
+    atomicAdd(counters.newPaths, taken);
 }
 
 void main()
@@ -382,7 +384,8 @@ void main()
     } else {
         addToFilm(i, false, plain, plain * plain, 1.0);
     }
-    count(sums, begins, scatters, sums.nominal > 0.0, tally);
+    // A pixel that scatters nothing is the one path that found so.
+    count(sums, begins, scatters, sums.nominal > 0.0, scatters ? fresh.count : 1u, tally);
     ReuseHistory history = noHistory();
     if (scatters) {
         history = grownHistory(push.settings, v.history, v.rays, narrowestLobe(v.vertex.bsdf));

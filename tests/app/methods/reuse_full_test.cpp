@@ -216,6 +216,45 @@ TEST_P(ReuseFull, BehindGlassItIsWhatTheCpuFinds)
     }
 }
 
+/// No lane may trace so many rays in a row that a software device cuts them short (traverse.glsl).
+TEST_P(ReuseFull, LongHistoriesOfDeepPathsKeepTheirLight)
+{
+    double weights[2], rays[2];
+    core::Estimate found[2];
+    for (const bool cpu : {false, true}) {
+        renderer_ = &sharedRenderer("reuse", cpu ? app::DeviceKind::cpu : GetParam());
+        begin("hall", {8, 8});
+        ReuseParams params = with(ReuseStrategy::full, 3);
+        params.maxDepth = params.rouletteDepth = 32;
+        look(swung(*world_, 0), params, core::Start::anew, 32);
+        look(swung(*world_, 0), params, core::Start::moved);
+        found[cpu] = renderer_->read(core::Reading::everything);
+        weights[cpu] = detail("weights");
+        rays[cpu] = double(renderer_->stats().rays);
+        EXPECT_NEAR(detail("n"), 33, 1);
+    }
+    EXPECT_NEAR(weights[0], 1, 0.05);
+    EXPECT_NEAR(weights[0], weights[1], 0.01);
+    EXPECT_NEAR(rays[0], rays[1], 0.01 * rays[1]);
+    EXPECT_NEAR(meanOf(found[0].mean), meanOf(found[1].mean), 0.02 * meanOf(found[1].mean));
+    EXPECT_TRUE(found[0].counters.clean());
+}
+
+/// Not those that were due to pixels that scatter nothing, as lamps.
+TEST_P(ReuseFull, PathsAreCountedThatWereTaken)
+{
+    uint64_t paths[2];
+    for (const ReuseStrategy strategy : {ReuseStrategy::full, ReuseStrategy::ra}) {
+        for (const bool cpu : {false, true}) {
+            renderer_ = &sharedRenderer("reuse", cpu ? app::DeviceKind::cpu : GetParam());
+            begin("cornell-diffuse", {64, 64});
+            fly(with(strategy, 3, 4), 2, 0);
+            paths[cpu] = renderer_->stats().paths;
+        }
+        EXPECT_NEAR(double(paths[0]), double(paths[1]), 16) << core::enumName(strategy);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Device, ReuseFull,
                          testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
                          DeviceName());
