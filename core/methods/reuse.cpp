@@ -179,7 +179,10 @@ private:
         if (passes_ > 0) {
             film.add(i, shared::plainRadiance(sums), tally.counters);
         } else if (keepsMeans()) {
-            film.begin(i, now_.means[i], now_.means[i] * now_.means[i], weight, tally.counters);
+            // A sample that is no number is dropped from the picture, as it is from the mean.
+            const glm::vec3 plain = shared::plainRadiance(sums);
+            const glm::vec3 mean = shared::isNumber(plain) ? now_.means[i] : plain;
+            film.begin(i, mean, mean * mean, weight, tally.counters);
         } else {
             film.begin(i, shared::reusedRadiance(sums), shared::reusedSquares(sums, weight), weight,
                        tally.counters);

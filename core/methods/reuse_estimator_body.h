@@ -233,7 +233,8 @@ void TileEstimator::finish(Pixel& p, shared::ReuseSums& sums) const
         job_.now.pixels[p.index].history = shared::packHistory(shared::grownHistory(
             job_.settings, p.v.history, p.v.rays, shared::narrowestLobe(p.v.vertex.bsdf)));
     } else {
-        if (keepsMeans()) job_.now.means[p.index] = sums.seen + sums.rest;
+        if (keepsMeans())
+            job_.now.means[p.index] = shared::keptMean(sums.seen + sums.rest, vec3(0));
         if (shared::carriesRemainder(job_.settings)) job_.now.remainders[p.index] = vec3(0);
     }
     job_.now.maps[p.index] = shared::reuseMap(sums, job_.settings.strategy, deviation);
@@ -327,7 +328,7 @@ void TileEstimator::keepMean(const Pixel& p, const shared::ReuseSums& sums) cons
     // would lie.
     if (job_.settings.strategy == shared::kReuseSvgf && p.source >= 0 && !p.chained)
         before = meanOfTaps(p, before);
-    job_.now.means[p.index] = shared::naiveMean(sums, before);
+    job_.now.means[p.index] = shared::keptMean(shared::naiveMean(sums, before), before);
 }
 
 void TileEstimator::lookAtOld(Pixel& p, Competition<shared::ReuseSample>& samples,

@@ -366,18 +366,20 @@ void main()
     const float weight = weightAtRest(sums, magnified());
     vec3 squares = reusedSquares(sums, weight);
     const vec3 plain = plainRadiance(sums);
+    vec3 mean = vec3(0.0);
     if (keepsMeans(strategy)) {
         vec3 before = looks ? texelFetch(meansBefore, int(source)).xyz : vec3(0.0);
         // What is seen over mirrors or through glass has no other taps: it is not known where they would lie.
         if (strategy == kReuseSvgf && looks && (here.w & kChained) == 0u)
             before = meanOfTaps(v.vertex.surface, motionOf(unpackReusePixel(here)), before);
         L = naiveMean(sums, before);
+        mean = keptMean(L, before);
         squares = L * L;
     }
     float deviation = kNoDeviation;
     if (looks) deviation = unpackReuseMap(texelFetch(meansBefore, int(source)), strategy).deviation;
     if (scatters) deviation = grownDeviation(sums, v.history.nominal, deviation);
-    meansNow[i] = packReuseMap(L, reuseMap(sums, strategy, deviation), strategy);
+    meansNow[i] = packReuseMap(mean, reuseMap(sums, strategy, deviation), strategy);
     const bool begins = (push.settings.flags & kReuseFollows) == 0u;
     if (begins) {
         addToFilm(i, true, L, squares, weight);

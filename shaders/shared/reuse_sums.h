@@ -135,6 +135,12 @@ SHARED_FN vec3 reusedRadiance(IN(ReuseSums) s)
     return s.seen + s.rest + s.beta * (s.around + s.direct + s.carried);
 }
 
+/// Whether all of it can be added to something. Each component: a maximum may pass over a NaN.
+SHARED_FN bool isNumber(vec3 v)
+{
+    return abs(v.x) < kInfinity && abs(v.y) < kInfinity && abs(v.z) < kInfinity;
+}
+
 /// What a pixel hands on beside its store: what all samples brought that competed for a place
 /// there, less what the kept ones bring (s.remainder), and what it was handed itself. Its mean is
 /// zero whatever the samples bring, since resampling keeps all sums on average; so the next frame
@@ -145,9 +151,7 @@ SHARED_FN vec3 reusedRadiance(IN(ReuseSums) s)
 SHARED_FN vec3 remainderNow(IN(ReuseSums) s)
 {
     const vec3 sum = s.carried + s.remainder;
-    // Each component: a maximum may pass over a NaN.
-    const bool finite = abs(sum.x) < kInfinity && abs(sum.y) < kInfinity && abs(sum.z) < kInfinity;
-    return finite ? sum : vec3(0.0f);
+    return isNumber(sum) ? sum : vec3(0.0f);
 }
 
 /// Radiance by the new paths alone, where there are any.
@@ -162,6 +166,13 @@ SHARED_FN vec3 naiveMean(IN(ReuseSums) s, vec3 before)
     if (!(s.nominal > 0.0f)) return plainRadiance(s);
     const float share = float(s.taken) / (s.nominal + s.rays);
     return before + min(share, 1.0f) * (plainRadiance(s) - before);
+}
+
+/// What the next view goes on with: a sample that is no number is dropped from the picture, and
+/// must not be in the mean of all that follow, nor in those of the pixels around.
+SHARED_FN vec3 keptMean(vec3 mean, vec3 before)
+{
+    return isNumber(mean) ? mean : before;
 }
 
 /// How many samples the first picture of a view counts as among those that follow when the camera

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/support/methods/reuse_flights.h"
+#include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/compare_films.h"
 #include "tests/support/statistics/stats.h"
 
@@ -358,6 +359,31 @@ TEST_P(ReuseMethod, MapsAreThoseOfTheCpu)
             }
             EXPECT_LT(off, here[map].pixels.size() / 40) << core::reuseMaps()[map].name;
         }
+    }
+}
+
+/// A lamp so bright that some of what it brings is more than a float holds: such samples are
+/// dropped from one picture, and are in no mean that the next ones go on with.
+TEST_P(ReuseMethod, SamplesThatAreNoNumbersAreForgotten)
+{
+    SceneBuilder b;
+    b.quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, b.material(lambert(glm::vec3(1))));
+    b.quad({-0.1f, 0.05f, -0.1f}, {0.2f, 0, 0}, {0, 0, 0.2f},
+           b.material(emitter(glm::vec3(3.3e38f))));
+    b.camera({0, 0.04, 0.4}, {0, 0, 0}, 0.3);
+    world_ = b.world();
+    size_ = {32, 24};
+    renderer_->setWorld(world_, {});
+    for (const ReuseStrategy strategy : {ReuseStrategy::naive, ReuseStrategy::svgf}) {
+        uint64_t dropped[10];
+        for (uint64_t& count : dropped) {
+            look(world_->cameras.at(0), with(strategy, 3),
+                 &count == dropped ? core::Start::anew : core::Start::moved);
+            const core::Estimate e = renderer_->read(core::Reading::everything);
+            count = e.counters.nan + e.counters.inf;
+        }
+        EXPECT_GT(dropped[0], 20u) << core::enumName(strategy);
+        EXPECT_LT(double(dropped[9]), 1.5 * double(dropped[0])) << core::enumName(strategy);
     }
 }
 

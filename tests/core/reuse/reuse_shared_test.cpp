@@ -54,6 +54,27 @@ TEST(ReuseShared, SolvesForCOnABatch)
     }
 }
 
+/// What a path brings that is no number is in one picture, not in those that follow.
+TEST(ReuseShared, AMeanForgetsWhatIsNoNumber)
+{
+    shared::ReuseSums sums = shared::noReuseSums();
+    sums.nominal = 4;
+    sums.taken = 1;
+    sums.plain = {1, std::numeric_limits<float>::quiet_NaN(), 2};
+    const glm::vec3 before(3, 4, 5);
+    const glm::vec3 first = shared::naiveMean(sums, before);
+    EXPECT_TRUE(std::isnan(first.y)) << "the film has to drop it, and count it";
+    const glm::vec3 kept = shared::keptMean(first, before);
+    EXPECT_EQ(kept, before);
+    sums.plain = {8, 9, 10};
+    const glm::vec3 second = shared::keptMean(shared::naiveMean(sums, kept), kept);
+    EXPECT_EQ(second, shared::naiveMean(sums, before));
+    sums.plain.x = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(shared::keptMean(shared::naiveMean(sums, second), second), second);
+    sums.nominal = 0;  // where there is nothing to go on with
+    EXPECT_EQ(shared::keptMean(shared::naiveMean(sums, glm::vec3(0)), glm::vec3(0)), glm::vec3(0));
+}
+
 TEST(ReuseShared, SolvesForCAtTheEdges)
 {
     const float disjoint[] = {0, 0, 0, 0}, same[] = {1, 1, 1, 1};
