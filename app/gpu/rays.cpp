@@ -37,8 +37,9 @@ double GpuRays::trace(RayKernel& kernel, const DescriptorSet& set)
 {
     const Pipeline& pipeline = kernel.pipeline(constants_);
     return device_.submit([&](VkCommandBuffer commands) {
+        const GroupRows groups = groupRows(count_);
         kernel.dispatch(commands, pipeline, {&scene_.set(), &frame_.set(), &set}, {count_},
-                        groupsFor(count_));
+                        groups.x, groups.y);
         barrier(commands);
     });
 }

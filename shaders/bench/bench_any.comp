@@ -22,7 +22,7 @@ layout(set = kSetKernel, binding = kBindHits, scalar) writeonly buffer HitBlock
 
 void main()
 {
-    const uint lane = gl_GlobalInvocationID.x;
+    const uint lane = rowsLane(gl_GlobalInvocationID, gl_NumWorkGroups);
     if (lane >= range.count) return;
     const vec4 a = uintBitsToFloat(texelFetch(rayWords, int(2u * lane)));
     const vec4 b = uintBitsToFloat(texelFetch(rayWords, int(2u * lane + 1u)));

@@ -18,7 +18,7 @@ layout(push_constant, scalar) uniform SettingsBlock { DisplaySettings given; };
 
 void main()
 {
-    const uint pixel = gl_GlobalInvocationID.x;
+    const uint pixel = rowsLane(gl_GlobalInvocationID, gl_NumWorkGroups);
     DisplaySettings settings = given;
     settings.tone = kTone;
     if (pixel >= settings.widthA * settings.heightA) return;

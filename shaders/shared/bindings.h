@@ -225,6 +225,13 @@ SHARED_CONST float kCountedUnit = 256.0f;
 SHARED_CONST float kCountedBias = 2048.0f;
 
 SHARED_CONST uint kGroupSize = 64u;
+
+/// The number of a lane of rows of groups (groupRows in app/gpu/base/kernel.h).
+SHARED_FN uint rowsLane(uvec3 invocation, uvec3 groups)
+{
+    return invocation.y * groups.x * kGroupSize + invocation.x;
+}
+
 // Of 16 bytes: origin, lane with depth above it; direction, pdf; beta, departure; and where there
 // are panes or regions of the sky, what of PathState they need.
 SHARED_CONST uint kStateWords = 4u;

@@ -67,6 +67,12 @@ void KernelBase::compileBeside(uint32_t first, std::span<const uint32_t> constan
     });
 }
 
+void KernelBase::requireGroups(uint32_t groupsX, uint32_t groupsY) const
+{
+    const auto& most = device_.limits().maxComputeWorkGroupCount;
+    CHECK(groupsX <= most[0] && groupsY <= most[1]);
+}
+
 void KernelBase::prepare(VkCommandBuffer commands, const Pipeline& pipeline, const KernelSets& sets,
                          const void* push) const
 {

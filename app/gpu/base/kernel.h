@@ -2,6 +2,7 @@
 // its push constants, and its pipelines by what they are specialised on.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <future>
 #include <map>
@@ -36,6 +37,7 @@ protected:
     void compileBeside(uint32_t first, std::span<const uint32_t> constants);
     void prepare(VkCommandBuffer commands, const Pipeline& pipeline, const KernelSets& sets,
                  const void* push) const;
+    void requireGroups(uint32_t groupsX, uint32_t groupsY) const;
 
 private:
     Device& device_;
@@ -90,10 +92,12 @@ public:
         KernelBase::compileBeside(first(), valuesOf(constants));
     }
 
-    /// Records one dispatch. Barriers are the caller's.
+    /// Records one dispatch, of no more groups than the device takes: of lanes that may be many,
+    /// see groupRows(). Barriers are the caller's.
     void dispatch(VkCommandBuffer commands, const Pipeline& pipeline, const KernelSets& sets,
                   const Push& push, uint32_t groupsX, uint32_t groupsY = 1) const
     {
+        requireGroups(groupsX, groupsY);
         prepare(commands, pipeline, sets, &push);
         vk.CmdDispatch(commands, groupsX, groupsY, 1);
     }
@@ -130,9 +134,22 @@ private:
 };
 
 /// Groups of kGroupSize lanes that hold `lanes`.
-inline uint32_t groupsFor(uint64_t lanes)
+constexpr uint32_t groupsFor(uint64_t lanes)
 {
     return static_cast<uint32_t>((lanes + shared::kGroupSize - 1) / shared::kGroupSize);
+}
+
+/// Rows of groups that hold `lanes`, of which there may be more than fit one dimension; the kernel
+/// numbers its lanes row by row (rowsLane in shared/bindings.h).
+struct GroupRows {
+    uint32_t x, y;
+};
+constexpr GroupRows groupRows(uint64_t lanes)
+{
+    constexpr uint32_t kMost = 1u << 15;  // every device takes twice that
+    const uint32_t groups = std::max(groupsFor(lanes), 1u);
+    const uint32_t rows = (groups + kMost - 1) / kMost;
+    return {(groups + rows - 1) / rows, rows};
 }
 
 }  // namespace gpu

@@ -143,9 +143,9 @@ void Display::record(VkCommandBuffer commands, shared::DisplaySettings settings,
     const Pipeline& pipeline = kernel_.pipeline(choicesOf(settings, swapped));
     barrier(commands);
     if (settings.show == shared::kShowPreview) {
+        const GroupRows groups = groupRows(uint64_t(settings.widthA) * settings.heightA);
         encode_.dispatch(commands, encode_.pipeline({settings.tone}),
-                         {nullptr, nullptr, &encodeSet_}, settings,
-                         groupsFor(settings.widthA * settings.heightA));
+                         {nullptr, nullptr, &encodeSet_}, settings, groups.x, groups.y);
         barrier(commands);
     }
     kernel_.dispatch(commands, pipeline, {nullptr, nullptr, &set_}, settings, (width_ + 7) / 8,

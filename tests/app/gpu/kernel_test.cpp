@@ -133,6 +133,23 @@ TEST(Kernel, PushConstantsAreAsLongAsTheirTypes)
     EXPECT_EQ(readKernelInterface(k_display).pushBytes, sizeof(shared::DisplaySettings));
 }
 
+/// Every lane has a group, few have none, and no dimension exceeds what every device takes.
+TEST(Kernel, ManyLanesAreRowsOfGroups)
+{
+    for (const uint64_t lanes :
+         {uint64_t(0), uint64_t(1), uint64_t(64), uint64_t(65), uint64_t(32768) * 64,
+          uint64_t(32768) * 64 + 1, uint64_t(3840) * 2160, uint64_t(1) << 31}) {
+        const gpu::GroupRows rows = gpu::groupRows(lanes);
+        EXPECT_LE(std::max(rows.x, rows.y), 65535u) << lanes;
+        EXPECT_GE(std::min(rows.x, rows.y), 1u) << lanes;
+        EXPECT_GE(uint64_t(rows.x) * rows.y * 64, lanes);
+        EXPECT_LE(uint64_t(rows.x) * rows.y, (lanes + 63) / 64 + rows.y) << lanes;
+        // The last group's last lane, as kernels number it.
+        EXPECT_EQ(shared::rowsLane({rows.x * 64 - 1, rows.y - 1, 0}, {rows.x, rows.y, 1}),
+                  rows.x * rows.y * 64 - 1);
+    }
+}
+
 TEST(Kernel, PipelinesAreMadeOncePerConstants)
 {
     gpu::Device device({});

@@ -13,6 +13,7 @@
 #include "core/image/display.h"
 #include "tests/support/statistics/no_numbers.h"
 #include "tests/support/vulkan/vulkan_fails.h"
+#include "tests/support/vulkan/vulkan_faults.h"
 
 namespace {
 
@@ -197,6 +198,33 @@ TEST_F(DisplayTest, PreviewsAreSmoothWithinASurfaceAndSharpBetweenSurfaces)
     for (size_t i = 0; i < cpu.size(); ++i)
         far += std::abs(int(cpu[i]) - int(gpu[i])) > 1 ? 1u : 0u;
     EXPECT_EQ(far, 0u);
+}
+
+/// More groups than any device has to take in one dimension.
+TEST_F(DisplayTest, PreviewsOfLargePicturesAreWhole)
+{
+    tests::VulkanFaults faults;
+    uint32_t most = 0;
+    faults.replace<&gpu::Api::CmdDispatch>(
+        [&most](auto driver, VkCommandBuffer commands, uint32_t x, uint32_t y, uint32_t z) {
+            most = std::max({most, x, y, z});
+            driver(commands, x, y, z);
+        });
+    gpu::Device device({.validation = true});
+    gpu::Display display(device);
+    Image a(2900, 1500, 3);
+    const Image guide(2900, 1500, 1);
+    for (size_t i = 0; i < a.pixels.size(); ++i) a.pixels[i] = static_cast<float>(i % 97) / 97;
+    display.setImage(0, &a);
+    display.setImage(1, &guide);
+    const DisplaySettings s = settingsOf(shared::kShowPreview, 64, 48);
+    const std::vector<uint8_t> cpu = core::displayImage(&a, &guide, s),
+                               gpu = onDevice(device, display, s, false);
+    size_t far = 0;
+    for (size_t i = 0; i < cpu.size(); ++i)
+        far += std::abs(int(cpu[i]) - int(gpu[i])) > 1 ? 1u : 0u;
+    EXPECT_EQ(far, 0u);
+    EXPECT_LE(most, 65535u);
 }
 
 TEST_F(DisplayTest, BesideAPictureIsTheBackground)
