@@ -189,7 +189,7 @@ void GpuScene::makeBuffer(uint32_t binding, const char* name, uint64_t bytes)
     set_.unbind(binding);
     buffer = {};  // first: both at once might not fit
     if (bytes == 0) return;
-    buffer = Buffer(device_, name, bytes, sceneTexelFormat(binding));
+    buffer = Buffer(device_, name, bytes, sceneTexelFormat(binding), BufferOf::scene);
     set_.bind(binding, buffer);
 }
 

@@ -61,8 +61,9 @@ uint32_t texelBytes(VkFormat format)
 }
 
 [[noreturn]] void doesNotFit(const Device& device, const char* name, const std::string& needs,
-                             const char* where, const std::string& limit, bool scene)
+                             const char* where, const std::string& limit, BufferOf of)
 {
+    const bool scene = of == BufferOf::scene;
     throw core::Error(std::string("the ") + (scene ? "scene" : "image") +
                           " does not fit the device: " + name + " needs " + needs + ", " + where +
                           " of " + device.info().name + " holds " + limit +
@@ -71,21 +72,22 @@ uint32_t texelBytes(VkFormat format)
 }
 
 /// Refuses what exceeds a limit before anything is made.
-void requireFit(const Device& device, const char* name, uint64_t bytes, VkFormat format)
+void requireFit(const Device& device, const char* name, uint64_t bytes, VkFormat format,
+                BufferOf of)
 {
     const bool texels = format != VK_FORMAT_UNDEFINED;
     const uint64_t most = device.limits().maxTexelBufferElements;
     if (texels && bytes / texelBytes(format) > most) {
         doesNotFit(device, name, std::to_string(bytes / texelBytes(format)) + " texels",
-                   "a texel buffer", std::to_string(most), true);
+                   "a texel buffer", std::to_string(most), of);
     }
     if (!texels && bytes > device.limits().maxStorageBufferRange) {
         doesNotFit(device, name, mebibytes(bytes), "a storage buffer",
-                   mebibytes(device.limits().maxStorageBufferRange), false);
+                   mebibytes(device.limits().maxStorageBufferRange), of);
     }
     if (bytes > device.info().maxAllocation) {
         doesNotFit(device, name, mebibytes(bytes), "a piece of memory",
-                   mebibytes(device.info().maxAllocation), texels);
+                   mebibytes(device.info().maxAllocation), of);
     }
 }
 
@@ -190,11 +192,11 @@ Staging::Staging(Device& device, uint64_t bytes)
     mapped_ = given.mapped;
 }
 
-Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format)
+Buffer::Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format, BufferOf of)
     : device_(&device), bytes_(std::max<uint64_t>((bytes + 15) & ~uint64_t(15), 16))
 {
     device.requireAlive();
-    requireFit(device, name, bytes_, format);
+    requireFit(device, name, bytes_, format, of);
     const bool texels = format != VK_FORMAT_UNDEFINED;
     VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
                                VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |

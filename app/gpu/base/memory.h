@@ -11,6 +11,9 @@
 
 namespace gpu {
 
+/// What a buffer grows with, so that one that does not fit says what to do about it.
+enum class BufferOf { image, scene };
+
 /// A buffer with its memory and, when `format` is given, a uniform texel view of all of it.
 class Buffer {
 public:
@@ -18,7 +21,8 @@ public:
 
     /// `bytes` is rounded up to 16 and at least 16. Throws core::Error with the numbers when `name`
     /// exceeds a limit of the device or its memory.
-    Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format = VK_FORMAT_UNDEFINED);
+    Buffer(Device& device, const char* name, uint64_t bytes, VkFormat format = VK_FORMAT_UNDEFINED,
+           BufferOf of = BufferOf::image);
     Buffer(Buffer&& other) noexcept { *this = std::move(other); }
     Buffer& operator=(Buffer&& other) noexcept;
     ~Buffer();

@@ -428,13 +428,23 @@ TEST_F(GpuPathAlone, ASceneThatDoesNotFitIsRefusedWithTheNumbers)
     try {
         const gpu::Buffer buffer(device, "the BVH",
                                  uint64_t(device.limits().maxTexelBufferElements) * 16 + 16,
-                                 VK_FORMAT_R32G32B32A32_UINT);
+                                 VK_FORMAT_R32G32B32A32_UINT, gpu::BufferOf::scene);
         FAIL() << "a buffer beyond the device's limit was made";
     } catch (const core::Error& error) {
         EXPECT_EQ(error.code(), core::ExitCode::deviceLost);
         EXPECT_NE(
             std::string(error.what()).find(std::to_string(device.limits().maxTexelBufferElements)),
             std::string::npos)
+            << error.what();
+        EXPECT_NE(std::string(error.what()).find("the scene does not fit"), std::string::npos);
+    }
+    try {
+        const gpu::Buffer buffer(device, "the paths",
+                                 uint64_t(device.limits().maxTexelBufferElements) * 16 + 16,
+                                 VK_FORMAT_R32G32B32A32_UINT);
+        FAIL() << "a buffer beyond the device's limit was made";
+    } catch (const core::Error& error) {
+        EXPECT_NE(std::string(error.what()).find("the image does not fit"), std::string::npos)
             << error.what();
     }
     EXPECT_EQ(device.allocatedBytes, 0u);
