@@ -69,10 +69,13 @@ double PathBatches::prepare(const PathWork& work, const Then& then)
     work_ = work;
     choice_ = &choices_[kindOfWork()];
     choice_->lanes = 0;
-    if (!isCompiled(work.constants))
+    const shared::PathSettings& settings = work.frame->data().settings;
+    const Length length{settings.maxDepth, settings.rouletteDepth, work.strategy};
+    if (!isCompiled(work.constants) || length.mayBeMoreThan(length_))
         pace_.restart();
     else if (!work.whole)
         pace_.again();
+    length_ = length;
     takeChoice();
     const auto start = core::Clock::now();
     return compile(then) ? core::secondsSince(start) : 0;
@@ -173,9 +176,11 @@ bool PathBatches::takeChoice()
     return !open || choice_->made;
 }
 
-/// On one small batch from the middle of the image, twice, in turns, the results thrown away: once
-/// per kind of work, so that neither moving nor editing is held up by it. Of two turns the first
-/// may hold a software driver's own compilation, which comes with the first dispatch.
+/// On one batch from the middle of the image, twice, in turns, the results thrown away: once per
+/// kind of work, so that neither moving nor editing is held up by it. Of two turns the first may
+/// hold a software driver's own compilation, which comes with the first dispatch. The batch is
+/// small on a software device, which so many lanes fill; others are measured with batches as they
+/// get.
 void PathBatches::chooseKernel(double seconds)
 {
     if (takeChoice() || choice_->lanes <= kLanesBeforeMeasuring) return;
@@ -183,9 +188,12 @@ void PathBatches::chooseKernel(double seconds)
     megakernel_.compileBeside(work_.constants);
     if (!bounce_.isCompiled(work_.constants) || !megakernel_.isCompiled(work_.constants)) return;
     const uint32_t tiles = work_.frame->tileCount();
-    const uint32_t count = std::min({tiles, kMeasuredLanes / shared::kGroupSize,
-                                     std::max(lanes(seconds) / (2 * shared::kGroupSize), 1u)});
-    const shared::Batch batch{(tiles - count) / 2, count, 0, 1};
+    const uint32_t most = context_.device.isSoftware()
+                              ? std::min(kMeasuredLanes, lanes(seconds) / 2)
+                              : lanes(seconds);
+    const uint32_t count = std::clamp(most / shared::kGroupSize, 1u, tiles);
+    const uint32_t samples = std::max(most / (count * shared::kGroupSize), 1u);
+    const shared::Batch batch{(tiles - count) / 2, count, 0, samples};
     const Then nothing = [](VkCommandBuffer, const shared::Batch&) {};
     double best[2] = {1e30, 1e30};
     for (int round = 0; round < 4; ++round) {

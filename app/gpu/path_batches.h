@@ -116,6 +116,17 @@ private:
     /// What the choice depends on: constants, depth, strategy, and whether the image is small.
     using WorkKind = std::tuple<PathConstants, uint32_t, core::Strategy, bool>;
 
+    /// What says how many rays a path takes.
+    struct Length {
+        uint32_t maxDepth = 0, rouletteDepth = 0;
+        core::Strategy strategy = core::Strategy::mis;
+        bool mayBeMoreThan(const Length& other) const
+        {
+            return maxDepth > other.maxDepth || rouletteDepth > other.rouletteDepth ||
+                   strategy != other.strategy;
+        }
+    };
+
     WorkKind kindOfWork() const;
     uint32_t maxDepth() const { return work_.frame->data().settings.maxDepth; }
     KernelSets sets(const DescriptorSet& own) const;
@@ -137,6 +148,7 @@ private:
     Buffer radiance_, queues_;
     PathWork work_;
     BatchPace pace_;
+    Length length_;                       // of the paths that it knows
     std::map<WorkKind, Choice> choices_;  // for the present scene
     Choice* choice_ = nullptr;
     bool wavefront_ = true;

@@ -9,7 +9,7 @@ namespace gpu {
 
 uint32_t BatchPace::lanes(double seconds, uint32_t most) const
 {
-    double wanted = kGrowth * double(last_);
+    double wanted = kGrowth * double(largest_);
     if (secondsPerLane_ > 0)
         wanted = std::min(wanted, std::min(seconds, kLongest) / secondsPerLane_);
     const auto groups = static_cast<uint32_t>(std::min(wanted, double(most)) / kGroup);
@@ -28,7 +28,8 @@ void BatchPace::measured(uint32_t lanes, double seconds)
         secondsPerLane_ = std::max(rate, kForgets * secondsPerLane_);
         measuredLanes_ = std::max(measuredLanes_, lanes);
     }
-    last_ = std::max(lanes, kGroup);
+    // What is left of a picture may be little: it does not make the next batch small.
+    largest_ = std::max({largest_, lanes, kGroup});
 }
 
 }  // namespace gpu

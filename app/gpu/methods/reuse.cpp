@@ -26,7 +26,7 @@ public:
         goesPlain_ = false;
         if (takeWorld(scene_, world_, std::move(world), context_, progress)) return;
         plain_.forgetScene();
-        passes_.forget();
+        forget();
         kept_ = {};
         batchPace_.restart();
     }
@@ -52,10 +52,15 @@ public:
         plainSamples_ = 0;
         if (start == core::Start::anew) samplesBefore_ = 0;
         if (start == core::Start::anew || !(params == params_) || !takeMotion(params)) {
-            passes_.forget();
+            forget();
             visibility_ = core::askedVisibility(params, 0, {});
             perDeviation_ = 0;
         }
+        // Deeper paths, say, or more of them: the speed so far says nothing.
+        if (!(params == params_))
+            batchPace_.restart();
+        else if (!pace_.whole)
+            batchPace_.again();
         params_ = params;
         frame_ = frameOf(*world_, *scene_, view);
         shared::FrameData frame = frame_;
@@ -74,7 +79,6 @@ public:
             compileSeconds_ += core::secondsSince(begin);
         rounds_ = 0;
         goesPlain_ = false;
-        if (!pace_.whole) batchPace_.again();
     }
 
     void setPace(const core::Pace& pace) override { pace_ = context_.paceFor(pace); }
@@ -160,13 +164,33 @@ private:
         return pieces && passes_.takeMotion(*scene_, *kept_.world, *kept_.hierarchy, *pieces);
     }
 
+    void forget()
+    {
+        passes_.forget();
+        history_ = 0;
+    }
+
+    /// New paths that a pixel may take in the pass that comes now: what the pace counts in, since
+    /// `full` takes one in some passes, and as many as its history stands for in others.
+    uint32_t pathsOfLane() const
+    {
+        if (rounds_ > 0) return 1;
+        const bool full = params_.reuse == core::ReuseStrategy::full;
+        return static_cast<uint32_t>(
+            std::ceil(std::max(params_.rays, 1.0f) + (full ? history_ : 0.0f)));
+    }
+
     /// One sample per pixel and round: each round looks at what the one before has kept.
     void takePasses(const core::Budget& budget, const std::stop_token& stop)
     {
         const uint32_t most =
             std::min(passes_.mostLanes(), film_.frame().tileCount() * shared::kGroupSize);
         film_.advance(
-            budget, stop, [this, most] { return batchPace_.lanes(pace_.dispatchSeconds, most); },
+            budget, stop,
+            [this, most] {
+                const uint32_t paths = pathsOfLane();
+                return batchPace_.lanes(pace_.dispatchSeconds, most * paths) / paths;
+            },
             [this](const shared::Batch& batch, const TiledFilm::Then&) { trace(batch); });
     }
 
@@ -207,12 +231,15 @@ private:
         const bool last = batch.firstTile + batch.tileCount == film_.frame().tileCount();
         batch.firstSample = samplesBefore_;
         batchPace_.measured(
-            lanes, passes_.run(*scene_, film_.frame(), constants_, batch,
-                               core::reuseFlags(params_, rounds_, core::mayMove(*world_))));
+            lanes * pathsOfLane(),
+            passes_.run(*scene_, film_.frame(), constants_, batch,
+                        core::reuseFlags(params_, rounds_, core::mayMove(*world_))));
         if (!last) return;
         passes_.commit(film_.frame().data().camera);
         kept_ = {world_, scene_->sharedHierarchy()};
         samplesBefore_ += core::samplesOfPass(params_, rounds_);
+        history_ = std::min(history_ + (rounds_ > 0 ? 1.0f : std::max(params_.rays, 1.0f)),
+                            core::reuseSettings(params_).cap);
         ++rounds_;
     }
 
@@ -230,6 +257,7 @@ private:
     BatchPace batchPace_;
     float visibility_ = 0;        // share of samples whose visibility is asked for again
     float perDeviation_ = 0;      // see shared::allocatedPart
+    float history_ = 0;           // N of what is kept, at most
     uint32_t rounds_ = 0;         // whole ones of this view that go to the history
     bool goesPlain_ = false;      // it has all that it can hold: paths of this view leave it alone
     uint32_t plainSamples_ = 0;   // of this view that have left the history alone

@@ -1,6 +1,6 @@
-// How long a submission holds the device (V3): the rule alone, and the renderer on a device that
-// says it is a hundred times slower than it is; what a stop leaves behind; the mean beside the
-// film; views that compile no kernels.
+// How long a submission holds the device (V3): the rule alone, and renderers on a device that says
+// it is a hundred times slower than it is, or take many paths to a pixel; what a stop leaves
+// behind; the mean beside the film; views that compile no kernels.
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -10,7 +10,9 @@
 
 #include "app/gpu/base/api.h"
 #include "app/gpu/base/batch_pace.h"
+#include "app/gpu/methods/methods.h"
 #include "app/gpu/methods/path.h"
+#include "core/methods/reuse_params.h"
 #include "tests/support/scenes/asset.h"
 
 namespace {
@@ -62,19 +64,35 @@ TEST(BatchPace, StaysWithinItsBounds)
     for (int i = 0; i < 10; ++i) pace.measured(pace.lanes(1, 1000), 1e-6);
     EXPECT_EQ(pace.lanes(1, 1000), 960u);  // whole groups
     pace.again();
-    EXPECT_EQ(pace.lanes(1, 1000), 960u);  // a quarter, grown by four
+    EXPECT_EQ(pace.lanes(1, 1000), 192u);  // a quarter, in whole groups
     EXPECT_EQ(pace.lanes(0, 1000), 64u);
+}
+
+/// What is left of a picture does not make the next batch small.
+TEST(BatchPace, GrowsFromTheLargestBatch)
+{
+    gpu::BatchPace pace;
+    for (int i = 0; i < 10; ++i) pace.measured(pace.lanes(1, 1u << 16), 1e-3);
+    ASSERT_EQ(pace.lanes(1, 1u << 16), 1u << 16);
+    pace.measured(64, 1e-6);
+    EXPECT_EQ(pace.lanes(1, 1u << 16), 1u << 16);
+    pace.again();
+    EXPECT_EQ(pace.lanes(1, 1u << 16), 1u << 14);
+    pace.measured(1u << 14, 2e-4);
+    EXPECT_EQ(pace.lanes(1, 1u << 16), 1u << 16);
 }
 
 // A device whose clock advances by the work it is given, so that other work on the machine does not
 // count.
 double secondsPerLane = 0;
 uint64_t dispatchedGroups = 0;          // dispatched since the last look at the clock
+uint32_t mostGroups = 0;                // of one dispatch
 std::vector<double> submissionSeconds;  // seconds of each submission by that clock
 
 void countedDispatch(VkCommandBuffer commands, uint32_t x, uint32_t y, uint32_t z)
 {
     dispatchedGroups += uint64_t(x) * y * z;
+    mostGroups = std::max(mostGroups, x * y * z);
     vkCmdDispatch(commands, x, y, z);
 }
 
@@ -175,6 +193,73 @@ TEST_F(GpuPace, WholePicturesAreNotCutUpBySoftware)
     view(192, 128);
     renderer->advance({.samples = 1}, {});
     EXPECT_LE(longest(), 0.0081);
+}
+
+/// `full` takes one path for each sample that its history stands for: a moved view after one at
+/// rest, whose passes take one path each, has batches of so many pixels less.
+TEST_F(GpuPace, BatchesOfManyPathsHaveFewPixels)
+{
+    const std::unique_ptr<core::Renderer> reuse = gpu::makeSampleReuse({});
+    reuse->setWorld(world, {});
+    reuse->setPace({.dispatchSeconds = 0.05});
+    core::ReuseParams params;
+    params.reuse = core::ReuseStrategy::full;
+    params.maxDepth = 1;
+    const core::View view{world->cameras.at(0), {160, 120}, params};
+    reuse->setView(view, core::Start::anew);
+    reuse->advance({.samples = 31}, {});
+    mostGroups = 0;
+    reuse->advance({.samples = 1}, {});
+    EXPECT_EQ(mostGroups, 300u) << "the picture fits one batch";
+    reuse->setView(view, core::Start::moved);
+    mostGroups = 0;
+    reuse->advance({.samples = 1, .seconds = 0}, {});  // one batch
+    EXPECT_GT(mostGroups, 0u);
+    EXPECT_LE(mostGroups, 20u);
+}
+
+/// Deeper paths than those whose speed is known begin as if nothing were; others do not.
+TEST_F(GpuPace, DeeperPathsBeginSmall)
+{
+    const auto firstBatch = [&](uint32_t depth) {
+        view(256, 256, depth);
+        mostGroups = 0;
+        renderer->advance({.samples = 1, .seconds = 0}, {});
+        return mostGroups;
+    };
+    renderer->setPace({.dispatchSeconds = 0.05});
+    view(256, 256, 2);
+    renderer->advance({.samples = 2}, {});
+    EXPECT_GT(firstBatch(1), 2 * gpu::BatchPace::kFirst / 64);
+    renderer->advance({.samples = 2}, {});
+    EXPECT_EQ(firstBatch(8), gpu::BatchPace::kFirst / 64);
+}
+
+/// A card fills with the lanes of a whole batch, and is measured with as many.
+TEST_F(GpuPace, TheKernelIsChosenByBatchesAsTheyAre)
+{
+    gpu::vk.GetPhysicalDeviceProperties2 = [](VkPhysicalDevice physical,
+                                              VkPhysicalDeviceProperties2* out) {
+        vkGetPhysicalDeviceProperties2(physical, out);
+        out->properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
+    };
+    const std::unique_ptr<core::Renderer> card = gpu::makePathRenderer({});
+    gpu::vk.GetPhysicalDeviceProperties2 = vkGetPhysicalDeviceProperties2;
+    secondsPerLane = 1e-9;
+    card->setWorld(world, {});
+    card->setPace({.dispatchSeconds = 0.05});
+    core::Camera away = world->cameras.at(0);  // looks at nothing: what is traced costs little
+    away.forward = -away.forward;
+    core::PathParams params;
+    params.maxDepth = 2;
+    card->setView({away, {160, 160}, params}, core::Start::anew);
+    mostGroups = 0;
+    for (int i = 0; i < 400 && mostGroups <= 400; ++i) {
+        card->advance({.samples = i < 3 ? 40u : 1u}, {});  // enough for it to pay, then waits
+        std::this_thread::sleep_for(std::chrono::milliseconds(i < 3 ? 0 : 50));
+    }
+    // The film gets 400 groups at a time, whole paths two samples of as many: 65,536 lanes.
+    EXPECT_EQ(mostGroups, 800u);
 }
 
 TEST_F(GpuPace, FirstHitsAreFoundInPieces)
