@@ -1,14 +1,17 @@
-// Barriers (V2): the rules, the kernels' accesses, planted gaps, and the path tracer under watch,
-// with every barrier left out once to see that the watch would notice.
+// Barriers (V2): the rules, the kernels' accesses, planted gaps, and all methods under watch, with
+// every barrier left out once to see that the watch would notice.
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "app/gpu/base/kernel.h"
 #include "app/gpu/frame.h"
+#include "app/gpu/methods/methods.h"
 #include "app/gpu/methods/path.h"
 #include "app/gpu/window/display.h"
 #include "core/gltf/gltf.h"
+#include "core/methods/method.h"
+#include "core/methods/reuse_params.h"
 #include "spirv/accumulate.h"
 #include "spirv/bounce.h"
 #include "tests/support/vulkan/barrier_watch.h"
@@ -228,6 +231,48 @@ TEST(Barriers, ThePathTracerHasThemAllAndStagedMemoryGivesTheSameImage)
     const core::Estimate staged = watchRenderer(core::Kernel::wavefront, true);
     EXPECT_EQ(mapped.mean.pixels, staged.mean.pixels);
     EXPECT_EQ(mapped.mean.pixels, watchRenderer(core::Kernel::megakernel, true).mean.pixels);
+}
+
+/// Two views of a method, the second one moved.
+void watchMethod(const gpu::Method& method, const core::AnyParams& params)
+{
+    static const auto world =
+        core::makeWorld(core::loadGltf(REKINDLE_SOURCE_DIR "/assets/textured-box.gltf"));
+    VulkanFaults faults;
+    BarrierWatch watch(faults);
+    const tests::StagedMemory memory(faults, typesOfMemory(true));
+    {
+        const auto renderer = method.make({});
+        renderer->setWorld(world, {});
+        core::Camera camera = world->cameras.at(0);
+        for (const core::Start start : {core::Start::anew, core::Start::moved}) {
+            renderer->setView({camera, {16, 12}, params}, start);
+            for (int i = 0; i < 2; ++i) renderer->advance({.samples = 1}, {});
+            renderer->read(core::Reading::everything);
+            renderer->read(core::Reading::mean);
+            renderer->aovs();
+            renderer->maps();
+            camera.position.x += 0.01;
+        }
+    }
+    const std::vector<std::string> missing = missingBarriers(watch.commands());
+    EXPECT_EQ(missing.size(), 0u) << all(missing).substr(0, 2000);
+    size_t barriers = 0;
+    EXPECT_GT(noticedGaps(watch.commands(), barriers), 4u) << "of " << barriers;
+    EXPECT_EQ(faults.objects().complaints(), "");
+}
+
+TEST(Barriers, SlowEveryMethodHasThemAll)
+{
+    for (const gpu::Method& method : gpu::methods()) {
+        if (method.make == nullptr) continue;
+        SCOPED_TRACE(method.id);
+        watchMethod(method, core::findMethod(method.id)->defaults);
+        if (method.id != "reuse") continue;
+        for (const core::ReuseStrategy strategy :
+             {core::ReuseStrategy::svgf, core::ReuseStrategy::full})
+            watchMethod(method, core::ReuseParams{.reuse = strategy});
+    }
 }
 
 /// The display kernel as the window uses it: frames that are not waited for, the output copied

@@ -1,13 +1,15 @@
 // The validation layer with every check that finds something here switched on (V1): core,
-// synchronization, and synchronization between submissions, over all assets, with scenes loaded and
-// released repeatedly.
+// synchronization, and synchronization between submissions, over all assets and all methods, with
+// scenes loaded and released repeatedly.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <span>
 
 #include "app/gpu/base/memory.h"
+#include "app/gpu/methods/methods.h"
 #include "app/gpu/methods/path.h"
+#include "core/methods/method.h"
 #include "tests/support/scenes/asset.h"
 #include "tests/support/vulkan/vulkan_faults.h"
 
@@ -128,6 +130,31 @@ void expectClean(std::span<const char* const> names)
 TEST(VulkanClean, NoMessageForSomeAssets)
 {
     expectClean(kFewAssets);
+}
+
+/// Two views of each method, the second one moved.
+TEST(VulkanClean, SlowNoMessageForAnyMethod)
+{
+    const ThoroughLayer layer;
+    const uint64_t before = gpu::validationMessages();
+    tests::VulkanFaults faults;
+    const auto world = asset("textured-box");
+    for (const gpu::Method& method : gpu::methods()) {
+        if (method.make == nullptr) continue;
+        const auto renderer = method.make({.index = -1, .validation = true});
+        renderer->setWorld(world, {});
+        core::Camera camera = world->cameras.at(0);
+        for (const core::Start start : {core::Start::anew, core::Start::moved}) {
+            const core::AnyParams& params = core::findMethod(method.id)->defaults;
+            renderer->setView({camera, {16, 12}, params}, start);
+            for (int i = 0; i < 2; ++i) renderer->advance({.samples = 1}, {});
+            renderer->read(core::Reading::everything);
+            renderer->aovs();
+            camera.position.x += 0.01;
+        }
+        EXPECT_EQ(gpu::validationMessages(), before) << method.id;
+    }
+    EXPECT_EQ(faults.objects().complaints(), "");
 }
 
 TEST(VulkanClean, SlowNoMessageForAnyAsset)
