@@ -236,7 +236,7 @@ TEST_F(GpuPace, DeeperPathsBeginSmall)
 }
 
 /// A card fills with the lanes of a whole batch, and is measured with as many.
-TEST_F(GpuPace, TheKernelIsChosenByBatchesAsTheyAre)
+TEST_F(GpuPace, SlowTheKernelIsChosenByBatchesAsTheyAre)
 {
     gpu::vk.GetPhysicalDeviceProperties2 = [](VkPhysicalDevice physical,
                                               VkPhysicalDeviceProperties2* out) {
