@@ -120,7 +120,7 @@ bool emitFromTriangle(const Scene& scene, const shared::Emitter& e, const StartN
     const vec3 intensity = radiance * (0.5f * twiceArea * scale);
     const vec3 side = twoSided && u.choice.y < 0.5f ? -light.normal : light.normal;
     const float sides = twoSided ? 2.0f : 1.0f;
-    p.origin = shared::offsetRay(light.position, side);
+    p.origin = shared::offsetRay(light.position, side, shared::leastOffset(e.a, e.b, e.c, 0.0f));
     p.direction =
         shared::toWorld(shared::makeFrame(side), shared::sampleCosineHemisphere(u.direction));
     p.flux = intensity * (shared::kPi * sides);
