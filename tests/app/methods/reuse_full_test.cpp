@@ -5,6 +5,7 @@
 #include <map>
 
 #include "tests/support/methods/reuse_flights.h"
+#include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/stats.h"
 
 namespace {
@@ -243,12 +244,19 @@ TEST_P(ReuseFull, LongHistoriesOfDeepPathsKeepTheirLight)
 /// Not those that were due to pixels that scatter nothing, as lamps.
 TEST_P(ReuseFull, PathsAreCountedThatWereTaken)
 {
+    SceneBuilder b;  // half of the picture is a black lamp
+    b.quad({0, -9, 0}, {9, 0, 0}, {0, 18, 0}, b.material(emitter(glm::vec3(1))));
+    b.quad({-9, -9, 0}, {9, 0, 0}, {0, 18, 0}, b.material(lambert(glm::vec3(0.5f))));
+    b.camera({0, 0, 4}, {0, 0, 0}, 0.6);
     uint64_t paths[2];
     for (const ReuseStrategy strategy : {ReuseStrategy::full, ReuseStrategy::ra}) {
         for (const bool cpu : {false, true}) {
             renderer_ = &sharedRenderer("reuse", cpu ? app::DeviceKind::cpu : GetParam());
-            begin("cornell-diffuse", {64, 64});
-            fly(with(strategy, 3, 4), 2, 0);
+            world_ = b.world();
+            size_ = {32, 32};
+            renderer_->setWorld(world_, {});
+            for (const core::Start start : {core::Start::anew, core::Start::moved})
+                look(world_->cameras.at(0), with(strategy, 3, 4), start);
             paths[cpu] = renderer_->stats().paths;
         }
         EXPECT_NEAR(double(paths[0]), double(paths[1]), 16) << core::enumName(strategy);
