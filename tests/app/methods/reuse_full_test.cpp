@@ -241,11 +241,13 @@ TEST_P(ReuseFull, LongHistoriesOfDeepPathsKeepTheirLight)
     EXPECT_TRUE(found[0].counters.clean());
 }
 
-/// Not those that were due to pixels that scatter nothing, as lamps.
+/// Not those that were due to pixels that scatter nothing.
 TEST_P(ReuseFull, PathsAreCountedThatWereTaken)
 {
-    SceneBuilder b;  // half of the picture is a black lamp
-    b.quad({0, -9, 0}, {9, 0, 0}, {0, 18, 0}, b.material(emitter(glm::vec3(1))));
+    SceneBuilder b;  // half of the picture shows its colour alone
+    core::Material unlit = lambert(glm::vec3(1));
+    unlit.data.flags |= shared::kMaterialUnlit;
+    b.quad({0, -9, 0}, {9, 0, 0}, {0, 18, 0}, b.material(unlit));
     b.quad({-9, -9, 0}, {9, 0, 0}, {0, 18, 0}, b.material(lambert(glm::vec3(0.5f))));
     b.camera({0, 0, 4}, {0, 0, 0}, 0.6);
     uint64_t paths[2];
