@@ -81,6 +81,34 @@ TEST_F(Cli, WhatIsMissingIsNamedWhereThereIsNoAptGet)
     EXPECT_EQ(enough.err, "");
 }
 
+/// Where apt-get is of no use, what the program builds without is no reason to stop.
+TEST_F(Cli, WhatIsNotNeededMayStayMissing)
+{
+    const fs::path commands = work("commands");
+    fs::create_directory(commands);
+    for (const char* name : {"bash", "env", "c++", "cmake", "ninja", "glslangValidator"})
+        fs::create_symlink(fs::path("/usr/bin") / name, commands / name);
+    const auto script = [&](const std::string& name, const std::string& text) {
+        writeFile("commands/" + name, "#!/usr/bin/env bash\n" + text + "\n");
+        fs::permissions(commands / name, fs::perms::owner_all);
+    };
+    program = "/usr/bin/env";
+    const Strings install{"PATH=" + commands.string(), REKINDLE_SOURCE_DIR "/.ci/install"};
+    script("apt-get", "echo 'no network' >&2; exit 100");
+    for (const char* user : {"0", "1000"}) {
+        SCOPED_TRACE(user);
+        script("id", std::string("echo ") + user);
+        const Result needed = run(install);
+        EXPECT_EQ(needed.code, 1) << needed.err;
+        EXPECT_TRUE(contains(needed.err, "spirv-tools"));
+        fs::create_symlink("/usr/bin/spirv-opt", commands / "spirv-opt");
+        const Result enough = run(install);
+        EXPECT_EQ(enough.code, 0) << enough.err;
+        EXPECT_TRUE(contains(enough.err, "xvfb: (tests of the window)")) << enough.err;
+        fs::remove(commands / "spirv-opt");
+    }
+}
+
 /// Option names in a text, as "--spp".
 std::set<std::string> optionsIn(const std::string& text)
 {
