@@ -52,7 +52,7 @@ void addOwnOptions(CLI::App& app, GuidingBenchOptions& o, GuidingArguments& give
     addValue(app, group, "--reference-spp", given.referenceSpp,
              "samples per pixel of the references, default " + std::to_string(kReferenceFactor) +
                  " times those of the pictures and at least " + std::to_string(kLeastReference) +
-                 "; quick: " + std::to_string(kQuickReference),
+                 "; quick: the same and at least " + std::to_string(kQuickReference),
              {2, 1e8});
     addValue(app, "Output", "--exposure", o.exposure, "stops that brighten the pictures",
              {-40, 40});

@@ -1,6 +1,10 @@
 // See kept_reference.h.
 #include "app/bench/kept_reference.h"
 
+#include <nlohmann/json.hpp>
+
+#include "app/base/json_file.h"
+#include "app/base/program_version.h"
 #include "app/base/read_value.h"
 #include "core/base/check.h"
 
@@ -12,6 +16,18 @@ constexpr const char* kKey = "rekindle:reference";  // of the metadata
 constexpr const char* kSeconds = "rekindle:seconds";
 
 }  // namespace
+
+ReferenceMaker thisProgram()
+{
+    return {kVersion, kCommit};
+}
+
+std::string referenceKey(const nlohmann::ordered_json& shown, const ReferenceMaker& maker)
+{
+    nlohmann::ordered_json key{{"version", maker.version}, {"commit", maker.commit}};
+    key.update(shown);
+    return jsonText(key);
+}
 
 std::optional<KeptReference> readReference(const std::filesystem::path& file,
                                            const std::string& key, glm::uvec2 size,

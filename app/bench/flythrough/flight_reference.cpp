@@ -5,8 +5,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/base/json_file.h"
-#include "app/base/program_version.h"
 #include "app/bench/kept_reference.h"
 #include "app/files/camera_file.h"
 #include "app/files/params_json.h"
@@ -33,15 +31,14 @@ core::AnyParams plainParams(const core::AnyParams& params)
 std::string keyOf(const ReferenceOrder& order, const core::World& world)
 {
     const core::ReuseParams& p = order.view.params.as<core::ReuseParams>();
-    return jsonText({{"version", kVersion},
-                     {"scene", world.scene->hash},
-                     {"at", order.at},
-                     {"camera", cameraJson(order.view.camera, world.placement)},
-                     {"size", {order.view.size.x, order.view.size.y}},
-                     {"max-depth", p.maxDepth},
-                     {"roulette-depth", p.rouletteDepth},
-                     {"jitter", std::string(core::enumName(p.jitter))},
-                     {"spp", order.samples}});
+    return referenceKey({{"scene", world.scene->hash},
+                         {"at", order.at},
+                         {"camera", cameraJson(order.view.camera, world.placement)},
+                         {"size", {order.view.size.x, order.view.size.y}},
+                         {"max-depth", p.maxDepth},
+                         {"roulette-depth", p.rouletteDepth},
+                         {"jitter", std::string(core::enumName(p.jitter))},
+                         {"spp", order.samples}});
 }
 
 double meanOf(const core::Image& image)

@@ -27,10 +27,10 @@ struct ReferenceOrder {
 };
 
 /// Reads `order.file` if it shows what is ordered, to the bit of every number that matters (the
-/// program's version and the scene's content among them); else renders with `renderer`, which has
-/// the world, and writes it. Path tracing through the same pixels that the flights look through, by
-/// independent samples, whose variance is known without bias. Nothing when `stop` came first.
-/// Throws core::Error.
+/// program's version and commit and the scene's content among them); else renders with `renderer`,
+/// which has the world, and writes it. Path tracing through the same pixels that the flights look
+/// through, by independent samples, whose variance is known without bias. Nothing when `stop` came
+/// first. Throws core::Error.
 std::optional<FlightReference> reference(const ReferenceOrder& order, core::Renderer& renderer,
                                          const core::World& world,
                                          const std::function<void(double)>& progress,

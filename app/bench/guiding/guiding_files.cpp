@@ -1,6 +1,8 @@
 // See guiding_files.h.
 #include "app/bench/guiding/guiding_files.h"
 
+#include <numeric>
+
 #include <nlohmann/json.hpp>
 
 #include "app/bench/guiding/guiding_claims.h"
@@ -56,6 +58,11 @@ Json rowJson(const Results& r, const SceneResult& scene, const Row& row)
             {"guide_seconds", of(&Sample::guideSeconds)}};
 }
 
+double meanOf(const std::vector<double>& values)
+{
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 Json rowsJson(const Results& r)
 {
     Json rows = Json::array();
@@ -99,8 +106,10 @@ Json sceneJson(const Results& r, const SceneResult& s)
                             {"window", a.window},
                             {"degrees", a.degrees},
                             {"views_before", a.before},
-                            {"relmse_path", spreadOf(a.plain).median},
-                            {"relmse_guided", spreadOf(a.guided).median},
+                            {"relmse_path", meanOf(a.plain)},
+                            {"relmse_guided", meanOf(a.guided)},
+                            {"relmse_path_median", spreadOf(a.plain).median},
+                            {"relmse_guided_median", spreadOf(a.guided).median},
                             {"variance_ratio", varianceRatio(a).value}});
     return {{"scene", s.name},
             {"file", s.file.string()},

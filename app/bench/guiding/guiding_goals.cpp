@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "app/report/text.h"
+#include "app/base/read_value.h"
 
 namespace app::guiding {
 
@@ -64,19 +64,30 @@ Goal goalOf(const Results& r, const Demand& demand)
     return goal;
 }
 
-/// The first sample after a move, which no learning of its own has helped.
+/// The first sample after a move, which no learning of its own has helped. Where there was no room
+/// for the whole move, nothing was measured that the goal is about.
 Goal arrivalGoal(const Results& r)
 {
     Goal goal;
-    goal.text = "every scene on every device, the first sample after 25 degrees, less variance";
+    goal.text = "every scene on every device, the first sample after " +
+                numberText(kArrivalDegrees) + " degrees, less variance";
     goal.least = 3.5;
+    std::string others;
     for (const SceneResult& scene : r.scenes)
         for (const Arrival& arrival : scene.arrivals) {
+            if (arrival.degrees < kArrivalDegrees) {
+                const std::string other =
+                    scene.name + " (" + numberText(arrival.degrees) + " degrees)";
+                if (others.find(other) == std::string::npos)
+                    others += (others.empty() ? "" : ", ") + other;
+                continue;
+            }
             const Ratio gain = varianceRatio(arrival);
             if (std::isnan(gain.value) || gain.value >= goal.measured.value) continue;
             goal.measured = gain;
             goal.where = scene.name + ", " + arrival.place();
         }
+    if (!others.empty()) goal.text += "; undecided: " + others;
     judge(goal);
     return goal;
 }

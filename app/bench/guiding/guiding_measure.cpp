@@ -49,7 +49,7 @@ void Measurement::load(size_t index)
     for (const SceneResult& before : results_.scenes) taken.push_back(before.name);
     static_cast<PictureScene&>(scene_) = pictureScene(o_, index, *world_, camera, taken);
     view_ = {camera, scene_.size, o_.params};
-    double degrees = 25;
+    double degrees = kArrivalDegrees;
     const auto way = flight::Flight::around(world_, camera, scene_.size, degrees);
     while (!way.whyNot(degrees, 2).empty()) degrees /= 2;
     away_ = {way.before(degrees, 1), scene_.size, o_.params};

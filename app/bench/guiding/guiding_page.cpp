@@ -90,8 +90,9 @@ std::string methodSection(const Results& r)
         "<ul>\n<li>relMSE = mean(d²/(r²+0.01)) over pixels and channels, with d = picture − "
         "reference and r the mean of the reference over 3×3 pixels, so that fireflies which it may "
         "have left do not hide those of the pictures.</li>\n"
-        "<li>The reference is guided path tracing with many samples in two halves, of seeds that "
-        "no picture has. What the noise of their mean adds to squared errors is taken off, as the "
+        "<li>The reference is guided path tracing, as it is by default whatever is measured, with "
+        "many samples in two halves, of seeds that no picture has. What the noise of their mean "
+        "adds to squared errors is taken off, as the "
         "difference of the halves tells it.</li>\n<li>" +
             counted(r.seeds, "picture") +
             " of each kind, each with a seed of its own, which plain and guided pictures share. "

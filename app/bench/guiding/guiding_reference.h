@@ -1,5 +1,5 @@
-// The picture that guided and plain pictures are compared with: guided path tracing with seeds that
-// no other picture has, kept in a file.
+// The picture that guided and plain pictures are compared with: guided path tracing as it is by
+// default, with seeds that no other picture has, kept in a file.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,8 @@ struct GuidingReference {
     bool kept = false;     // read from the file
 };
 
-/// What a reference shows; `view` has the parameters of `guided`.
+/// What a reference shows; `view` has the parameters of `guided`, of which the depth
+/// of paths is taken: the others do not decide what the true picture is.
 struct ReferenceOrder {
     std::filesystem::path file;  // EXR; its folder is made when it does not exist
     core::View view;

@@ -29,11 +29,16 @@ struct Row : PictureMean {  // beside that of `path`
     Measured relMse{kUnknown, kUnknown};  // over the seeds
 };
 
+/// What goals say of arrivals is about so many degrees.
+inline constexpr double kArrivalDegrees = 25;
+
 /// The scene's view right after the camera was elsewhere: one sample per pixel, by a guide that has
 /// learnt from one sample of each of `before` views there, and without one.
 struct Arrival {
     std::string device;
-    double degrees = 0;  // between there and here, seen from what the middle of the picture shows
+    // Between there and here, seen from what the middle of the picture shows: kArrivalDegrees, or a
+    // half, a quarter... where something stands in the way
+    double degrees = 0;
     uint32_t before = 0;
     std::vector<double> plain, guided;  // relMSE by seed
     // In the window's own loop, where the camera orbits from there to here: `before` samples of one

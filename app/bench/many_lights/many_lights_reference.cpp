@@ -3,8 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/base/json_file.h"
-#include "app/base/program_version.h"
 #include "app/bench/kept_reference.h"
 #include "app/files/camera_file.h"
 
@@ -22,21 +20,19 @@ uint32_t hashOf(std::span<const uint8_t> places)
 std::string keyOf(const LitScene& scene, const Subset& subset, double at)
 {
     const core::ManyLightsParams& p = scene.common();
-    return jsonText({{"version", kVersion},
-                     {"commit", kCommit},
-                     {"scene", scene.world().scene->hash},
-                     {"at", at},
-                     {"camera", cameraJson(scene.camera(), scene.world().placement)},
-                     {"size", {scene.size().x, scene.size().y}},
-                     {"lights", scene.lights()->set.lights.size()},
-                     {"receivers", p.receivers},
-                     {"slice-size", p.sliceSize},
-                     {"clamp", p.clamp},
-                     {"lost-light", std::string(core::enumName(p.lost))},
-                     {"max-depth", p.maxDepth},
-                     {"sampler", std::string(core::enumName(p.sampler))},
-                     {"seed", p.seed},
-                     {"places", hashOf(subset.places)}});
+    return referenceKey({{"scene", scene.world().scene->hash},
+                         {"at", at},
+                         {"camera", cameraJson(scene.camera(), scene.world().placement)},
+                         {"size", {scene.size().x, scene.size().y}},
+                         {"lights", scene.lights()->set.lights.size()},
+                         {"receivers", p.receivers},
+                         {"slice-size", p.sliceSize},
+                         {"clamp", p.clamp},
+                         {"lost-light", std::string(core::enumName(p.lost))},
+                         {"max-depth", p.maxDepth},
+                         {"sampler", std::string(core::enumName(p.sampler))},
+                         {"seed", p.seed},
+                         {"places", hashOf(subset.places)}});
 }
 
 LightsReference referenceOf(const KeptReference& kept, const Subset& subset)

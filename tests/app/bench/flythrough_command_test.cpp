@@ -179,7 +179,10 @@ TEST_F(FlythroughCommand, ReferencesAreMadeOnceAndAnewWhenTheyNoLongerFit)
     const fs::path file = work("fly/references/cornell-diffuse-24x20-16spp.exr");
     EXPECT_FALSE(kept({}));
     ASSERT_TRUE(fs::exists(file));
-    EXPECT_TRUE(exr("fly/references/cornell-diffuse-24x20-16spp.exr").hasLayer("variance"));
+    const core::ImageFile reference = exr("fly/references/cornell-diffuse-24x20-16spp.exr");
+    EXPECT_TRUE(reference.hasLayer("variance"));
+    const std::string key = reference.metadata.at("rekindle:reference");
+    EXPECT_EQ(Json::parse(key).at("commit"), results("fly").at("commit"));
     const auto written = fs::last_write_time(file);
     EXPECT_TRUE(kept({}));
     EXPECT_TRUE(kept({"--no-sweeps"}));

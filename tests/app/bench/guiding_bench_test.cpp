@@ -14,6 +14,7 @@
 #include "app/bench/guiding/guiding_goals.h"
 #include "app/bench/guiding/guiding_measure.h"
 #include "app/bench/guiding/guiding_page.h"
+#include "app/bench/kept_reference.h"
 #include "core/base/check.h"
 #include "tests/support/files/markup.h"
 #include "tests/support/process/program.h"
@@ -166,9 +167,30 @@ TEST(GuidingGoals, AreMetMissedOrNotMeasured)
     EXPECT_EQ(goalsOf(two).front().where, "bad, cpu, in the window");
     two.scenes[1].arrivals.pop_back();
     EXPECT_NEAR(varianceRatio(two.scenes[1].arrivals[0]).value, 3.5 / 1.05, 1e-12);
+    // What was measured over a smaller angle decides nothing.
+    two.scenes[1].arrivals = {{"cpu", 6.25, 64, {2, 5}, {1, 1.1}},
+                              {"vulkan", 6.25, 64, {2, 5}, {1, 1}}};
+    EXPECT_EQ(verdict(two, first + "; undecided: bad (6.25 degrees)"), "met");
+    two.scenes[0].arrivals.clear();
+    EXPECT_EQ(verdict(two, first + "; undecided: bad (6.25 degrees)"), "not measured");
+    two.scenes[0].arrivals = {{"cpu", 25, 64, {8, 6}, {1, 1}}};
+
     EXPECT_TRUE(
         arrivalText(two.scenes[0].arrivals[0])
             .starts_with("first sample after 25 degrees, cpu: 7.00 (6.00–8.00) times less"));
+}
+
+/// The errors that JSON has of arrivals are those whose ratio it has.
+TEST(GuidingJson, ErrorsOfArrivalsAreMeans)
+{
+    Results r = resultsOf("x", 4);
+    r.scenes[0].arrivals = {{"cpu", 25, 64, {1, 2, 9}, {1, 1, 4}}};
+    const Json arrival = Json::parse(resultsJson(r)).at("scenes")[0].at("arrivals")[0];
+    EXPECT_EQ(arrival.at("relmse_path"), 4);
+    EXPECT_EQ(arrival.at("relmse_guided"), 2);
+    EXPECT_EQ(arrival.at("variance_ratio"), 2);
+    EXPECT_EQ(arrival.at("relmse_path_median"), 2);
+    EXPECT_EQ(arrival.at("relmse_guided_median"), 1);
 }
 
 TEST(GuidingPage, ShowsAnyNumbers)
@@ -268,6 +290,17 @@ TEST(GuidingReferences, AreBlurredWithinTheirBorders)
     EXPECT_FLOAT_EQ(result.at(1, 1)[1], 2);
     EXPECT_FLOAT_EQ(result.at(2, 0)[1], 0);
     EXPECT_FLOAT_EQ(result.at(0, 0)[0], 0);
+}
+
+/// What another commit has rendered is not what this one would.
+TEST(KeptReferences, AreOfOneProgram)
+{
+    const nlohmann::ordered_json shown{{"scene", "x"}};
+    const ReferenceMaker here = thisProgram();
+    EXPECT_EQ(referenceKey(shown), referenceKey(shown, {here.version, here.commit}));
+    EXPECT_NE(referenceKey(shown), referenceKey(shown, {here.version, here.commit + "0"}));
+    EXPECT_NE(referenceKey(shown), referenceKey(shown, {here.version + "0", here.commit}));
+    EXPECT_NE(referenceKey(shown), referenceKey({{"scene", "y"}}));
 }
 
 const Strings kBench{"bench", "guiding"};
@@ -392,6 +425,25 @@ TEST_F(GuidingCommand, ReferencesAreMadeOnceAndErrorsRepeat)
     EXPECT_EQ(untrained.at("scenes")[0].at("reference_kept"), true);
     for (const Json& row : untrained.at("rows")) EXPECT_EQ(row.at("variance_ratio"), 1);
     EXPECT_EQ(scene({"--max-depth", "2"}).at("scenes")[0].at("reference_kept"), false);
+}
+
+/// What is measured may be biased, and the reference is kept for runs that are not.
+TEST_F(GuidingCommand, ReferencesDoNotDependOnWhatIsMeasured)
+{
+    const std::string file = "cornell-diffuse-24x16-32spp.exr";
+    const auto reference = [&](const std::string& folder, const Strings& more) {
+        const Result result =
+            run(kBench + kTiny + Strings{kScene, "-o", folder, "--quick", "-q"} + more);
+        EXPECT_EQ(result.code, 0) << result.err;
+        return exr(folder + "/references/" + file);
+    };
+    const core::ImageFile usual = reference("a", {}),
+                          biased =
+                              reference("b", {"--combine", "inverse-variance", "--combine-over",
+                                              "pixel", "--sampler", "independent"});
+    for (const char* layer : {"", "variance"})
+        EXPECT_EQ(biased.layer(layer).pixels, usual.layer(layer).pixels) << layer;
+    EXPECT_TRUE(contains(usual.metadata.at("rekindle:reference"), thisProgram().commit));
 }
 
 TEST_F(GuidingCommand, CtrlCKeepsWhatIsThere)
