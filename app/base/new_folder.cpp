@@ -1,5 +1,6 @@
 #include "app/base/new_folder.h"
 
+#include <algorithm>
 #include <string>
 #include <system_error>
 
@@ -22,11 +23,27 @@ static std::string reason(const fs::path& folder)
     return "this folder cannot be made — name one in a place that can be written";
 }
 
+/// Refuses a folder that holds results of another measurement, where both write pages, pictures or
+/// references under the same names.
+static void requireNoOther(const fs::path& folder, const fs::path& result)
+{
+    const std::vector<fs::path> results{"flythrough.json", "guiding.json", "lab.json",
+                                        "manylights.json"};
+    if (std::ranges::find(results, result) == results.end()) return;
+    std::error_code none;
+    for (const fs::path& other : results)
+        if (other != result && fs::exists(folder / other, none))
+            throw core::Error(folder.string() + ": holds " + other.string() +
+                              ", the results of another measurement, whose page or pictures would "
+                              "be replaced — name another folder");
+}
+
 NewFolder::NewFolder(const fs::path& folder, const fs::path& result)
 {
     std::error_code error;
     // lexically: "a/b/." and "a/b/" are a/b.
     const fs::path path = (folder / ".").lexically_normal().parent_path();
+    requireNoOther(path, result);
     for (fs::path p = path; !p.empty() && !fs::exists(p, error); p = p.parent_path()) {
         made_.push_back(p);
         if (p == p.parent_path()) break;

@@ -10,7 +10,8 @@ namespace app {
 class NewFolder {
 public:
     /// `result`: a file that will be written into it. Throws core::Error when there can be no such
-    /// folder or file, naming what is in the way.
+    /// folder or file, naming what is in the way; and where `result` is a measurement's, when the
+    /// folder holds one of another kind.
     NewFolder(const std::filesystem::path& folder, const std::filesystem::path& result);
     ~NewFolder();
     NewFolder(const NewFolder&) = delete;

@@ -6,6 +6,9 @@
 
 #include <glm/gtc/constants.hpp>
 
+#include "app/base/files.h"
+#include "app/base/new_folder.h"
+#include "app/base/new_name.h"
 #include "app/commands/render_command.h"
 #include "app/files/load.h"
 #include "app/gpu/base/device.h"
@@ -63,11 +66,9 @@ int flyThrough(const FlyThroughOptions& options)
     RenderOptions o;
     o.scene = options.scene;
     if (o.scene.file.empty()) o.scene.file = defaultScene();
-    const fs::path folder = "rekindle-frames";
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) throw core::Error(folder.string() + ": cannot be made: " + error.message());
-    o.output = folder / "frame-%04d.png";
+    o.output = newPattern(fs::path("rekindle-frames") / "frame-%04d.png");
+    const fs::path folder = o.output.parent_path();
+    NewFolder made(folder, numbered(o.output.filename(), 0));
     const bool vulkan = options.device == DeviceKind::vulkan && hasVulkanDevice();
     o.device = vulkan ? DeviceKind::vulkan : DeviceKind::cpu;
     o.deviceIndex = vulkan ? options.deviceIndex : -1;
@@ -80,6 +81,9 @@ int flyThrough(const FlyThroughOptions& options)
     o.frames = FrameRange{0, kFrames - 1};
     const int code = renderFrames(
         o, [&o](const core::World& world) { return circle(world, chooseCamera(world, o.camera)); });
+    std::error_code error;
+    if (fs::is_empty(folder, error)) return code;  // interrupted before there was anything
+    made.keep();
     std::cout << fs::absolute(folder, error).string() << '\n';
     return code;
 }

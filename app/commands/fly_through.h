@@ -7,7 +7,8 @@
 
 namespace app {
 
-/// Renders the frames into ./rekindle-frames and prints where they are. Returns the exit code.
+/// Renders the frames into ./rekindle-frames, or into rekindle-frames-2, -3, ... where there is
+/// one, and prints where they are; where there is no frame, no folder stays. Returns the exit code.
 /// Throws core::Error.
 int flyThrough(const FlyThroughOptions& options);
 

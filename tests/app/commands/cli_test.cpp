@@ -189,6 +189,23 @@ TEST_F(Cli, DefaultSizeIsTheCamerasOwn)
     EXPECT_FALSE(exr("x.exr").hasLayer("variance"));  // one sample has no spread
 }
 
+/// What cannot be shown leaves nothing behind, and what is there stays.
+TEST_F(Cli, FlyThroughsHaveAFolderEach)
+{
+    expectRefused({"nosuch.glb"}, 3, "nosuch.glb", kNoDisplay);
+    EXPECT_FALSE(fs::exists(work("rekindle-frames")));
+    fs::create_directory(work("rekindle-frames"));
+    writeFile("rekindle-frames/frame-0000.png", "mine");
+    const pid_t pid = start({kScene, "--device", "cpu"}, kNoDisplay);
+    for (int i = 0; i < 1500 && !fs::exists(work("rekindle-frames-2/frame-0000.png")); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    kill(pid, SIGINT);
+    const Result result = finish(pid);
+    EXPECT_TRUE(contains(result.out, "rekindle-frames-2")) << result.out;
+    EXPECT_GT(fs::file_size(work("rekindle-frames-2/frame-0000.png")), 50u);
+    EXPECT_EQ(readAll(work("rekindle-frames/frame-0000.png")), "mine");
+}
+
 TEST_F(Cli, SlowFlyThroughWithoutACommand)
 {
     const Result result = finish(start({}), 300);

@@ -62,6 +62,14 @@ TEST_F(LabCommand, FoldersThatCannotBeAreRefusedBeforeTheWork)
     // A name that is taken by a folder.
     fs::create_directories(work("taken/lab.json"));
     expectRefused(lab + Strings{"taken"}, 3, "lab.json: is a folder");
+    // One folder for two measurements: the later page would replace the other.
+    fs::create_directories(work("other"));
+    writeFile("other/flythrough.json", "{}");
+    expectRefused(lab + Strings{"other"}, 3, "other: holds flythrough.json");
+    expectRefused({"bench", "guiding", kScene, "-o", "./other/"}, 3, "holds flythrough.json");
+    expectRefused({"bench", "manylights", kScene, "-o", "other"}, 3, "holds flythrough.json");
+    fs::rename(work("other/flythrough.json"), work("other/guiding.json"));
+    expectRefused({"bench", "flythrough", kScene, "-o", "other"}, 3, "holds guiding.json");
 }
 
 /// Rows of a table without its head.
