@@ -1,7 +1,9 @@
 // The pages for users: docs/viewer.md lists every key of the viewer; README.md and the pages name
-// only files that exist; the README leads to every page, and rows of figures that it shows stand
-// in a page, too, so that they cannot drift apart.
+// only files and options that exist; the README leads to every page, and rows of figures that it
+// shows stand in a page, too, so that they cannot drift apart.
+#include <cstdio>
 #include <filesystem>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -55,6 +57,44 @@ TEST(Readme, PagesNameOnlyFilesThatExist)
             EXPECT_TRUE(fs::exists(kSource / name[0])) << file << " names " << name[0];
         }
     EXPECT_GT(found, 100u);
+}
+
+/// Options in a text: "--spp".
+std::set<std::string> optionsIn(const std::string& text)
+{
+    static const tests::Pattern option("(^|[^A-Za-z-])(--[a-z][a-z-]*)");
+    std::set<std::string> names;
+    for (const auto& found : option.findAll(text)) names.insert(found[2]);
+    return names;
+}
+
+/// What the program prints for these arguments.
+std::string printed(const std::string& arguments)
+{
+    FILE* const pipe = popen(("'" REKINDLE_BINARY "' " + arguments).c_str(), "r");
+    std::string text;
+    for (int c = 0; pipe != nullptr && (c = fgetc(pipe)) != EOF;) text += static_cast<char>(c);
+    EXPECT_EQ(pclose(pipe), 0) << arguments;
+    return text;
+}
+
+/// The page of the manual has the options of all commands; ./test has its own, and CMake those that
+/// stand here.
+TEST(Readme, PagesNameOnlyOptionsThatExist)
+{
+    std::set<std::string> known{"--install", "--prefix", "--preset"};
+    std::string manual = tests::Pattern("\\\\f[BIR]").replace(printed("--manual"), "");
+    manual = tests::Pattern("\\\\-").replace(manual, "-");
+    known.merge(optionsIn(manual));
+    known.merge(optionsIn(readAll(kSource / "test")));
+    EXPECT_TRUE(known.contains("--spp") && known.contains("--mutants"));
+    EXPECT_EQ(optionsIn("`--cap` (--a-b), --c=3, x--d, ---"),
+              (std::set<std::string>{"--a-b", "--c", "--cap"}));
+    std::vector<fs::path> files = pages();
+    files.emplace_back("README.md");
+    for (const fs::path& file : files)
+        for (const std::string& option : optionsIn(readAll(kSource / file)))
+            EXPECT_TRUE(known.contains(option)) << file << " names " << option;
 }
 
 TEST(Readme, LeadsToEveryPage)
