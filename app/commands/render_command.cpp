@@ -56,6 +56,7 @@ private:
     void setGoal();
     void fitBudget();
     void countOverBudget();
+    bool follows(uint32_t index) const { return o_.frames && index > o_.frames->first; }
     void report(uint32_t index, const Outcome& outcome);
     void save(uint32_t index, const core::Estimate& estimate, core::Aovs* aovs,
               std::vector<core::Layer> maps);
@@ -188,13 +189,15 @@ void Job::report(uint32_t index, const Outcome& outcome)
     report_.ended = kNames[static_cast<size_t>(outcome.ended)];
     report_.rmse = outcome.rmse;
     report_.noise = outcome.noise;
-    report_.frames.push_back({index,
-                              outcome.seconds,
-                              report_.renderer.rays - raysBefore_,
-                              report_.renderer.paths - pathsBefore_,
-                              outcome.samples,
-                              report_.renderer.details,
-                              {}});
+    report_.frames.push_back(
+        {index,
+         outcome.seconds,
+         report_.renderer.rays - raysBefore_,
+         report_.renderer.paths - pathsBefore_,
+         outcome.samples,
+         follows(index) && core::methodNamed(o_.params.id()).traits.keepsOnMove,
+         report_.renderer.details,
+         {}});
 }
 
 Outcome Job::takeSamples(uint32_t index)
@@ -248,9 +251,8 @@ Ended Job::renderFrame(uint32_t index)
     const Clock::time_point start = Clock::now();
     poseFor(index);
     // A frame follows on the one before: methods that keep samples go on with them.
-    const bool follows = o_.frames && index > o_.frames->first;
     renderer_->setView({report_.camera, report_.size, o_.params},
-                       follows ? core::Start::moved : core::Start::anew);
+                       follows(index) ? core::Start::moved : core::Start::anew);
     const double readBefore = renderer_->stats().readbackSeconds;
     raysBefore_ = renderer_->stats().rays;
     pathsBefore_ = renderer_->stats().paths;
@@ -260,7 +262,7 @@ Ended Job::renderFrame(uint32_t index)
     goal_.seconds = o_.timeSeconds ? std::max(*o_.timeSeconds - prepareSeconds_, 1e-9) : 0;
     if (o_.budgetMs) {
         // Of the first frame compiling is a part, which says nothing of those that follow.
-        const double spent = follows ? prepareSeconds_ : 0;
+        const double spent = follows(index) ? prepareSeconds_ : 0;
         goal_.budgetSeconds = std::max(*o_.budgetMs * 1e-3 - spent, 1e-9);
     }
     prepareSeconds_ = 0;

@@ -219,6 +219,7 @@ core::Metadata imageMetadata(const PictureFacts& f)
                      {"driver", f.driver},
                      {"seconds", seconds},
                      {"ended", f.ended}};
+    if (f.follows) m["follows"] = "true";
     if (f.scene.time != 0) m["at"] = Json(f.scene.time).dump();
     const std::vector<std::string> biased = biasedParams(f.params);
     if (!biased.empty()) m["biased"] = Json(biased).dump();
@@ -239,7 +240,8 @@ core::Metadata imageMetadata(const RenderReport& r)
                           .seconds = frame.seconds,
                           .device = r.renderer.device,
                           .driver = r.renderer.driver,
-                          .ended = r.ended});
+                          .ended = r.ended,
+                          .follows = frame.follows});
 }
 
 }  // namespace app

@@ -23,6 +23,7 @@ struct FrameReport {
     uint32_t index = 0;
     double seconds = 0;  // in the renderer
     uint64_t rays = 0, paths = 0, spp = 0;
+    bool follows = false;                               // see PictureFacts
     std::vector<core::StatsDetail> details;             // of the method
     std::vector<std::pair<std::string, double>> means;  // of the method's maps, by name
 };
@@ -78,6 +79,9 @@ struct PictureFacts {
     double seconds = 0;  // in the renderer
     std::string device, driver;
     std::string ended;  // as RenderReport says it
+    // Began with what the views before had left (Traits::keepsOnMove), which no metadata tell: what
+    // they say renders the same light again, but not the same bits
+    bool follows = false;
 };
 
 /// Strings that say how to render the image again. The scene's `world` is set.

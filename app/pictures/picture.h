@@ -123,6 +123,7 @@ struct Picture {
     std::shared_ptr<const core::Image> guide;  // to the pixels of a preview: see surfaceGuide()
     // To those that samples were taken at, where these were fewer (MovingDetail)
     std::shared_ptr<const core::Image> sampledGuide;
+    bool follows = false;   // began with what the views before had left: see PictureFacts
     bool finished = false;  // a limit is reached
     bool black = false;     // every pixel has had a sample, and none has brought any light
     core::FilmCounters counters;

@@ -90,6 +90,7 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     if (detailed_) shifted = detail_->next(request, size_, start == core::Start::moved);
     detailed_ = shifted.has_value();
     renderer.setView({shifted.value_or(request.camera), size_, params}, start);
+    follows_ = start == core::Start::moved && method.traits.keepsOnMove;
     version_ = publishedVersion_ = renderer.progress().version;
     nextPoint_ = 2;
     begun_ = true;
@@ -118,8 +119,9 @@ std::shared_ptr<Picture> PictureWork::look(core::Renderer& renderer, const Rende
 
 /// What a picture is of.
 void PictureWork::describe(Picture& picture, const core::Renderer& renderer,
-                           const RenderRequest& request)
+                           const RenderRequest& request) const
 {
+    picture.follows = follows_;
     picture.world = request.world;
     picture.camera = request.camera;
     picture.fullSize = request.size;

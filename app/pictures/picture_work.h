@@ -78,8 +78,8 @@ private:
     void readEverything(core::Renderer& renderer);
     void fillFromBackdrop(core::Estimate& estimate) const;
     void advanceShaded(core::Renderer& renderer, ResolutionControl& control);
-    static void describe(Picture& picture, const core::Renderer& renderer,
-                         const RenderRequest& request);
+    void describe(Picture& picture, const core::Renderer& renderer,
+                  const RenderRequest& request) const;
     void addPreview(Picture& picture, const RenderRequest& request);
     void settle(core::Renderer& renderer, const RenderRequest& request,
                 const std::shared_ptr<const Picture>& picture);
@@ -89,6 +89,7 @@ private:
     Coarse coarse_ = Coarse::no;
     bool shaded_ = false;  // first hits alone
     bool detailed_ = false;
+    bool follows_ = false;  // see Picture
     glm::uvec2 size_{0};
     float scale_ = 1;
     uint32_t depth_ = 0;

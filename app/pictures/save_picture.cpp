@@ -31,7 +31,8 @@ PictureFacts factsOf(const Picture& p, const ShownScene& scene)
             .seconds = p.seconds,
             .device = p.stats.device,
             .driver = p.stats.driver,
-            .ended = ended(p)};
+            .ended = ended(p),
+            .follows = p.follows};
 }
 
 /// Adds a layer that there is and that fits: first hits may lag behind a resize.

@@ -21,6 +21,9 @@ struct Replay {
                              // is at its default
     uint64_t samples = 0;
     double at = 0;  // seconds of the scene's animation
+    // Whether the picture began with what the views before had left: it comes out with the same
+    // light then, but not with the same bits
+    bool follows = false;
 };
 
 /// Reads the metadata of a picture (.exr or .png). Throws core::Error naming what is missing or

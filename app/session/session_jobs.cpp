@@ -84,6 +84,7 @@ core::Worker::Job exportJob(const Document& document, const CameraTrack& track,
             picture.params.method = params;
             picture.params.sppLimit = samples;
             picture.finished = true;
+            picture.follows = frame != first && core::methodNamed(params.id()).traits.keepsOnMove;
             picture.samples = estimate.samples;
             picture.stats = renderer->stats();
             picture.seconds = picture.stats.renderSeconds;

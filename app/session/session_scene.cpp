@@ -185,6 +185,10 @@ void Session::applyReplay()
             document_->file.string() +
                 ": is not the scene that the picture was made of (its hash differs): the view "
                 "is the same, the picture may not be");
+    if (replay.follows)
+        notices.tell(Severity::warning,
+                     "the saved picture began with what the views before it had left: it comes out "
+                     "with the same light, but not with the same noise");
     chooseParams(replay.params);
     if (render.device != replay.device) {
         render.device = replay.device;

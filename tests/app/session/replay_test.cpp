@@ -156,6 +156,18 @@ TEST(Replay, PicturesOfTheWindowSayTheSameAndComeOutAgain)
     EXPECT_EQ(a, b);
 }
 
+/// What views before it left to a picture is in no file: the file says so.
+TEST(Replay, PicturesThatFollowOnOthersSaySo)
+{
+    const TemporaryFolder folder;
+    Shown shown = show(1);
+    for (const bool follows : {false, true}) {
+        shown.picture.follows = follows;
+        app::savePicture(folder / "w.exr", shown.picture, shown.scene(), {});
+        EXPECT_EQ(app::readReplay(folder / "w.exr").follows, follows);
+    }
+}
+
 TEST(Replay, WhatAWindowSaves)
 {
     const TemporaryFolder folder;

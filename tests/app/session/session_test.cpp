@@ -175,6 +175,36 @@ TEST(Session, SavesAPictureThatReplaysToTheSameBits)
         << "a saved picture tells how to render it again";
 }
 
+/// After a move a method that keeps samples begins with what no file holds: file and replay say so.
+TEST(Session, APictureThatKeptSamplesSaysThatItsNoiseWillNotComeBack)
+{
+    const tests::TemporaryFolder folder;
+    const std::string words = "with the same light, but not with the same noise";
+    Session session(options("cornell-diffuse.gltf"));
+    act(session, "set", {{"name", "method"}, {"value", "reuse"}});
+    act(session, "set", {{"name", "spp-limit"}, {"value", 2}});
+    const auto saved = [&](const std::string& name) {
+        const fs::path file = folder / name;
+        EXPECT_TRUE(
+            until(session, [&] { return settled(session) && session.picture()->finished; }));
+        act(session, "save", {{"file", file.string()}});
+        EXPECT_TRUE(until(session, [&] { return told(session, name + ": saved"); }));
+        return file;
+    };
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    act(session, "orbit", {{"dx", 0.1}, {"dy", 0.05}});
+    const fs::path moved = saved("moved.exr");
+    EXPECT_TRUE(app::readReplay(moved).follows);
+    act(session, "set", {{"name", "method"}, {"value", "path"}});
+    const fs::path plain = saved("plain.exr");
+    EXPECT_FALSE(app::readReplay(plain).follows);
+    act(session, "replay", {{"file", plain.string()}});
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    EXPECT_FALSE(told(session, words));
+    act(session, "replay", {{"file", moved.string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, words); }));
+}
+
 TEST(Session, ComparesAfterEqualTimes)
 {
     Session session(options("cornell-diffuse.gltf"));
@@ -292,6 +322,8 @@ TEST(Session, ExportsAPathWithTheMethodShown)
     };
     EXPECT_EQ(picture.pixels, flown(core::Start::moved));
     EXPECT_NE(picture.pixels, flown(core::Start::anew));
+    EXPECT_TRUE(last.metadata.contains("follows"));
+    EXPECT_FALSE(core::readExr(folder / "frame-0.exr").metadata.contains("follows"));
 }
 
 TEST(Session, WrongActionsAreRefusedWithTheirNames)
