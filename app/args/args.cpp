@@ -128,14 +128,16 @@ Subcommand renderCommandLine(CLI::App& root)
              "as fit, at least one; a method with --rays (reuse) takes fewer paths than pixels "
              "where one for each would be too many",
              {0.1, 1e9});
-    addValue(app, stop, "--reference", o->reference, "EXR to measure the error against");
+    addValue(app, stop, "--reference", o->reference,
+             "EXR to measure the error against; its own noise counts as error");
     addValue(app, stop, "--until-rmse", o->untilRmse,
              "stop when the RMSE against --reference is this small; exit code 6 when another limit "
              "comes first",
              {1e-30, 1e30});
     addValue(app, stop, "--until-noise", o->untilNoise,
              "stop when the noise is this small: the RMSE that the spread of the samples leads to "
-             "expect, after eight at least; exit code 6 when another limit comes first",
+             "expect, after eight at least (with --sampler sobol an upper bound: the picture has "
+             "at most this noise); exit code 6 when another limit comes first",
              {1e-30, 1e30});
     addValue(app, view, "--camera", o->camera,
              "name or index of a camera of the scene, or a JSON file (default: the first)");

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/base/json_file.h"
+#include "app/commands/stored_picture.h"
 #include "core/base/check.h"
 #include "core/image/flip.h"
 #include "core/image/image.h"
@@ -25,25 +26,6 @@ Json rgbJson(glm::dvec3 v)
     return Json::array({v.x, v.y, v.z});
 }
 
-/// The picture as R, G, B; a single channel counts for all three.
-core::Image readColors(const core::ImageFile& content, const std::filesystem::path& file)
-{
-    if (!content.hasLayer("")) {
-        std::string names;
-        for (const core::Layer& layer : content.layers)
-            names += (names.empty() ? "" : ", ") + layer.name;
-        throw core::Error(file.string() +
-                          ": has no channels R, G, B outside of layers — it has the layers " +
-                          names);
-    }
-    const core::Image& picture = content.layer("");
-    if (picture.channels >= 3) return picture;
-    core::Image colors(picture.width, picture.height, 3);
-    for (size_t i = 0; i < colors.pixels.size(); ++i)
-        colors.pixels[i] = picture.pixels[i / 3 * picture.channels];
-    return colors;
-}
-
 /// Samples per pixel that the metadata name; 0 when they do not.
 uint64_t samplesOf(const core::ImageFile& content)
 {
@@ -56,21 +38,12 @@ uint64_t samplesOf(const core::ImageFile& content)
     return samples;
 }
 
-bool hasVariance(const core::ImageFile& content)
-{
-    return content.hasLayer("variance") && content.layer("variance").channels >= 3;
-}
-
 /// Reasons why Welch's test understates differences here, as sentences.
 Json reservations(const core::ImageFile& a, const core::ImageFile& b)
 {
     const auto equal = [&](const char* key) {
         return a.metadata.count(key) && b.metadata.count(key) &&
                a.metadata.at(key) == b.metadata.at(key);
-    };
-    const auto usesSobol = [](const core::ImageFile& file) {
-        const auto params = file.metadata.find("params");
-        return params != file.metadata.end() && params->second.find("sobol") != std::string::npos;
     };
     Json notes = Json::array();
     if (equal("scene_hash") && equal("seed"))
@@ -79,10 +52,18 @@ Json reservations(const core::ImageFile& a, const core::ImageFile& b)
         notes.push_back(
             "sampler sobol: the stored variances are upper bounds, z understates and p is "
             "not uniform");
+    for (const core::ImageFile* file : {&a, &b})
+        if (sharesLight(*file)) {
+            notes.push_back("method " + file->metadata.at("method") +
+                            ": the pixels share their light and err together, z exaggerates and "
+                            "no p can be told");
+            break;
+        }
     return notes;
 }
 
-Json welchJson(const core::WelchResult& welch, Json notes)
+/// `independent`: pixels err each for itself, which every p takes for granted.
+Json welchJson(const core::WelchResult& welch, bool independent, Json notes)
 {
     Json json;
     Json& z = json["z"] = Json::array();
@@ -91,9 +72,11 @@ Json welchJson(const core::WelchResult& welch, Json notes)
     json["tile_side"] = kTileSide;
     json["tiles"] = welch.tiles.size();
     json["largest_tile_z"] = welch.largestTileZ;
-    json["smallest_p"] = welch.smallestP;
-    json["uniform_p"] = welch.uniformP;
-    json["p_histogram"] = welch.histogram;
+    if (independent) {
+        json["smallest_p"] = welch.smallestP;
+        json["uniform_p"] = welch.uniformP;
+        json["p_histogram"] = welch.histogram;
+    }
     if (!notes.empty()) json["notes"] = std::move(notes);
     return json;
 }
@@ -109,7 +92,8 @@ void addWelch(Json& json, const core::Image& image, const core::Image& reference
     for (const core::WelchScore& score : welch.image)
         if (std::abs(score.z) > std::abs(largest)) largest = score.z;
     json["welch_z"] = largest;
-    json["welch"] = welchJson(welch, reservations(imageFile, referenceFile));
+    json["welch"] = welchJson(welch, !sharesLight(imageFile) && !sharesLight(referenceFile),
+                              reservations(imageFile, referenceFile));
 }
 
 std::string sizeText(const core::Image& image)
@@ -124,7 +108,8 @@ int compareCommand(const std::filesystem::path& image, const std::filesystem::pa
 {
     const core::ImageFile imageFile = core::readExr(image);
     const core::ImageFile referenceFile = core::readExr(reference);
-    const core::Image a = readColors(imageFile, image), b = readColors(referenceFile, reference);
+    const core::Image a = storedColors(imageFile, image),
+                      b = storedColors(referenceFile, reference);
     if (a.width != b.width || a.height != b.height)
         throw core::Error(image.string() + " has " + sizeText(a) + " pixels, " +
                           reference.string() + " has " + sizeText(b) +
@@ -152,8 +137,10 @@ int compareCommand(const std::filesystem::path& image, const std::filesystem::pa
           {"relmse", core::kRelMseFormula},
           {"mean_signed_error", core::kMeanSignedErrorFormula},
           {"flip", "mean of HDR-FLIP (Andersson et al. 2021), 67.02 pixels per degree, ACES"},
+          {"reference_noise", "sqrt(mean(variance of the reference's mean))"},
           {"welch_z",
            "difference of the image means over its standard deviation, largest channel"}}}};
+    if (const auto noise = storedNoise(referenceFile)) json["reference_noise"] = noise->rmse;
     if (hasVariance(imageFile) && hasVariance(referenceFile))
         addWelch(json, a, b, imageFile, referenceFile);
     // File names may hold any bytes; JSON is UTF-8.

@@ -11,6 +11,7 @@
 #include "app/commands/render_files.h"
 #include "app/commands/render_loop.h"
 #include "app/commands/render_words.h"
+#include "app/commands/stored_picture.h"
 #include "app/files/load.h"
 #include "app/files/picture_file.h"
 #include "app/files/stats.h"
@@ -52,6 +53,7 @@ private:
     void poseFor(uint32_t index);
     Ended renderFrame(uint32_t index);
     Outcome takeSamples(uint32_t index);
+    void readReference();
     void checkReference() const;
     void setGoal();
     void fitBudget();
@@ -87,7 +89,7 @@ void Job::prepare()
     if (hasExtension(o_.output, ".exr") && (o_.exposure != 0 || o_.tone != RenderOptions().tone))
         log_.line("--exposure and --tone are for PNG files: an EXR holds the radiance as it is");
     forced_ = forcedFeatures(o_);
-    if (!o_.reference.empty()) reference_ = core::readExr(o_.reference).layer("");
+    if (!o_.reference.empty()) readReference();
     const Clock::time_point opening = Clock::now();
     renderer_ = makeRenderer_();
     report_.deviceSeconds = secondsSince(opening);
@@ -167,12 +169,26 @@ void Job::countOverBudget()
     if (slow || many) ++report_.overBudget;
 }
 
+/// Against a noisy reference no error falls below its noise.
+void Job::readReference()
+{
+    const core::ImageFile content = core::readExr(o_.reference);
+    reference_ = storedColors(content, o_.reference);
+    const std::optional<StoredNoise> noise = storedNoise(content);
+    if (!noise) return;
+    report_.referenceNoise = noise->rmse;
+    if (o_.untilRmse && *o_.untilRmse <= noise->rmse)
+        log_.warning(o_.reference.string() + ": its own noise is " +
+                     printedNumber("%.4g", noise->rmse) +
+                     (noise->isBound ? " (at most: Sobol samples)" : "") + ": --until-rmse " +
+                     printedNumber("%.4g", *o_.untilRmse) +
+                     " may never be reached — give a larger one or a reference of more samples");
+}
+
 void Job::checkReference() const
 {
     if (o_.reference.empty()) return;
     const glm::uvec2 other(reference_.width, reference_.height);
-    if (reference_.channels < 3)
-        throw core::Error(o_.reference.string() + ": has no R, G, B to compare with");
     if (other == report_.size) return;
     const auto text = [](glm::uvec2 size) {
         return std::to_string(size.x) + 'x' + std::to_string(size.y);

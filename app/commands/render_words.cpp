@@ -10,6 +10,13 @@ namespace {
 
 constexpr double kEndless = 1e30;  // seconds
 
+/// "at most 0.01" where the spread of the samples tells no more.
+std::string noiseText(const RenderReport& report, const char* pattern, double noise)
+{
+    const bool isBound = noiseIsBound(report.options->params);
+    return (isBound ? "at most " : "") + printedNumber(pattern, noise);
+}
+
 }  // namespace
 
 std::string printedNumber(const char* pattern, double value)
@@ -33,7 +40,7 @@ std::string progressText(const RenderReport& report, const Goal& goal, const Out
             (goal.spp < kMaxSpp ? " of " + std::to_string(goal.spp) : "") + " spp, " +
             printedNumber("%.1f s, ", seconds) + printedNumber("%.2f M samples/s", rate * 1e-6);
     if (soFar.rmse) text += printedNumber(", RMSE %.3g", *soFar.rmse);
-    if (soFar.noise) text += printedNumber(", noise %.3g", *soFar.noise);
+    if (soFar.noise) text += ", noise " + noiseText(report, "%.3g", *soFar.noise);
     double left = goal.spp < kMaxSpp ? seconds * (wanted - done) / std::max(done, 1.0) : kEndless;
     if (goal.seconds > 0) left = std::min(left, goal.seconds - seconds);
     if (left < kEndless) text += printedNumber(", %.0f s left", std::max(left, 0.0));
@@ -47,7 +54,7 @@ std::string savedText(const RenderReport& report, const std::filesystem::path& f
            std::to_string(report.size.y) + ", " + std::to_string(frame.spp) + " spp in " +
            printedNumber("%.2f s", frame.seconds) + " on " + report.renderer.device +
            (report.rmse ? printedNumber(", RMSE %.4g", *report.rmse) : "") +
-           (report.noise ? printedNumber(", noise %.4g", *report.noise) : "");
+           (report.noise ? ", noise " + noiseText(report, "%.4g", *report.noise) : "");
 }
 
 void MissedFrames::add(const RenderReport& report)
@@ -69,6 +76,8 @@ std::string missedText(const RenderReport& report, const MissedFrames& missed)
     if (o.untilRmse)
         text += "RMSE " + printedNumber("%.4g", missed.rmse.value_or(0)) +
                 " is above --until-rmse " + printedNumber("%.4g", *o.untilRmse);
+    if (o.untilRmse && report.referenceNoise)
+        text += printedNumber(" (the noise of the reference is %.4g)", *report.referenceNoise);
     if (o.untilRmse && o.untilNoise) text += ", ";
     if (o.untilNoise && missed.noise)
         text += "noise " + printedNumber("%.4g", *missed.noise) + " is above --until-noise " +

@@ -37,6 +37,12 @@ uint64_t RenderReport::paths() const
     return sum;
 }
 
+bool noiseIsBound(const core::AnyParams& params)
+{
+    const auto* sampler = core::findParam<core::SamplerKind>(params, "sampler");
+    return sampler != nullptr && *sampler == core::SamplerKind::sobol;
+}
+
 std::vector<std::pair<std::string, double>> mapMeans(core::Renderer& renderer,
                                                      std::string_view method)
 {
@@ -189,7 +195,11 @@ std::string statsJson(const RenderReport& r)
               {"frames", framesJson(r)},
               {"method_stats", detailsJson(r.renderer.details)}};
     if (r.rmse) json["rmse"] = *r.rmse;
-    if (r.noise) json["noise"] = *r.noise;
+    if (r.referenceNoise) json["reference_noise"] = *r.referenceNoise;
+    if (r.noise) {
+        json["noise"] = *r.noise;
+        json["noise_is_bound"] = noiseIsBound(o.params);
+    }
     if (o.untilRmse) json["until_rmse"] = *o.untilRmse;
     if (o.untilNoise) json["until_noise"] = *o.untilNoise;
     if (o.budgetMs) json["budget_ms"] = *o.budgetMs;

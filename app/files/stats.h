@@ -46,6 +46,7 @@ struct RenderReport {
     // or "time", "target", "interrupted", "budget", "device lost"
     const char* ended = "spp";
     std::optional<double> rmse, noise;
+    std::optional<double> referenceNoise;  // RMSE of the reference's own noise, where it is known
     uint64_t overBudget = 0;  // frames that took a tenth more than their budget, or worse
     uint64_t validationMessages = 0;
 
@@ -53,6 +54,10 @@ struct RenderReport {
     uint64_t rays() const;
     uint64_t paths() const;
 };
+
+/// Whether the noise that is told of samples taken with these parameters is an upper bound: those
+/// of a Sobol sequence are spread more evenly than their own spread tells.
+bool noiseIsBound(const core::AnyParams& params);
 
 /// Means of the maps of a method's own as they stand, by name; nothing where it has none.
 std::vector<std::pair<std::string, double>> mapMeans(core::Renderer& renderer,

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "app/pictures/comparison.h"
+#include "core/image/metrics.h"
 
 namespace app {
 namespace {
@@ -125,13 +126,7 @@ std::optional<Eta> etaToError(const std::vector<ErrorPoint>& points, bool agains
 
 double referenceNoise(const Reference& reference)
 {
-    double sum = 0, count = 0;
-    for (const float variance : reference.variance.pixels) {
-        if (!std::isfinite(variance)) continue;
-        sum += static_cast<double>(variance);
-        count += 1;
-    }
-    return count > 0 ? std::sqrt(sum / count) : 0;
+    return core::noiseOf(reference.variance);
 }
 
 bool Convergence::continues(const Picture& picture, const CurveView& view) const

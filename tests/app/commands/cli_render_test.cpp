@@ -248,6 +248,51 @@ TEST_F(Cli, UntilTheNoiseIsSmallEnough)
     EXPECT_NE(result.err.find("is above --until-noise"), std::string::npos) << result.err;
 }
 
+/// No error falls below the noise of what it is measured against.
+TEST_F(Cli, AReferenceHasNoiseOfItsOwn)
+{
+    const Strings render{"render", kScene, "--device", "cpu", "--size", "24x24"};
+    ASSERT_EQ(run(render + Strings{"-o", "ref.exr", "--spp", "4", "--seed", "9"}).code, 0);
+    const double noise = core::noiseOf(exr("ref.exr").layer("variance"));
+    ASSERT_GT(noise, 0.01);
+    const Strings measured = render + Strings{"-o",          "x.exr",   "--spp",   "3",
+                                              "--reference", "ref.exr", "--stats", "stats.json"};
+    Result result = run(measured + Strings{"--until-rmse", std::to_string(0.9 * noise)});
+    EXPECT_EQ(result.code, 6) << result.err;
+    EXPECT_TRUE(contains(result.err, "ref.exr: its own noise is ")) << result.err;
+    EXPECT_TRUE(contains(result.err, "may never be reached")) << result.err;
+    EXPECT_TRUE(contains(result.err, "(the noise of the reference is ")) << result.err;
+    EXPECT_NEAR(stats().at("reference_noise").get<double>(), noise, 1e-9);
+    result = run(measured + Strings{"--until-rmse", std::to_string(1.1 * noise)});
+    EXPECT_FALSE(contains(result.err, "may never be reached")) << result.err;
+    const Json compared = Json::parse(run({"compare", "x.exr", "ref.exr"}).out);
+    EXPECT_NEAR(compared.at("reference_noise").get<double>(), noise, 1e-9);
+}
+
+TEST_F(Cli, AReferenceWithoutColorsIsRefusedByName)
+{
+    core::writeExr(work("depth.exr"), {{{"depth", core::Image(24, 24, 1)}}, {}});
+    expectRefused({"render", kScene, "-o", "y.exr", "--device", "cpu", "--size", "24x24",
+                   "--reference", "depth.exr"},
+                  3, "depth.exr: has no channels R, G, B");
+}
+
+/// Samples of a Sobol sequence have less noise than their spread tells.
+TEST_F(Cli, NoiseIsABoundWhereSamplesAreOfASequence)
+{
+    for (const bool sobol : {true, false}) {
+        const Result result = run({"render", kScene, "-o", "x.exr", "--device", "cpu", "--size",
+                                   "24x24", "--stats", "stats.json", "--until-noise", "0.1",
+                                   "--sampler", sobol ? "sobol" : "independent"});
+        EXPECT_EQ(result.code, 0) << result.err;
+        EXPECT_EQ(stats().at("noise_is_bound"), sobol);
+        EXPECT_EQ(contains(result.err, ", noise at most 0."), sobol) << result.err;
+        EXPECT_EQ(contains(result.err, ", noise 0."), !sobol) << result.err;
+    }
+    ASSERT_EQ(run(smallRender("cpu", "x.exr") + Strings{"--stats", "stats.json"}).code, 0);
+    EXPECT_FALSE(stats().contains("noise_is_bound"));
+}
+
 TEST_F(Cli, PngIsBrighterWithExposure)
 {
     const std::string signature = "\x89PNG\r\n\x1a\n";

@@ -2,6 +2,7 @@
 #include "app/commands/compare.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -11,6 +12,8 @@
 #include "core/image/flip.h"
 #include "core/image/image.h"
 #include "core/image/metrics.h"
+#include "core/methods/method.h"
+#include "tests/support/files/source_folder.h"
 #include "tests/support/files/temporary_folder.h"
 
 namespace app {
@@ -102,6 +105,41 @@ TEST_F(Compare, saysWhenTheTestUnderstates)
     const nlohmann::json sobol = run(a, b)["welch"]["notes"];
     ASSERT_EQ(sobol.size(), 1u);
     EXPECT_NE(sobol[0].get<std::string>().find("sobol"), std::string::npos);
+}
+
+TEST_F(Compare, tellsTheNoiseOfTheReference)
+{
+    const Image image = filled(16, 16, 3, 1.0f), variance = filled(16, 16, 3, 0.04f);
+    const ImageFile plain{{{"", image}}, {}}, noisy{{{"", image}, {"variance", variance}}, {}};
+    EXPECT_FALSE(run(noisy, plain).contains("reference_noise"));
+    EXPECT_NEAR(run(plain, noisy)["reference_noise"].get<double>(), 0.2, 1e-6);
+}
+
+/// Two pictures of every method, which differ in their seeds alone, as the program writes them: the
+/// tiles' p are uniform, or it is said why there are none.
+TEST_F(Compare, knowsOfEveryMethodWhetherItsPixelsErrAlone)
+{
+    for (const core::MethodInfo& method : core::methods()) {
+        SCOPED_TRACE(method.id());
+        for (const char* seed : {"1", "2"}) {
+            const std::string command =
+                "'" REKINDLE_BINARY "' render '" +
+                (tests::kAssets / "cornell-diffuse.gltf").string() + "' -o '" +
+                (folder_ / seed).string() + ".exr' -q --device cpu --size 64x64 --spp 8" +
+                " --method " + std::string(method.id()) + " --sampler independent --seed " + seed;
+            ASSERT_EQ(std::system(command.c_str()), 0) << command;
+        }
+        std::ostringstream out;
+        EXPECT_EQ(compareCommand(folder_ / "1.exr", folder_ / "2.exr", out), 0);
+        const nlohmann::json json = nlohmann::json::parse(out.str());
+        EXPECT_TRUE(json.contains("welch_z"));
+        const nlohmann::json& welch = json["welch"];
+        for (const char* key : {"smallest_p", "uniform_p", "p_histogram"})
+            EXPECT_NE(welch.contains(key), method.traits.sharesLight) << key;
+        EXPECT_EQ(welch.dump().find("share their light") != std::string::npos,
+                  method.traits.sharesLight);
+        if (welch.contains("uniform_p")) EXPECT_GT(welch["uniform_p"].get<double>(), 1e-4);
+    }
 }
 
 TEST_F(Compare, oneChannelCountsForThree)
