@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/args/args_options.h"
+#include "app/base/files.h"
 #include "app/version/version.h"
 #include "core/base/check.h"
 
@@ -82,6 +83,10 @@ void checkRender(const RenderOptions& o)
     if (!exr && o.aovs.any()) badCommandLine("--aov needs an EXR file: a PNG has no layers");
     if (o.aovs.maps && core::methodNamed(o.params.id()).maps.empty())
         badCommandLine("--aov maps: --method " + std::string(o.params.id()) + " has none");
+    if (!o.frames && isNumbered(o.output))
+        badCommandLine("-o " + o.output.string() +
+                       ": has a place for the number of a frame — give --frames A-B, or a name "
+                       "without it");
     if (!o.path.empty() && !o.frames)
         badCommandLine("--path needs --frames FIRST-LAST: which frames of it to render");
     if (o.validation && o.device == DeviceKind::cpu)
@@ -144,7 +149,9 @@ Subcommand renderCommandLine(CLI::App& root)
     addValue(app, view, "--path", o->path, "camera path, a JSON file");
     addRead(app, view, "--frames", "A-B", o->frames, readFrames,
             "frames to render: of --path, or else of the scene's animation");
-    addValue(app, view, "--fps", o->framesPerSecond, "frames per second of the scene's animation",
+    addValue(app, view, "--fps", o->framesPerSecond,
+             "frames per second of the scene's animation; not with "
+             "--path, along which the scene stands as it is at --at",
              {0.001, 100000});
     const auto method = addMethod(app);
     addValue(app, system, "--device", o->device,
@@ -170,6 +177,9 @@ Subcommand renderCommandLine(CLI::App& root)
                 if (fps->count() > 0 && !o->frames)
                     badCommandLine("--fps is for the frames of the scene's animation: give "
                                    "--frames A-B");
+                if (fps->count() > 0 && !o->path.empty())
+                    badCommandLine("--fps is for the scene's animation: along a --path the scene "
+                                   "stands as it is at --at — leave --fps out");
                 return *o;
             }};
 }
@@ -351,7 +361,8 @@ Command parseArguments(int argc, const char* const* argv)
         "Path-traces glTF scenes on Vulkan compute or, as reference, on the CPU. Without a "
         "command it shows the scene (default assets/cornell-diffuse.gltf) in a window, as view "
         "does and with the options of view; where there is no display it renders a short "
-        "fly-through to numbered PNG files in rekindle-frames/ and says where they are.");
+        "fly-through to numbered PNG files in rekindle-frames/ (or -2, -3, ...) and says where "
+        "they are.");
     const std::vector<Subcommand> commands = addCommands(root);
     bool help = false, version = false, json = false, manual = false;
     for (const Subcommand& command : commands) {

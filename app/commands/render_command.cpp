@@ -111,6 +111,9 @@ void Job::prepare()
         path_ = makePath_(*loaded.world);
         report_.camera = path_->at(o_.frames->first);
     }
+    if (report_.camera.orthographic && report_.camera.apertureRadius > 0)
+        log_.warning("the camera's aperture_radius is ignored: an orthographic camera (ymag) has "
+                     "no lens");
     report_.size = o_.size ? *o_.size : core::sizeForWidth(report_.camera, o_.width);
     checkReference();
     requireMemoryFor(report_.size);

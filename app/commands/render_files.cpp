@@ -6,6 +6,7 @@
 
 #include "app/base/files.h"
 #include "app/files/camera_file.h"
+#include "app/files/scene_files.h"
 #include "app/files/scene_path.h"
 #include "core/base/check.h"
 #include "core/base/output_file.h"
@@ -21,9 +22,24 @@ struct Input {
     fs::path file;
 };
 
+/// What is there before the command and could be lost; else there is nothing to look for.
+bool replacesAny(const RenderOptions& o)
+{
+    std::error_code none;
+    if (!o.stats.empty() && fs::exists(o.stats, none)) return true;
+    const FrameRange frames = o.frames.value_or(FrameRange{});
+    for (uint32_t index = frames.first; index <= frames.last; ++index)
+        if (fs::exists(pictureFile(o, index), none)) return true;
+    return false;
+}
+
 std::vector<Input> inputsOf(const RenderOptions& o)
 {
-    std::vector<Input> inputs{{"the scene's file", scenePath(o.scene.file)}};
+    const fs::path scene = scenePath(o.scene.file);
+    std::vector<Input> inputs{{"the scene's file", scene}};
+    if (replacesAny(o))
+        for (const fs::path& part : filesNamedBy(scene))
+            inputs.push_back({"a file of the scene's", part});
     if (core::isEnvironmentFile(o.scene.load.environment))
         inputs.push_back({"the file of --environment", o.scene.load.environment});
     if (!o.reference.empty()) inputs.push_back({"the file of --reference", o.reference});

@@ -1,5 +1,6 @@
 // `rekindle render --frames` as a person or a script meets it: the real binary, and a file for
 // every frame.
+#include "core/methods/method.h"
 #include "tests/support/process/program.h"
 
 namespace {
@@ -119,6 +120,50 @@ TEST_F(Cli, FramesOfAnAnimation)
 
     expectRefused({"render", kScene, "-o", "g-%d.exr", "--device", "cpu", "--frames", "0-1"}, 2,
                   "no animation");
+}
+
+/// What a frame begins with that follows on another is in no file; it says so.
+TEST_F(Cli, FramesThatKeepSamplesSayThatTheyFollow)
+{
+    writeFile("path.json", R"({"keys": [{"frame": 0}, {"frame": 2, "yfov": 50}]})");
+    for (const char* method : {"path", "reuse", "guided"}) {
+        SCOPED_TRACE(method);
+        ASSERT_EQ(run({"render", kScene, "-o", "f-%d.exr", "--device", "cpu", "--size", "12x8",
+                       "--spp", "1", "--path", "path.json", "--frames", "0-2", "--method", method})
+                      .code,
+                  0);
+        EXPECT_FALSE(exr("f-0.exr").metadata.contains("follows"));
+        const bool keeps = core::methodNamed(method).traits.keepsOnMove;
+        EXPECT_EQ(keeps, std::string(method) != "path");
+        for (const char* frame : {"f-1.exr", "f-2.exr"})
+            EXPECT_EQ(exr(frame).metadata.contains("follows"), keeps) << frame;
+    }
+}
+
+TEST_F(Cli, NumbersAndSpeedsBelongToFrames)
+{
+    const Strings render{"render", kScene, "--device", "cpu", "--size", "8x8", "--spp", "1"};
+    expectRefused(render + Strings{"-o", "f-%04d.png"}, 2, "give --frames A-B");
+    writeFile("path.json", R"({"keys": [{"frame": 0}, {"frame": 2, "yfov": 50}]})");
+    expectRefused(
+        render + Strings{"-o", "f-%d.png", "--path", "path.json", "--frames", "0-1", "--fps", "24"},
+        2, "stands as it is at --at");
+}
+
+TEST_F(Cli, AnOrthographicCameraHasNoLens)
+{
+    const Strings render{"render", kScene, "-o",    "x.exr", "--device", "cpu",
+                         "--size", "8x8",  "--spp", "1",     "--camera", "camera.json"};
+    writeFile("camera.json", R"({"ymag": 1, "aperture_radius": 0.1})");
+    Result result = run(render);
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_TRUE(contains(result.err, "aperture_radius is ignored")) << result.err;
+    for (const char* camera : {R"({"ymag": 1})", R"({"yfov": 40, "aperture_radius": 0.1})"}) {
+        writeFile("camera.json", camera);
+        result = run(render);
+        EXPECT_EQ(result.code, 0) << result.err;
+        EXPECT_FALSE(contains(result.err, "ignored")) << result.err;
+    }
 }
 
 }  // namespace

@@ -86,6 +86,30 @@ TEST_F(Cli, InputsAreNotWrittenOver)
     EXPECT_EQ(run(room + picture + Strings{"--environment", "plain", "--stats", "plain"}).code, 0);
 }
 
+/// Nor into buffers and images, however the scene names them.
+TEST_F(Cli, FilesOfTheSceneAreNotWrittenOver)
+{
+    const std::string json =
+        R"({"asset":{"version":"2.0"},"buffers":[{"uri":"data.bin.exr","byteLength":4}],)"
+        R"("images":[{"uri":"wall%20paper.png"},{"uri":"data:image/png;base64,AA=="}]})";
+    std::string glb = "glTF";
+    const auto add = [&glb](size_t number) {
+        for (int i = 0; i < 4; ++i) glb += static_cast<char>(number >> (8 * i));
+    };
+    add(2);
+    add(20 + json.size());
+    add(json.size());
+    writeFile("room.glb", glb + "JSON" + json);
+    writeFile("room.gltf", json);
+    for (const char* name : {"data.bin.exr", "wall paper.png"}) writeFile(name, "mine");
+    for (const char* scene : {"room.gltf", "room.glb"}) {
+        const Strings room{"render", scene, "--device", "cpu"};
+        expectRefused(room + Strings{"-o", "wall paper.png"}, 2, "a file of the scene's");
+        expectRefused(room + Strings{"-o", "./data.bin.exr"}, 2, "a file of the scene's");
+        expectRefused(room + Strings{"-o", "x.exr", "--stats", "wall paper.png"}, 2, "--stats");
+    }
+}
+
 TEST_F(Cli, ALimitOnFileSizesIsAMessage)
 {
     const std::string binary = program;
