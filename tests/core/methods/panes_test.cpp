@@ -9,6 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "core/methods/method.h"
+#include "core/methods/missed_light.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/stats.h"
 
@@ -117,6 +118,26 @@ TEST(Panes, ManyTinted)
     const double irradiance = 7 * cosine / glm::dot(at, at) * through;
     house.compare(irradiance, 4, Strategy::mis, 6);
     house.compareManyLights(irradiance, 4, 6);
+}
+
+/// Sample reuse keeps connections that end at panes: what it never shows it tells of, and nothing
+/// else is told of.
+TEST(Panes, ReuseTellsWhatItDoesNotShow)
+{
+    for (const bool wall : {false, true}) {
+        for (const bool point : {false, true}) {
+            House house;
+            if (wall) house.addWall(0.5f, pane());
+            core::PunctualLight light;
+            light.intensity = 7;
+            if (point) house.builder.light(light, glm::translate(glm::dmat4(1), {0.9, 1.7, -0.6}));
+            house.builder.constantEnvironment(glm::vec3(1));
+            const auto world = house.builder.world();
+            EXPECT_EQ(core::missedLight("reuse", *world).empty(), !(wall && point));
+            for (const char* other : {"path", "guided", "manylights"})
+                EXPECT_EQ(core::missedLight(other, *world), "");
+        }
+    }
 }
 
 /// A passage is a scattering event: paths that may scatter once do not come through.
