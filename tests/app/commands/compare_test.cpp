@@ -138,7 +138,9 @@ TEST_F(Compare, knowsOfEveryMethodWhetherItsPixelsErrAlone)
             EXPECT_NE(welch.contains(key), method.traits.sharesLight) << key;
         EXPECT_EQ(welch.dump().find("share their light") != std::string::npos,
                   method.traits.sharesLight);
-        if (welch.contains("uniform_p")) EXPECT_GT(welch["uniform_p"].get<double>(), 1e-4);
+        if (welch.contains("uniform_p")) {
+            EXPECT_GT(welch["uniform_p"].get<double>(), 1e-4);
+        }
     }
 }
 

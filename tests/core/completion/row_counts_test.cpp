@@ -26,7 +26,7 @@ Words mostEvenPlainly(const Words& open, const std::vector<CountedSet>& sets)
     uint32_t greatest = 0;
     forEachBit(open, [&](uint32_t i) {
         uint32_t number = 0;
-        for (const CountedSet& set : sets) number += getBit(set.rows, i) != set.others ? 1 : 0;
+        for (const CountedSet& set : sets) number += getBit(set.rows, i) != set.others ? 1u : 0u;
         even[i] = std::min(number, most - number);
         greatest = std::max(greatest, even[i]);
     });
