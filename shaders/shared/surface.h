@@ -72,11 +72,16 @@ SHARED_FN float leastOffset(vec3 a, vec3 b, vec3 c, float placed)
 {
     const vec3 e0 = b - a;
     const vec3 e1 = c - b;
-    const vec3 e2 = a - c;
-    const float longest = sqrt(max(max(dot(e0, e0), dot(e1, e1)), dot(e2, e2)));
-    const float height = length(cross(e0, e2)) / max(longest, 1.0e-18f);
+    const vec3 e2 = c - a;
+    const vec3 n = cross(e0, e2);
+    const float area2 = dot(n, n);  // the square of twice the area
+    const float longest2 = max(max(dot(e0, e0), dot(e1, e1)), dot(e2, e2));
     const float placing = kLeastOffset * (maxComponent(max(max(abs(a), abs(b)), abs(c))) + placed);
-    const float narrow = 0.25f * kLeastOffset * longest * longest / max(height, 1.0e-18f);
+    // Most triangles are not narrow, which squares tell without roots and divisions.
+    const float share2 = 0.0625f * kLeastOffset * kLeastOffset;
+    if (!(share2 * longest2 * longest2 * longest2 > placing * placing * area2)) return placing;
+    const float height = sqrt(area2 / max(longest2, 1.0e-36f));
+    const float narrow = 0.25f * kLeastOffset * longest2 / max(height, 1.0e-18f);
     return max(placing, min(narrow, 0.1f * height));
 }
 
