@@ -19,12 +19,12 @@ public:
     /// The picture (RGB, rows of `width` pixels, which `estimates` are thought to have as
     /// luminance) after so many samples, of which one, two and four count. In the third and fourth
     /// samples one path in `stride` of a tile's was another one (shared::isRecorded), 0: none:
-    /// these pixels do not count.
+    /// these pixels do not count. Errors are relative to squares of pixels and `floor`.
     void note(uint64_t samples, std::span<const float> rgb, uint32_t width,
-              std::span<const float> estimates, uint32_t stride);
+              std::span<const float> estimates, uint32_t stride, double floor);
 
     /// Variance of the mean of many samples over that of independent ones, from .5 to 1, after what
-    /// one, two and four samples say; 1 while nothing is known.
+    /// one, two and four samples say beyond their own noise; 1 while nothing is known.
     double factor() const { return factor_; }
 
 private:

@@ -136,9 +136,9 @@ bool isFinite(const Outcome& path)
     return finite(path.plain) && finite(path.guided) && std::isfinite(path.radiance);
 }
 
-/// Squares are relative to those of the pixels: a pixel at a tenth of the mean counts half of what
-/// a black one does. Where nothing is known of a pixel it is as bright as all of them.
-void weigh(std::span<Outcome> paths)
+/// Squares are relative to those of the pixels and the floor. Where nothing is known of a pixel it
+/// is as bright as all of them.
+void weigh(std::span<Outcome> paths, double floor)
 {
     double radiance = 0, image = 0;
     for (const Outcome& p : paths) radiance += p.radiance;
@@ -146,9 +146,8 @@ void weigh(std::span<Outcome> paths)
         if (!(p.image > 0)) p.image = radiance / double(paths.size());
         image += p.image;
     }
-    const double mean = image / double(paths.size());
-    if (!(mean > 0)) return;
-    for (Outcome& p : paths) p.weight = 1 / (p.image * p.image + 0.01 * mean * mean);
+    if (!(image > 0)) return;
+    for (Outcome& p : paths) p.weight = 1 / (p.image * p.image + floor);
 }
 
 /// The factor of each path's squares that keeps a few paths from deciding alone: relative squares
@@ -201,7 +200,7 @@ static std::vector<Outcome> outcomesOf(std::span<const PathRecords> parts,
         }
     });
     std::erase_if(paths, [](const Outcome& p) { return !isFinite(p); });
-    weigh(paths);
+    weigh(paths, rules.errorFloor);
     return paths;
 }
 

@@ -48,13 +48,16 @@ public:
     bool shade(const PathJob& job, const shared::VertexNumbers& numbers, const shared::Hit& hit,
                size_t i, shared::PathState& path, shared::ShadowRay& shadow, glm::vec3& L)
     {
+        const bool follows = shared::followsGuide(job.settings, wave_.isRecorded[i] != 0);
+        // The same to the bit for less, where nobody asks what the guide says.
+        if (!follows && wave_.isRecorded[i] == 0)
+            return shared::shadeSurface(job.scene, job.settings, numbers, hit, path, shadow, L);
         // The place of the record that would be made; of the last one where none is wanted.
         const size_t slot = std::min<size_t>(wave_.count[i], shared::kGuideVertices - 1);
         uint32_t recorded = wave_.isRecorded[i] != 0 && wave_.count[i] < shared::kGuideVertices;
-        const bool goes = shared::shadeGuided(
-            job.scene, job_.guide, job.settings,
-            shared::followsGuide(job.settings, wave_.isRecorded[i] != 0), numbers, hit, path,
-            wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
+        const bool goes =
+            shared::shadeGuided(job.scene, job_.guide, job.settings, follows, numbers, hit, path,
+                                wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
         if (recorded != 0) {
             ++wave_.count[i];
             wave_.made[wave_.madeCount++] = static_cast<uint32_t>(i);

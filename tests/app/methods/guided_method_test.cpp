@@ -312,16 +312,29 @@ TEST_P(GuidedMethod, GivesUpWhereItDoesNotPay)
     EXPECT_GT(detail("guide_records"), records);
 }
 
-/// A promise that does not grow is not kept: in larger pictures the guide of this box is followed
-/// at first.
-TEST_P(GuidedMethod, IsGivenUpWhereItDoesNotProveItself)
+/// Nobody but the recorded paths follows a guide that promises less than it costs, in larger
+/// pictures either, where it promises more: what it would save is only seen, not paid for.
+TEST_P(GuidedMethod, IsNotFollowedWithoutAPromise)
 {
     begin("cornell-diffuse", {256, 256});
-    render({.seed = 3}, 12);
-    EXPECT_EQ(guiding(), "pays");
-    guided_->advance({.samples = 6}, {});
+    render({.seed = 3}, 1);
+    for (int n = 2; n <= 18; ++n) {
+        guided_->advance({.samples = 1}, {});
+        ASSERT_NE(guiding(), "pays") << n;
+    }
     EXPECT_EQ(guiding(), "does not pay here");
     EXPECT_LT(detail("guide_gain"), 1.2);
+}
+
+/// What is neither hopeless nor promised yet is tried on: here the promise comes late.
+TEST_P(GuidedMethod, IsFollowedOnceItPromisesEnough)
+{
+    begin("cornell-moderate", {128, 128});
+    render({.seed = 3}, 4);
+    EXPECT_EQ(guiding(), "is tried");
+    guided_->advance({.samples = 12}, {});
+    EXPECT_EQ(guiding(), "pays");
+    EXPECT_GT(detail("guide_gain"), 1.2);
 }
 
 /// While the camera moves, views have one sample each, and nothing is known of a pixel when its

@@ -36,7 +36,7 @@ template <class Draw> double factorOf(const Draw& draw, uint32_t stride = 0)
     Convergence convergence;
     convergence.begin();
     for (uint64_t n = 1; n <= 4; ++n)
-        convergence.note(n, pictures[n], kConvergingSide, estimates, stride);
+        convergence.note(n, pictures[n], kConvergingSide, estimates, stride, 0.01);
     return convergence.factor();
 }
 
@@ -64,6 +64,17 @@ TEST(PictureConvergence, TellsStratifiedSamplesFromIndependentOnes)
     EXPECT_EQ(factorOf(stratifiedSamples), 0.5);
 }
 
+/// A few bright pixels, of which one more is bright early than late, say nothing.
+TEST(PictureConvergence, IsNotMisledByAFewBrightPixels)
+{
+    const auto withFireflies = [](Pcg32& random, size_t i) {
+        std::array<double, 4> samples = independentSamples(random, i);
+        if (i % 1000 == 7) samples[i / 1000 % 4] = 500;
+        return samples;
+    };
+    EXPECT_EQ(factorOf(withFireflies), 1);
+}
+
 /// Pixels where another method had a hand in do not count; where it had in all, nothing is known.
 TEST(PictureConvergence, PassesOverPixelsWithOtherPaths)
 {
@@ -83,7 +94,7 @@ TEST(PictureConvergence, KnowsNothingOfAPictureThatItHasNotSeenFromTheStart)
 {
     Convergence convergence;
     const std::vector<float> rgb(3 * 64, 1.0f), estimates(64, 1.0f);
-    convergence.note(4, rgb, 8, estimates, 0);
+    convergence.note(4, rgb, 8, estimates, 0, 0.01);
     EXPECT_EQ(convergence.factor(), 1);
 }
 

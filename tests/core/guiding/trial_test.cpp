@@ -193,7 +193,7 @@ TEST_P(GuideTrial, KnowsBothWaysFromThePathsOfOne)
     double mean = 0;
     for (const PathRecords& part : paths.parts)
         for (const shared::GuidePathEnd& end : part.ends) mean += double(end.final) / 400000;
-    const double weight = 1 / (1.01 * double(kImage) * double(kImage));
+    const double weight = 1 / (double(kImage) * double(kImage) + rules.errorFloor);
     for (const bool guided : {false, true}) {
         const State want = expected({guided, GetParam().roulette});
         const WayFigures got = guided ? trial.guided() : trial.plain();
