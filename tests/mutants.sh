@@ -84,6 +84,8 @@ bvh-one-grid@core/trace/bvh_grid.h@count >= all / 64 ? 2.0f : 0.25f@0.0f@BvhFar*
 bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= bounds.box.extent()@false@BvhFar*
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*
 coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);@;@CoatedLamp.*
+light-rims-dark@shaders/shared/virtual_light.h@    if (!(side * local.z > 0.0f)) {@    if (!(side * local.z > 0.0f)) return vec3(0.0f); if (false) {@VirtualLights.SendWhat*:ManyLights.*CoarseSmooth*
+particle-rims-dark@core/many_lights/light_paths.cpp@constexpr float kBetween = 0.25f;@constexpr float kBetween = 0;@ManyLights.*CoarseSmooth*
 coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@CoatedLamp.*
 cover-shone-through@core/many_lights/shadow_packets.h@shared::connectionEnd(std::sqrt(squared))@0.9999f@Techniques.ACover*
 pilot-believed@core/many_lights/light_paths.cpp@if (pilot.lights.empty()) return static_cast<uint32_t>(most);@if (pilot.lights.empty()) return 0;@VirtualLights*

@@ -85,29 +85,39 @@ glm::vec3 GlossRows::sum(uint32_t row) const
     return {sum_[0][k], sum_[1][k], sum_[2][k]};
 }
 
-void scatterTowards(const Gloss& gloss, const glm::mat3& frame, const glm::vec3& normal,
-                    const glm::vec3& scale, IndexRange rows, const RowTriple& wi,
-                    RowTriple& leaving)
+void scatterTowards(const LightSurface& surface, const glm::vec3& scale, IndexRange rows,
+                    const RowTriple& wi, RowTriple& leaving)
 {
     CHECK(rows.size() <= GlossRows::kMost);
-    const Gloss g = gloss;
-    const glm::vec3 t = frame[0], b = frame[1], n = frame[2];
+    const Gloss g = glossOf(surface.bsdf, surface.lobes, surface.incident);
+    const glm::vec3 t = surface.frame[0], b = surface.frame[1], n = surface.frame[2],
+                    normal = surface.normal;
     const uint32_t count = rows.size();
     const float* x = wi[0].data() + rows.begin;
     const float* y = wi[1].data() + rows.begin;
     const float* z = wi[2].data() + rows.begin;
     std::array<std::array<float, GlossRows::kMost>, 3> f;
     std::array<float, GlossRows::kMost> faces;
+    int between = 0;  // faces a row that lies behind the horizon of the shading normal
     for (uint32_t k = 0; k < count; ++k) {
+        const float up = -(x[k] * n.x + y[k] * n.y + z[k] * n.z);
         evalGloss(g, -(x[k] * t.x + y[k] * t.y + z[k] * t.z),
-                  -(x[k] * b.x + y[k] * b.y + z[k] * b.z), -(x[k] * n.x + y[k] * n.y + z[k] * n.z),
-                  f[0][k], f[1][k], f[2][k]);
-        faces[k] = static_cast<float>(x[k] * normal.x + y[k] * normal.y + z[k] * normal.z < 0);
+                  -(x[k] * b.x + y[k] * b.y + z[k] * b.z), up, f[0][k], f[1][k], f[2][k]);
+        const int facing = int(x[k] * normal.x + y[k] * normal.y + z[k] * normal.z < 0);
+        faces[k] = static_cast<float>(facing);
+        between |= facing & int(up <= 0);
     }
     for (size_t c = 0; c < 3; ++c) {
         const float s = scale[static_cast<int>(c)];
         float* __restrict out = leaving[c].data() + rows.begin;
         for (uint32_t k = 0; k < count; ++k) out[k] = f[c][k] * s * faces[k];
+    }
+    if (between == 0) return;
+    for (uint32_t k = 0; k < count; ++k) {
+        const glm::vec3 out(-x[k], -y[k], -z[k]);
+        if (faces[k] == 0 || glm::dot(out, n) > 0) continue;
+        const glm::vec3 sent = scale * surface.scattered(out);
+        for (int c = 0; c < 3; ++c) leaving[static_cast<size_t>(c)][rows.begin + k] = sent[c];
     }
 }
 

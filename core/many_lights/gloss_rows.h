@@ -7,6 +7,7 @@
 
 #include "core/many_lights/gloss.h"
 #include "core/many_lights/receivers.h"
+#include "core/many_lights/virtual_light.h"
 
 namespace core::many_lights {
 
@@ -46,11 +47,9 @@ private:
     RowTriple sum_;
 };
 
-/// What leaves a surface with a frame of its own towards each of the rows in -wi: its response to
-/// light from where `gloss` is seen from, times `scale`; 0 where `normal` does not face the row.
-/// For GlossRows::kMost rows at most.
-void scatterTowards(const Gloss& gloss, const glm::mat3& frame, const glm::vec3& normal,
-                    const glm::vec3& scale, IndexRange rows, const RowTriple& wi,
-                    RowTriple& leaving);
+/// LightSurface::scattered of a glossy surface (isGloss) towards each of the rows in -wi, times
+/// `scale`; 0 where its geometric normal does not face the row. For GlossRows::kMost rows at most.
+void scatterTowards(const LightSurface& surface, const glm::vec3& scale, IndexRange rows,
+                    const RowTriple& wi, RowTriple& leaving);
 
 }  // namespace core::many_lights

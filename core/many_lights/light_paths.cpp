@@ -259,22 +259,71 @@ void placeLight(const Scene& scene, const Particle& p, const shared::Vertex& v, 
     out.add(light, {{v.surface.frame, light.normal, v.wo, v.bsdf, v.lobes}});
 }
 
-/// Scatters flux at a surface. The factor beside the BSDF's weight is that of the adjoint where
-/// shading and geometric normals differ (Veach 1997, 5.3.2), and refraction keeps flux.
-bool scatterFlux(const shared::Vertex& v, const shared::VertexNumbers& numbers, float correction,
-                 Particle& p)
+/// The angle between the horizons of the shading and the geometric normal; 0 where it is too small
+/// to matter.
+float angleOfHorizons(const shared::Vertex& v, const vec3& side)
+{
+    constexpr float kLeast = 0.01f;
+    const vec3 n = v.surface.frame[2];
+    const float angle = std::atan2(glm::length(glm::cross(side, n)), glm::dot(side, n));
+    return angle > kLeast && !shared::isDelta(v.bsdf) ? angle : 0.0f;
+}
+
+/// A direction between both horizons, uniform in solid angle, and what it weighs: to where paths
+/// see the surface with its normal bent (shared::scatteredByLight), and no lobe of it goes.
+bool scatterBetween(const shared::Vertex& v, const vec3& normal, float angle,
+                    const shared::VertexNumbers& numbers, vec3& wi, vec3& weight)
+{
+    const vec3 axis = glm::normalize(glm::cross(normal, v.surface.frame[2]));
+    const float along = 2 * numbers.bsdf.x - 1, away = std::sqrt(std::max(0.0f, 1 - along * along));
+    const float around = angle * numbers.bsdf.y - 0.5f * shared::kPi;
+    wi = along * axis +
+         away * (std::cos(around) * normal + std::sin(around) * glm::cross(axis, normal));
+    const bool transmits = (v.bsdf.parts & shared::kBsdfTransmission) != 0;
+    if (transmits && numbers.lobe.x < 0.5f) wi = -wi;
+    const float directions = 2 * angle * (transmits ? 2.0f : 1.0f);
+    const LightSurface surface{{v.surface.frame, normal, v.wo, v.bsdf, v.lobes}};
+    weight = surface.scattered(wi) * (std::abs(glm::dot(wi, normal)) * directions);
+    return shared::maxComponent(weight) > 0;
+}
+
+/// A direction by the surface's lobes. Refraction keeps flux, but not radiance.
+bool scatterByLobes(const shared::Vertex& v, const shared::VertexNumbers& numbers, float correction,
+                    vec3& wi, vec3& weight)
 {
     shared::BsdfSample next;
     if (!shared::sampleLobes(v.bsdf, v.lobes, v.wo, numbers.lobe.x, numbers.bsdf, next))
         return false;
-    const vec3 wi = shared::toWorld(v.surface.frame, next.wi);
+    wi = shared::toWorld(v.surface.frame, next.wi);
     float side;
     if (!shared::sideOf(v.surface, wi, next.wi.z, side)) return false;
-    vec3 weight = next.weight * (correction * std::abs(side / next.wi.z));
+    weight = next.weight * (correction * std::abs(side / next.wi.z));
     if ((next.flags & shared::kLobeTransmission) != 0 && (v.bsdf.parts & shared::kBsdfSolid) != 0)
         weight *= v.bsdf.eta * v.bsdf.eta;
+    return true;
+}
+
+/// Scatters flux at a surface. The factor beside the BSDF's weight is that of the adjoint where
+/// shading and geometric normals differ (Veach 1997, 5.3.2).
+bool scatterFlux(const shared::Vertex& v, shared::VertexNumbers numbers, float correction,
+                 Particle& p)
+{
+    constexpr float kBetween = 0.25f;  // share of particles, per radian between the horizons
+    const vec3 normal = v.surface.backFace != 0 ? -v.surface.normal : v.surface.normal;
+    const float angle = angleOfHorizons(v, normal), share = kBetween * angle;
+    vec3 wi, weight;
+    if (numbers.lobe.x < share) {
+        numbers.lobe.x /= share;
+        if (!scatterBetween(v, normal, angle, numbers, wi, weight)) return false;
+        weight *= correction / share;
+    } else {
+        numbers.lobe.x = (numbers.lobe.x - share) / (1 - share);
+        if (!scatterByLobes(v, numbers, correction, wi, weight)) return false;
+        weight /= 1 - share;
+    }
     const float survival = std::min(kMostSurvival, shared::maxComponent(weight));
     if (!(numbers.lobe.y < survival)) return false;
+    const float side = glm::dot(wi, normal);
     p.flux *= weight / survival;
     p.origin = shared::originOnSide(v.surface, side);
     p.direction = wi;

@@ -372,8 +372,7 @@ void SliceRows::findLight(const Column& column, const LightSet& lights, IndexRan
     } else {
         const LightSurface& s = lights.surfaces[light.detail];
         if (isGloss(s.bsdf, s.incident))
-            scatterTowards(glossOf(s.bsdf, s.lobes, s.incident), s.frame, s.normal, intensity, rows,
-                           wi_, leaving_);
+            scatterTowards(s, intensity, rows, wi_, leaving_);
         else
             send([&](const vec3& out) { return s.scattered(out); });
     }

@@ -185,18 +185,31 @@ SHARED_FN LightSurface unpackLightSurface(IN(LightDetails) details, uint first, 
 // --- both ends ---------------------------------------------------------------------------------
 
 /// BSDF (no cosine) for flux that arrives at the surface and leaves to `out` (unit, world). Flux
-/// does not have radiance's factor of the squared index (Veach 1997, 5.2).
+/// does not have radiance's factor of the squared index (Veach 1997, 5.2). Who is behind the
+/// horizon of the shading normal, but not of the geometric one, sees the surface with its normal
+/// bent (ensureVisible), or the rims of coarse smooth meshes would send nothing there. With the
+/// normal changes the cosine of what arrives, which the light's intensity holds for the other
+/// normal.
 SHARED_FN vec3 scatteredByLight(IN(LightSurface) s, vec3 leaving)
 {
-    const vec3 local = toLocal(s.frame, leaving);
-    if (!(dot(leaving, s.normal) * local.z > 0.0f)) {
-        return vec3(0.0f);
+    const float side = dot(leaving, s.normal);
+    vec3 local = toLocal(s.frame, leaving);
+    vec3 incident = s.incident;
+    LobeChoice lobes = s.lobes;
+    float cosines = 1.0f;
+    if (!(side * local.z > 0.0f)) {
+        const float up = side < 0.0f ? -1.0f : 1.0f;
+        const mat3 bent = makeFrame(up * ensureVisible(vec3(0.0f, 0.0f, up), local));
+        local = toLocal(bent, local);
+        incident = toLocal(bent, incident);
+        cosines = incident.z / s.incident.z;
+        lobes = lobesAt(s.bsdf, incident);
     }
     vec3 f;
     float pdf;
-    evalPdfLobes(s.bsdf, s.lobes, s.incident, local, f, pdf);
+    evalPdfLobes(s.bsdf, lobes, incident, local, f, pdf);
     const bool refracted = local.z < 0.0f && (s.bsdf.parts & kBsdfSolid) != 0u;
-    return refracted ? f * (s.bsdf.eta * s.bsdf.eta) : f;
+    return f * (refracted ? cosines * s.bsdf.eta * s.bsdf.eta : cosines);
 }
 
 /// Fall-off of a spot light (KHR_lights_punctual): the square of a ramp in the cosine to its axis.

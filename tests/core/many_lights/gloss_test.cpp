@@ -144,10 +144,9 @@ TEST(Gloss, LightsSendWhatTheTextOfTheKernelsSays)
         ASSERT_TRUE(isGloss(light.bsdf, light.incident));
         const vec3 scale = draw.colour();
         RowTriple leaving = s.leaving;
-        const Gloss gloss = glossOf(light.bsdf, light.lobes, light.incident);
         for (uint32_t row = 10; row < Slice::kRows; row += GlossRows::kMost)
-            scatterTowards(gloss, light.frame, light.normal, scale,
-                           {row, std::min(row + GlossRows::kMost, Slice::kRows)}, s.wi, leaving);
+            scatterTowards(light, scale, {row, std::min(row + GlossRows::kMost, Slice::kRows)},
+                           s.wi, leaving);
         for (uint32_t row = 0; row < Slice::kRows; ++row) {
             const vec3 wi(s.wi[0][row], s.wi[1][row], s.wi[2][row]);
             const vec3 value(leaving[0][row], leaving[1][row], leaving[2][row]);

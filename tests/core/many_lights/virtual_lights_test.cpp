@@ -2,6 +2,8 @@
 // sphere (where every two points exchange the same), and what the clamp takes from it.
 #include "core/many_lights/light_paths.h"
 
+#include <random>
+
 #include <gtest/gtest.h>
 
 #include <glm/gtc/packing.hpp>
@@ -10,6 +12,7 @@
 #include "core/many_lights/slice_rows.h"
 #include "core/methods/method.h"
 #include "core/trace/scene_view.h"
+#include "tests/support/methods/bsdf_cases.h"
 #include "tests/support/methods/light_frames.h"
 #include "tests/support/methods/stats_number.h"
 #include "tests/support/scenes/test_scenes.h"
@@ -64,6 +67,47 @@ void expectMean(const Moments& m, double exact, double detects)
     EXPECT_LT(std::abs(m.mean() - exact), kScore * error + 1e-5 * exact)
         << m.mean() << " instead of " << exact;
     EXPECT_LT((kScore + 2.33) * error, detects * exact) << "underpowered";
+}
+
+/// What light sends is what paths see of it, by the same surface from the other end: wherever
+/// shading and geometric normals differ, and through glass.
+TEST(VirtualLights, SendWhatPathsSeeOfThem)
+{
+    std::mt19937 random(3);
+    std::normal_distribution<float> normal;
+    const auto draw = [&] {
+        return glm::normalize(vec3(normal(random), normal(random), normal(random)));
+    };
+    BsdfInputs painted = plastic(0.6f), coated = glass(0.3f, Wall::outside);
+    painted.baseColor = vec3(0.5f);
+    coated.clearcoat = 1;
+    coated.clearcoatRoughness = 0.7f;
+    size_t bent = 0;
+    for (const BsdfInputs& m : {metal(0.4f), painted, coated, glass(0.3f, Wall::thin),
+                                glass(0.3f, Wall::outside), glass(0.3f, Wall::inside)})
+        for (int i = 0; i < 3000; ++i) {
+            LightSurface light;
+            const vec3 n = draw(), out = draw(), incident = draw();
+            light.frame = shared::makeFrame(n);
+            light.normal = glm::normalize(n + draw() * 0.7f);
+            light.incident = shared::toLocal(light.frame, incident);
+            if (light.incident.z < 0.02f || glm::dot(incident, light.normal) < 0.02f) continue;
+            light.bsdf = shared::makeBsdf(m);
+            light.lobes = shared::lobesAt(light.bsdf, light.incident);
+            const vec3 sent = light.scattered(out) * light.incident.z;
+
+            const float up = glm::dot(out, light.normal) < 0 ? -1.0f : 1.0f;
+            const glm::mat3 frame = shared::makeFrame(shared::ensureVisible(up * n, out));
+            const vec3 wo = shared::toLocal(frame, out), wi = shared::toLocal(frame, incident);
+            BsdfInputs seen = m;
+            if (up < 0 && (m.flags & shared::kMaterialVolume) != 0) seen.backFace = 1 - m.backFace;
+            vec3 expected(0);
+            if (wi.z * up > 0) expected = evalBsdf(shared::makeBsdf(seen), wo, wi) * std::abs(wi.z);
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(sent[c], expected[c], 2e-3f * expected[c] + 1e-4f) << i;
+            if (glm::dot(out, n) * up <= 0 && expected.x > 0.01f) ++bent;
+        }
+    EXPECT_GT(bent, 300u);
 }
 
 /// Light that is emitted and scattered without end is Phi / (1 - a). Roulette that does not divide

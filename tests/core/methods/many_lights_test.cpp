@@ -155,6 +155,27 @@ TEST(ManyLights, AgreesWithThePathTracerOnGlass)
         << "light that comes by way of mirrors is not missed";
 }
 
+/// An octahedron with the normals of a ball, in the light of a spot, of which the walls beside it
+/// get nothing else. Paths see its rims from behind the horizons of their shading normals, with the
+/// normals bent; lights there, and particles, have to send as much that way.
+TEST(ManyLights, AgreesWithThePathTracerOnCoarseSmoothMeshes)
+{
+    SceneBuilder b;
+    b.box(vec3(-1), vec3(1), b.material(lambert(vec3(0.5f))), true);
+    b.sphere(vec3(0), 0.4f, 0, b.material(glossy(vec3(0.95f), 1, 0.7f)), false, true);
+    core::PunctualLight spot;
+    spot.kind = shared::kEmitterSpot;
+    spot.intensity = 30;
+    spot.outerCone = 0.42f;
+    b.light(spot, glm::translate(glm::dmat4(1), glm::dvec3(0, 0, 0.95)));
+    b.camera({0.9, 0.9, 0.6}, {-0.4, -0.3, -1}, 0.9);
+    const auto world = b.world();
+    ManyLightsParams params = fewClusters();
+    params.lights = params.clusters = 1000;
+    params.maxDepth = 4;
+    expectAgree(manyLights(world, params, 16, 4), pathsOf(world, 4, 256), 0.1, "octahedron");
+}
+
 TEST(ManyLights, AgreesWithThePathTracerWithoutAClamp)
 {
     const auto world = asset("cornell-diffuse");
