@@ -143,8 +143,15 @@ TEST(ManyLights, AgreesWithThePathTracerOnOtherLights)
 /// Mirrors, clear and rough glass. What comes by way of them is a fifth of the light on the ground.
 TEST(ManyLights, AgreesWithThePathTracerOnGlass)
 {
-    const auto world = asset("glass");
-    const Quarters& expected = paths("glass", 8);
+    auto scene =
+        std::make_shared<core::Scene>(*core::loadGltf(REKINDLE_SOURCE_DIR "/assets/glass.gltf"));
+    // As rough as the scene has it (.3) the ball brings an eighth of its light in a thousandth of
+    // the frames (docs/many-lights.md): means of few frames lack up to half of it, at z -11 by
+    // their own standard errors, or have one of those frames and tell nothing.
+    for (core::Material& m : scene->materials)
+        if (m.name == "rough glass") m.data.roughness = 0.8f;
+    const auto world = core::makeWorld(scene);
+    const Quarters expected = pathsOf(world, 8, 128);
     ManyLightsParams params = fewClusters();
     // Few frames see caustics at their brightest: the means of 16 seeds miss them, by any estimate
     // of their own error.
