@@ -317,7 +317,7 @@ bool scatterFlux(const shared::Vertex& v, shared::VertexNumbers numbers, float c
         if (!scatterBetween(v, normal, angle, numbers, wi, weight)) return false;
         weight *= correction / share;
     } else {
-        numbers.lobe.x = (numbers.lobe.x - share) / (1 - share);
+        numbers.lobe.x = std::min((numbers.lobe.x - share) / (1 - share), shared::kOneMinusEpsilon);
         if (!scatterByLobes(v, numbers, correction, wi, weight)) return false;
         weight /= 1 - share;
     }
