@@ -1,6 +1,6 @@
 // What the path-tracing kernels share: the stream of a lane, and the tracing of one vertex.
 #include "radiance.glsl"
-#include "traverse.glsl"
+#include "panes.glsl"
 #include "shared/path.h"
 
 layout(constant_id = kSpecializeSampler) const uint kSampler = 0u;
@@ -16,19 +16,9 @@ void addConnection(ShadowRay shadow, uint seed, inout vec3 L, inout uint rays)
     if (!any(notEqual(shadow.contribution, vec3(0.0)))) return;
     ++rays;
     Hit hit;
-    if (!traceAnyHit(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed, hit)) {
-        L += shadow.contribution;
-        return;
-    }
-    // Whatever blocks, blocks: only from a pane it is of use to look for the nearest surface.
-    if (!passesPanes(frame.settings) || !mayBePane(scene, hit.slot)) return;
-    bool meets = true;
-    while (meets) {
-        ++rays;
-        meets = traceClosest(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed, hit);
-        if (!meets) L += shadow.contribution;
-        if (meets && !passPane(scene, hit, shadow)) return;
-    }
+    bool open = !traceAnyHit(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed, hit);
+    if (!open && passesPanes(frame.settings)) open = comesThrough(hit.slot, seed, shadow, rays);
+    if (open) L += shadow.contribution;
 }
 
 /// Extends a path by one vertex: trace, shade, connect. Returns false when the path has ended.

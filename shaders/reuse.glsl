@@ -1,6 +1,6 @@
 // What the kernels of sample reuse share: a lane is a pixel, or one of its new paths (reuse_paths.glsl), and each
 // kernel adds to what the one before has left for it. The estimator is that of shared/reuse_new.h.
-#include "traverse.glsl"
+#include "panes.glsl"
 #include "shared/reuse_new.h"
 
 layout(constant_id = kSpecializeSampler) const uint kSampler = 0u;
@@ -61,9 +61,12 @@ bool traceWay(SceneView view, vec3 origin, vec3 direction, uint seed, out Hit hi
     return traceClosest(Ray(origin, 0.0, direction, kInfinity), seed, hit);
 }
 
-bool wayIsOpen(SceneView view, ShadowRay shadow, uint seed)
+bool wayIsOpen(SceneView view, inout ShadowRay shadow, uint seed, inout ReuseTally tally)
 {
-    return !traceAny(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed);
+    ++tally.shadowRays;
+    Hit hit;
+    if (!traceAnyHit(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed, hit)) return true;
+    return FEATURE(kFeaturePanes) && shadow.passes > 0u && comesThrough(hit.slot, seed, shadow, tally.shadowRays);
 }
 
 /// The pixel of this lane; false where it has none.

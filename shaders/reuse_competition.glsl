@@ -20,7 +20,7 @@ const uint kOfLights = kReuseMostScores;
 float recordWeights[2u * kReuseMostScores];  // v; 0: there is no record
 vec3 recordBrings[2u * kReuseMostScores];    // u F, of connections v F
 float recordStored[2u * kReuseMostScores];   // u per area or solid angle, or v
-uint recordPlaces[2u * kReuseMostScores];    // of samples: where they are now
+uint recordPlaces[2u * kReuseMostScores];    // of samples: where they are now; of connections: what comes through
 
 /// One that has kept its place.
 struct Kept {

@@ -53,11 +53,11 @@ uint32_t placesOfLane(const shared::ReuseSettings& settings)
            chunk;
 }
 
-/// Paths of `full` that a lane takes one after the other.
-uint32_t chunkFor(bool software, uint32_t maxDepth)
+/// Paths of `full`, each of so many rays at most, that a lane takes one after the other.
+uint32_t chunkFor(bool software, uint32_t raysOfPath)
 {
     const uint32_t rays = software ? kSoftwareRaysInARow : kRaysInARow;
-    return std::clamp(rays / (2 * maxDepth + 1), 1u, 255u);
+    return std::clamp(rays / raysOfPath, 1u, 255u);
 }
 
 /// The constants of kernels with these settings: on software devices arrays whose lengths are known
@@ -119,7 +119,7 @@ bool ReusePasses::takeMotion(const GpuScene& scene, const core::World& before,
 }
 
 void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
-                          uint32_t maxDepth, float perDeviation, bool chains)
+                          uint32_t raysOfPath, float perDeviation, bool chains)
 {
     const uint64_t pixels = uint64_t(size.x) * size.y;
     shared::ReuseSettings wanted = settings;
@@ -131,7 +131,7 @@ void ReusePasses::prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSe
         static_cast<uint32_t>(std::clamp<uint64_t>(fits, 1, lightsOf(settings))),
         candidatesOf(settings));
     wanted.counts =
-        shared::packChunk(wanted.counts, chunkFor(context_.device.isSoftware(), maxDepth));
+        shared::packChunk(wanted.counts, chunkFor(context_.device.isSoftware(), raysOfPath));
     if (wordsKept(wanted) != wordsKept(settings_)) {
         forget();
         stores_ = {};

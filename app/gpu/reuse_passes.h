@@ -48,10 +48,10 @@ public:
     /// Makes room for a picture of that size and so many tiles, and takes settings; what is kept is
     /// lost when there are to be more or fewer records, and stays when the size changes; a strategy
     /// without samples, or without remainders, has no memory for them. Fewer records than asked for
-    /// are kept where a buffer of the device cannot hold them. `maxDepth`: of paths. `chains`:
+    /// are kept where a buffer of the device cannot hold them. `raysOfPath`: at most. `chains`:
     /// there are surfaces without a density. `perDeviation`: see shared::allocatedPart.
     void prepare(glm::uvec2 size, uint32_t tiles, const shared::ReuseSettings& settings,
-                 uint32_t maxDepth, float perDeviation, bool chains);
+                 uint32_t raysOfPath, float perDeviation, bool chains);
 
     /// What the settings have become.
     const shared::ReuseSettings& settings() const { return settings_; }

@@ -367,7 +367,7 @@ FrameSettings frameSettings(const World& world, const View& view, bool first)
     FrameSettings s;
     s.path = worldSettings(world);
     // Visibility between receivers and lights is a bit; behind panes lost light is found.
-    s.path.passesPanes = 0;
+    s.path.passesPanes = shared::kPanesBlock;
     s.path.imageWidth = view.size.x;
     s.path.imageHeight = view.size.y;
     s.path.seed = params.seed;

@@ -11,10 +11,12 @@ bool traceWay(const SceneView& scene, vec3 origin, vec3 direction, uint seed, Hi
         {origin, kInfinity, direction, seed}, hit);
 }
 
-bool wayIsOpen(const SceneView& scene, const ShadowRay& shadow, uint seed)
+bool wayIsOpen(const SceneView& scene, ShadowRay& shadow, uint seed, ReuseTally& tally)
 {
-    return !static_cast<const core::TracedScene&>(scene).accel->occluded(
-        {shadow.origin, shadow.tMax, shadow.direction, seed});
+    const auto& traced = static_cast<const core::TracedScene&>(scene);
+    ++tally.shadowRays;
+    return !traced.accel->occluded({shadow.origin, shadow.tMax, shadow.direction, seed}) ||
+           core::comesThroughPanes(traced, shadow, seed, tally);
 }
 
 MovedPiece fetchMovedPiece(const SceneView& scene, uint i)
@@ -36,6 +38,20 @@ Triangle fetchTriangleBefore(const SceneView& scene, uint slot)
 namespace core {
 
 using glm::uvec2;
+
+bool comesThroughPanes(const TracedScene& scene, shared::ShadowRay& shadow, uint32_t seed,
+                       shared::ReuseTally& tally)
+{
+    Ray ray{shadow.origin, shadow.tMax, shadow.direction, seed};
+    if (shadow.passes == 0 || !scene.accel->meetsPane(ray)) return false;
+    shared::Hit hit;
+    for (;;) {
+        ++tally.shadowRays;
+        if (!scene.accel->closest(ray, hit)) return true;
+        if (!shared::passPane(scene, hit, shadow)) return false;
+        ray = {shadow.origin, shadow.tMax, shadow.direction, seed};
+    }
+}
 
 void ReuseStore::reset(uvec2 newSize, const ReuseParams& params)
 {

@@ -39,6 +39,11 @@ struct TracedScene : shared::SceneView {
     std::span<const shared::MovedPiece> moved;
 };
 
+/// Whether a connection that is found blocked comes to its end nonetheless, through panes, by which
+/// it is dimmed.
+bool comesThroughPanes(const TracedScene& scene, shared::ShadowRay& shadow, uint32_t seed,
+                       shared::ReuseTally& tally);
+
 /// What all pixels of a pass have in common. Old samples are read from `before`, and what is kept
 /// is written to `now`, whose camera and size are those of the picture. Different tiles may be
 /// estimated at the same time.

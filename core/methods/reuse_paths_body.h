@@ -172,17 +172,22 @@ private:
         tally_.shadowRays += static_cast<uint32_t>(count);
         scene_.accel->occluded({wave_.rays.data(), count}, wave_.blocked.data());
         for (size_t s = 0; s < count; ++s) {
-            if (wave_.blocked[s] != 0) continue;
-            const Connection& c = wave_.connections[s];
+            Connection& c = wave_.connections[s];
             NewPath& p = wave_.paths[c.path];
+            if (wave_.blocked[s] != 0 && !comesThrough(c.shadow, wave_.rays[s].seed)) continue;
             if (c.depth == 0) {
-                shared::takeFirstConnection(scene_, settings_, *p.v, c.shadow, p.stream, p.result,
-                                            tally_);
+                shared::takeFirstConnection(scene_, p.settings, settings_, *p.v, c.shadow, p.stream,
+                                            p.result, tally_);
             } else {
                 shared::takeConnection(c.shadow, c.depth, p.stream, p.gathered, p.trail,
                                        p.result.record);
             }
         }
+    }
+
+    bool comesThrough(shared::ShadowRay& shadow, uint32_t seed)
+    {
+        return FEATURE(shared::kFeaturePanes) && comesThroughPanes(scene_, shadow, seed, tally_);
     }
 
     static inline thread_local Wave wave_;

@@ -74,13 +74,22 @@ inline uint32_t reuseFlags(const ReuseParams& params, uint32_t pass, bool mayMov
            (mayMove && followsMotion(params) ? shared::kReuseMoves : 0);
 }
 
+/// Whether connections may come to lie through panes in a scene of such features
+/// (setPathSettings).
+inline bool connectsThroughPanes(uint32_t ofScene)
+{
+    constexpr uint32_t kLightsBehindPanes = shared::kFeaturePanes | shared::kFeaturePunctualLights;
+    return (ofScene & kLightsBehindPanes) == kLightsBehindPanes;
+}
+
 /// kFeature bits of what passes do in a scene of such features: what they leave out is not in the
-/// code that runs. Emitters are chosen by power, and panes block (setPathSettings).
+/// code that runs. Emitters are chosen by power (setPathSettings).
 inline uint32_t reuseFeatures(const ReuseParams& params, uint32_t ofScene, bool mayMove)
 {
     const auto strategy = static_cast<uint32_t>(params.reuse);
     const bool directs = (reuseFlags(params, 0, mayMove) & shared::kReuseDirects) != 0;
-    return (ofScene & ~(shared::kFeatureEmitterTree | shared::kFeaturePanes)) |
+    if (!connectsThroughPanes(ofScene)) ofScene &= ~shared::kFeaturePanes;
+    return (ofScene & ~shared::kFeatureEmitterTree) |
            (mayMove && followsMotion(params) ? shared::kFeatureMoves : 0) |
            (params.bias != ReuseBias::fast ? shared::kFeatureAsksVisibility : 0) |
            (shared::keepsSamples(strategy) ? shared::kFeatureKeepsSamples : 0) |
@@ -133,7 +142,10 @@ inline void setPathSettings(const ReuseParams& params, shared::PathSettings& s)
     // A connection that is kept is drawn again at another place: the choice of its emitter must not
     // depend on the place.
     s.treeEmitters = 0;
-    s.passesPanes = 0;  // panes are looked through by chains of mirrors and glass, or block
+    // What lamps and the sky send through panes is found by paths that happen to meet its source:
+    // weighed against connections it would have to be known of each path which panes it has come
+    // through. Point, spot and directional lights are met by none.
+    if (s.passesPanes != shared::kPanesBlock) s.passesPanes = shared::kPanesPassPunctual;
     s.maxDepth = params.maxDepth;
     s.rouletteDepth = params.rouletteDepth;
 }

@@ -359,7 +359,8 @@ shared::PathSettings worldSettings(const World& world)
     settings.emitterCount = static_cast<uint32_t>(world.emitters.size());
     settings.environmentEmitter = world.environmentEmitter;
     settings.sunEmitter = world.sunEmitter;
-    settings.passesPanes = (world.features & shared::kFeaturePanes) != 0 ? 1 : 0;
+    settings.passesPanes =
+        (world.features & shared::kFeaturePanes) != 0 ? shared::kPanesPass : shared::kPanesBlock;
     settings.treeEmitters = world.treeEmitters;
     settings.environmentWidth = world.environmentWidth;
     settings.environmentHeight = world.environmentHeight;

@@ -173,7 +173,7 @@ void lookAtLights(ReuseVertex v, PathSettings path, SampleStream stream, uint so
         ReuseLight r = unpackLightRecord(texelFetch(lightsBefore, int(recordIndex(sizeBefore(), source, i))));
         if (!(r.v > 0.0)) continue;
         const vec3 brings = addOldLight(scene, path, push.settings, v, stream, i, r, sums, tally);
-        enter(kOfLights, i, r.v, brings, r.v, 0u);
+        enter(kOfLights, i, r.v, brings, r.v, r.through);
     }
 }
 
@@ -212,6 +212,7 @@ void storeLights(uint source, uint pixel, NewPaths fresh)
             word = newWord(fresh.first + one.which - kLights, 2u);
         }
         word.z = floatBitsToUint(one.stored);
+        if (FEATURE(kFeaturePanes)) word.w = one.place;
         lightsNow[recordIndex(sizeNow(), pixel, place)] = word;
     }
 }
@@ -235,7 +236,7 @@ void reuseSamples(ReuseVertex v, PathSettings path, SampleStream stream, bool lo
         addReuseNew(sums, found);
         const ReuseSample r = found.record;
         if (r.u > 0.0) enter(kOfSamples, kRecords + k, found.scale, found.scale * found.around, r.u, r.place);
-        enter(kOfLights, kLights + k, found.light.v, found.light.v * found.direct, found.light.v, 0u);
+        enter(kOfLights, kLights + k, found.light.v, found.light.v * found.direct, found.light.v, found.light.through);
     }
     const SampleStream keeping = decisionStream(stream, kPurposeResampling);
     sums.remainder = compete(kOfSamples, allSamples, kRecords, sums.around, streamFloat(keeping, 0u));

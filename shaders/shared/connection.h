@@ -27,7 +27,8 @@ struct ShadowRay {
     vec3 wi;
     vec3 incident;
     float pdf;
-    uint passes;  // how many panes it may go through yet
+    uint passes;   // how many panes it may go through yet
+    vec3 through;  // what those on its way have let through; `incident` knows nothing of it
 };
 
 /// How far along a connection of that length is asked whether it is open: not to its very end,
@@ -50,7 +51,14 @@ SHARED_FN ShadowRay noShadowRay(vec3 origin)
     shadow.incident = vec3(0.0f, 0.0f, 0.0f);
     shadow.pdf = 0.0f;
     shadow.passes = 0u;
+    shadow.through = vec3(1.0f, 1.0f, 1.0f);
     return shadow;
+}
+
+/// `incident` behind the panes on the way.
+SHARED_FN vec3 incidentBehind(IN(ShadowRay) shadow)
+{
+    return FEATURE(kFeaturePanes) ? shadow.incident * shadow.through : shadow.incident;
 }
 
 /// Connects the vertex to the point that `u` picks of an emitter, which was itself chosen with
@@ -88,7 +96,7 @@ SHARED_FN ShadowRay connectTo(IN(SceneView) scene, PathSettings settings, uint e
     shadow.wi = e.wi;
     shadow.incident = e.radiance * weight;
     shadow.pdf = pmf * e.pdf;
-    shadow.passes = settings.maxDepth - 1u - path.depth;
+    shadow.passes = mostPanes(settings, path.depth, e.pdf);
     shadow.origin = originOnSide(vertex.surface, side);
     shadow.direction = e.wi;
     shadow.tMax = kDistant;
@@ -149,7 +157,9 @@ SHARED_FN bool passPane(IN(SceneView) scene, Hit hit, INOUT(ShadowRay) shadow)
     const vec3 wo = toLocal(s.frame, -shadow.wi);
     float side;
     if (!isPane(bsdf) || !sideOf(s, shadow.wi, -wo.z, side)) return false;
-    shadow.contribution *= straightThrough(bsdf, wo);
+    const vec3 through = straightThrough(bsdf, wo);
+    shadow.contribution *= through;
+    shadow.through *= through;
     const vec3 behind = originOnSide(s, side);
     if (shadow.tMax < 1.0f) {
         shadow.direction -= behind - shadow.origin;

@@ -235,11 +235,17 @@ struct PathSettings {
     uint imageWidth;
     uint imageHeight;
     uint guidedRules;   // of guided paths: packGuidedRules (guided_path.h)
-    uint passesPanes;   // 1: connections and unscattered paths go straight through panes (path.h)
+    uint passesPanes;   // kPanesBlock, kPanesPass, kPanesPassPunctual
     uint treeEmitters;  // the first so many emitters are chosen by the emitter tree; 0: there is
                         // none
     uint skyRegions;    // 1: the environment is drawn as it is seen from a region
 };
+
+// What goes straight through panes (path.h): nothing; connections and unscattered paths, which are
+// weighed against each other; or only connections with emitters that no path could meet.
+SHARED_CONST uint kPanesBlock = 0u;
+SHARED_CONST uint kPanesPass = 1u;
+SHARED_CONST uint kPanesPassPunctual = 2u;
 
 SHARED_CONST uint kStrategyMis = 0u;
 SHARED_CONST uint kStrategyBsdf = 1u;

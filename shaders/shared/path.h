@@ -100,7 +100,8 @@ SHARED_FN bool prepareVertex(IN(SceneView) scene, PathSettings settings, Hit hit
 SHARED_FN bool goesStraight(PathSettings settings, IN(Vertex) vertex, BsdfSample next)
 {
     const uint straight = kLobeDelta | kLobeTransmission;
-    return passesPanes(settings) && (next.flags & straight) == straight && isPane(vertex.bsdf);
+    return FEATURE(kFeaturePanes) && settings.passesPanes == kPanesPass &&
+           (next.flags & straight) == straight && isPane(vertex.bsdf);
 }
 
 /// Moves the path on to the ray that leaves the vertex in the direction `next`; false when nothing

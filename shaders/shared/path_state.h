@@ -25,10 +25,19 @@ struct PathState {
     uint medium;     // that it goes through: mediumBeyond
 };
 
-/// Whether light goes straight through panes: nothing of them is in the code of other scenes.
+/// Whether connections go straight through panes: nothing of them is in the code of other scenes.
 SHARED_FN bool passesPanes(PathSettings settings)
 {
-    return FEATURE(kFeaturePanes) && settings.passesPanes != 0u;
+    return FEATURE(kFeaturePanes) && settings.passesPanes != kPanesBlock;
+}
+
+/// How many panes a connection may go through from a vertex of that depth to an emitter of density
+/// `pdf`: each counts as a scattering event.
+SHARED_FN uint mostPanes(PathSettings settings, uint depth, float pdf)
+{
+    if (!passesPanes(settings)) return 0u;
+    if (settings.passesPanes == kPanesPassPunctual && pdf > 0.0f) return 0u;
+    return settings.maxDepth - 1u - depth;
 }
 
 /// The vertex from which the path came here, straight through panes or not.

@@ -48,14 +48,6 @@ SHARED_FN ReuseTrail noReuseTrail()
     return trail;
 }
 
-/// Numbers for the stochastic rounding of what is stored.
-SHARED_FN vec3 roundingNumbers(SampleStream stream, uint which)
-{
-    stream = decisionStream(stream, kPurposeRounding);
-    const vec2 a = streamVec2(stream, 2u * which);
-    return vec3(a.x, a.y, streamVec2(stream, 2u * which + 1u).x);
-}
-
 // A chance for every candidate: whether a sample may be reused is only known once its ray has been
 // traced, and what may not is not left to old samples.
 SHARED_CONST float kReuseLeastOmega = 0.05f;
@@ -144,17 +136,18 @@ SHARED_FN ShadowRay proposeFirstConnection(IN(SceneView) scene, PathSettings pat
 }
 
 /// Takes the connection that beginNewPath has proposed, and which is open.
-SHARED_FN void takeFirstConnection(IN(SceneView) scene, ReuseSettings settings, IN(ReuseVertex) v,
-                                   IN(ShadowRay) shadow, SampleStream stream,
+SHARED_FN void takeFirstConnection(IN(SceneView) scene, PathSettings path, ReuseSettings settings,
+                                   IN(ReuseVertex) v, IN(ShadowRay) shadow, SampleStream stream,
                                    INOUT(ReuseNew) result, INOUT(ReuseTally) tally)
 {
     float share = lightShare(scene, settings, v, shadow);
-    if (share > 0.0f && newLightHid(scene, settings, v, shadow, stream, tally)) {
+    if (share > 0.0f && newLightHid(scene, path, settings, v, shadow, stream, tally)) {
         result.lost += share / v.rays * luminance(shadow.contribution);
         share = 0.0f;
     }
     result.direct = shadow.contribution;
     result.light.v = (1.0f - share) / v.rays;
+    result.light.through = packThrough(shadow.through, roundingNumbers(stream, kRoundsNewLight));
 }
 
 /// Begins a new path, and proposes a connection (one that brings nothing is none): `ray`, which is
@@ -241,7 +234,8 @@ SHARED_FN void takeConnection(IN(ShadowRay) shadow, uint depth, SampleStream str
     }
     trail.leaving += shadow.contribution;
     record.lightDirection = packOct(shadow.wi);
-    record.lightRadiance = packRgbe(shadow.incident, roundingNumbers(stream, 0u));
+    record.lightRadiance =
+        packRgbe(incidentBehind(shadow), roundingNumbers(stream, kRoundsEmitter));
 }
 
 /// Extends a new path by what it has met (kNone: nothing): proposes a connection there (one that
@@ -299,8 +293,7 @@ SHARED_FN bool traceNewPath(IN(SceneView) scene, PathSettings path, ReuseSetting
     const bool goes = extendNewPath(scene, path, settings, importance, stream, hit, ray, gathered,
                                     trail, record, shadow);
     if (maxComponent(shadow.contribution) > 0.0f) {
-        ++tally.shadowRays;
-        if (wayIsOpen(scene, shadow, alphaSeed(stream, depth, 1u)))
+        if (wayIsOpen(scene, shadow, alphaSeed(stream, depth, 1u), tally))
             takeConnection(shadow, depth, stream, gathered, trail, record);
     }
     return goes;
@@ -369,10 +362,10 @@ SHARED_FN void endNewPath(IN(SceneView) scene, ReuseSettings settings, IN(ReuseV
     if (result.record.nextDirection != 0u)
         result.record.nextRadiance =
             packRgbe(trail.perGathered > 0.0f ? trail.perGathered * gathered : reflected,
-                     roundingNumbers(stream, 1u));
+                     roundingNumbers(stream, kRoundsNext));
     if (result.record.radiance != kReuseEvaluated)
         result.record.radiance =
-            packRgbe(max(L - trail.emitted, vec3(0.0f)), roundingNumbers(stream, 2u));
+            packRgbe(max(L - trail.emitted, vec3(0.0f)), roundingNumbers(stream, kRoundsLeaving));
     result.around = trail.weight * L;
     float perPlace;
     vec3 wayBefore;
@@ -400,9 +393,8 @@ SHARED_FN bool beginTracedPath(IN(SceneView) scene, PathSettings path, ReuseSett
     const bool goes =
         beginNewPath(scene, path, settings, v, stream, ray, trail, result.light, shadow);
     if (maxComponent(shadow.contribution) > 0.0f) {
-        ++tally.shadowRays;
-        if (wayIsOpen(scene, shadow, alphaSeed(stream, 0u, 1u)))
-            takeFirstConnection(scene, settings, v, shadow, stream, result, tally);
+        if (wayIsOpen(scene, shadow, alphaSeed(stream, 0u, 1u), tally))
+            takeFirstConnection(scene, path, settings, v, shadow, stream, result, tally);
     }
     return goes;
 }

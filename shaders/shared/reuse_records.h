@@ -276,7 +276,21 @@ struct ReuseLight {
     uint emitter;
     uint numbers;  // 2 x 16 bits
     float v;       // 0: there is none here
+    uint through;  // packThrough
 };
+
+/// What panes on the way of a connection have let through, and back; 0: all. Not traced again, an
+/// old connection is taken for as dim as it was.
+SHARED_FN uint packThrough(vec3 through, vec3 xi)
+{
+    if (!FEATURE(kFeaturePanes) || through == vec3(1.0f)) return 0u;
+    return max(packRgbe(through, xi), 1u);
+}
+
+SHARED_FN vec3 unpackThrough(uint word)
+{
+    return FEATURE(kFeaturePanes) && word != 0u ? unpackRgbe(word) : vec3(1.0f);
+}
 
 SHARED_FN ReuseSample noReuseSample()
 {
@@ -358,7 +372,7 @@ SHARED_FN ReuseSample unpackReuseSample(ReuseSettings settings, uvec4 place, uve
 
 SHARED_FN uvec4 packLightRecord(ReuseLight r)
 {
-    return uvec4(r.emitter, r.numbers, floatAsUint(r.v), 0u);
+    return uvec4(r.emitter, r.numbers, floatAsUint(r.v), r.through);
 }
 
 SHARED_FN ReuseLight unpackLightRecord(uvec4 w)
@@ -367,6 +381,7 @@ SHARED_FN ReuseLight unpackLightRecord(uvec4 w)
     r.emitter = w.x;
     r.numbers = w.y;
     r.v = uintAsFloat(w.z);
+    r.through = FEATURE(kFeaturePanes) ? w.w : 0u;
     return r;
 }
 

@@ -33,6 +33,7 @@ SHARED_FN ReuseNew noReuseNew()
     n.light.emitter = 0u;
     n.light.numbers = 0u;
     n.light.v = 0.0f;
+    n.light.through = 0u;
     n.scale = 0.0f;
     n.around = vec3(0.0f);
     n.direct = vec3(0.0f);

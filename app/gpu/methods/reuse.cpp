@@ -69,7 +69,7 @@ public:
         shared::ReuseSettings settings = settingsFor(params);
         settings.visibility = visibility_;
         const bool chains = (scene_->features() & shared::kFeatureDelta) != 0;
-        passes_.prepare(view.size, film_.frame().tileCount(), settings, params.maxDepth,
+        passes_.prepare(view.size, film_.frame().tileCount(), settings, raysOfPath(params),
                         perDeviation_, chains);
         for (DescriptorSet& set : passes_.filmSets())
             film_.begin(set, core::mostPathsOfPixel(params));
@@ -150,6 +150,13 @@ private:
         shared::ReuseSettings settings = core::reuseSettings(params);
         settings.flags = core::reuseFlags(params, 0, core::mayMove(*world_));
         return settings;
+    }
+
+    /// Rays of a path at most: a connection through a pane takes three; few lie through several.
+    uint32_t raysOfPath(const core::ReuseParams& params) const
+    {
+        const bool panes = core::connectsThroughPanes(scene_->features());
+        return (panes ? 4 : 2) * params.maxDepth + 1;
     }
 
     /// Finds what has moved since the last whole round; false where nothing of it may be kept.
