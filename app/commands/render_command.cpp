@@ -20,7 +20,6 @@
 #include "core/base/output_file.h"
 #include "core/base/time.h"
 #include "core/image/metrics.h"
-#include "core/methods/missed_light.h"
 #include "core/scene/features.h"
 
 namespace app {
@@ -99,8 +98,6 @@ void Job::prepare()
     for (const std::string& line : warningLines(loaded.world->warnings))
         log_.warning(o_.scene.file.string() + ": " + line);
     if (!loaded.note.empty()) log_.warning(o_.scene.file.string() + ": " + loaded.note);
-    const std::string missed = core::missedLight(o_.params.id(), *loaded.world);
-    if (!missed.empty()) log_.warning(o_.scene.file.string() + ": " + missed);
     report_.options = &o_;
     report_.world = loaded.world;
     report_.loadSeconds = loaded.seconds;

@@ -12,7 +12,6 @@
 #include "app/session/session_jobs.h"
 #include "app/session/settings_keeper.h"
 #include "core/base/check.h"
-#include "core/methods/missed_light.h"
 
 namespace app {
 
@@ -87,12 +86,7 @@ void Session::chooseMethod(std::string_view id)
 void Session::chooseParams(const core::AnyParams& params)
 {
     settings.keepParams(render.method);
-    const bool another = params.id() != render.method.id();
     render.method = params;
-    if (!another || !document_) return;
-    if (const std::string missed = core::missedLight(params.id(), *document_->world);
-        !missed.empty())
-        notices.tell(Severity::warning, missed);
 }
 
 void Session::update(double seconds, glm::uvec2 pictureArea)

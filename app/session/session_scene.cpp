@@ -11,7 +11,6 @@
 #include "app/session/session.h"
 #include "app/session/session_jobs.h"
 #include "core/base/check.h"
-#include "core/methods/missed_light.h"
 
 namespace app {
 
@@ -117,9 +116,6 @@ void Session::show(const Document& document)
                      report::counted(core::shownTriangles(*document_->world), "triangle") +
                      ", loaded in " + loadTimeText(document_->loadSeconds));
     for (const std::string& line : document_->warnings) notices.tell(Severity::warning, line);
-    if (const std::string missed = core::missedLight(render.method.id(), *document_->world);
-        !missed.empty())
-        notices.tell(Severity::warning, missed);
     if (pendingReplay_) applyReplay();
 }
 

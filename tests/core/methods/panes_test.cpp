@@ -9,7 +9,6 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "core/methods/method.h"
-#include "core/methods/missed_light.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/stats.h"
 
@@ -73,6 +72,15 @@ struct House {
         compareBy(params, irradiance, spp, "manylights");
     }
 
+    /// The same with samples that are kept.
+    void compareReuse(double irradiance, uint32_t spp, uint32_t maxDepth) const
+    {
+        core::ReuseParams params;
+        params.maxDepth = maxDepth;
+        params.sampler = core::SamplerKind::independent;
+        compareBy(params, irradiance, spp, "reuse");
+    }
+
 private:
     void compareBy(const core::AnyParams& params, double irradiance, uint32_t spp,
                    std::string_view name) const
@@ -97,6 +105,7 @@ TEST(Panes, PointLightBehindOne)
     const double irradiance = 7 * cosine / glm::dot(at, at) * throughWall(cosine);
     house.compare(irradiance, 4, Strategy::mis, 2);
     house.compareManyLights(irradiance, 4, 2);
+    house.compareReuse(irradiance, 4, 2);
 }
 
 /// A wall lets as much through whichever side it shows, and colours add up as products.
@@ -118,26 +127,7 @@ TEST(Panes, ManyTinted)
     const double irradiance = 7 * cosine / glm::dot(at, at) * through;
     house.compare(irradiance, 4, Strategy::mis, 6);
     house.compareManyLights(irradiance, 4, 6);
-}
-
-/// Sample reuse keeps connections that end at panes: what it never shows it tells of, and nothing
-/// else is told of.
-TEST(Panes, ReuseTellsWhatItDoesNotShow)
-{
-    for (const bool wall : {false, true}) {
-        for (const bool point : {false, true}) {
-            House house;
-            if (wall) house.addWall(0.5f, pane());
-            core::PunctualLight light;
-            light.intensity = 7;
-            if (point) house.builder.light(light, glm::translate(glm::dmat4(1), {0.9, 1.7, -0.6}));
-            house.builder.constantEnvironment(glm::vec3(1));
-            const auto world = house.builder.world();
-            EXPECT_EQ(core::missedLight("reuse", *world).empty(), !(wall && point));
-            for (const char* other : {"path", "guided", "manylights"})
-                EXPECT_EQ(core::missedLight(other, *world), "");
-        }
-    }
+    house.compareReuse(irradiance, 4, 6);
 }
 
 /// A passage is a scattering event: paths that may scatter once do not come through.
