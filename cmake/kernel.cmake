@@ -1,6 +1,6 @@
 # One kernel from GLSL to an array of words in a header: compiled, optimised, embedded. Run by the build.
 #   cmake -DKERNEL=FILE -DNAME=NAME -DHEADER=FILE -DINCLUDE=DIR -DGLSLANG=PROGRAM -DSPIRV_OPT=PROGRAM
-#         -P cmake/kernel.cmake
+#         -DMACRO=-DMACRO -P cmake/kernel.cmake
 # Drivers do the same work anew in every run: software drivers make pipelines of what is inlined, and free of most
 # variables in memory, in .5 to .7 of the time. Left out, of what -O or -Os of spirv-opt would do:
 # - simplify-instructions, which joins products of constants: the kernels' results would differ in their last bits from
@@ -23,7 +23,7 @@ function(run what)
 endfunction()
 set(plain ${HEADER}.plain.spv)
 set(optimised ${HEADER}.spv)
-run(compiled ${GLSLANG} -V --quiet --target-env vulkan1.3 -I${INCLUDE} --depfile ${HEADER}.d -o ${plain} ${KERNEL})
+run(compiled ${GLSLANG} -V --quiet --target-env vulkan1.3 ${MACRO} -I${INCLUDE} --depfile ${HEADER}.d -o ${plain} ${KERNEL})
 run(optimised ${SPIRV_OPT} --target-env=vulkan1.3 --scalar-block-layout --preserve-bindings
     ${PASSES} ${plain} -o ${optimised})
 

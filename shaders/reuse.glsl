@@ -66,7 +66,11 @@ bool wayIsOpen(SceneView view, inout ShadowRay shadow, uint seed, inout ReuseTal
     ++tally.shadowRays;
     Hit hit;
     if (!traceAnyHit(Ray(shadow.origin, 0.0, shadow.direction, shadow.tMax), seed, hit)) return true;
-    return FEATURE(kFeaturePanes) && shadow.passes > 0u && comesThrough(hit.slot, seed, shadow, tally.shadowRays);
+#ifdef REKINDLE_PANES
+    return shadow.passes > 0u && comesThrough(hit.slot, seed, shadow, tally.shadowRays);
+#else
+    return false;
+#endif
 }
 
 /// The pixel of this lane; false where it has none.

@@ -9,10 +9,14 @@
 #include "core/methods/reuse_maps.h"
 #include "shared/reuse_new.h"
 #include "spirv/reuse_bounce.h"
+#include "spirv/reuse_bounce_panes.h"
 #include "spirv/reuse_full.h"
+#include "spirv/reuse_full_panes.h"
 #include "spirv/reuse_hits.h"
 #include "spirv/reuse_new.h"
+#include "spirv/reuse_new_panes.h"
 #include "spirv/reuse_old.h"
+#include "spirv/reuse_old_panes.h"
 #include "spirv/reuse_weigh.h"
 
 namespace gpu {
@@ -93,15 +97,19 @@ std::array<DescriptorSet, 2> twoSets(Device& device, const KernelBase& kernel)
 
 ReusePasses::ReusePasses(Context& context)
     : context_(context), hits_(context.device, k_reuse_hits, &context.layouts),
-      new_(context.device, k_reuse_new, &context.layouts),
       weigh_(context.device, k_reuse_weigh, &context.layouts),
-      full_(context.device, k_reuse_full, &context.layouts),
-      old_(context.device, k_reuse_old, &context.layouts),
-      bounce_(context.device, k_reuse_bounce, &context.layouts),
-      hitsSets_(twoSets(context.device, hits_)), newSets_(twoSets(context.device, new_)),
-      weighSets_(twoSets(context.device, weigh_)), fullSets_(twoSets(context.device, full_)),
-      oldSets_(twoSets(context.device, old_)), bounceSets_(twoSets(context.device, bounce_)),
-      motion_(context.device),
+      new_{{context.device, k_reuse_new, &context.layouts},
+           {context.device, k_reuse_new_panes, &context.layouts}},
+      full_{{context.device, k_reuse_full, &context.layouts},
+            {context.device, k_reuse_full_panes, &context.layouts}},
+      old_{{context.device, k_reuse_old, &context.layouts},
+           {context.device, k_reuse_old_panes, &context.layouts}},
+      bounce_{{context.device, k_reuse_bounce, &context.layouts},
+              {context.device, k_reuse_bounce_panes, &context.layouts}},
+      hitsSets_(twoSets(context.device, hits_)), newSets_(twoSets(context.device, new_.plain)),
+      weighSets_(twoSets(context.device, weigh_)), fullSets_(twoSets(context.device, full_.plain)),
+      oldSets_(twoSets(context.device, old_.plain)),
+      bounceSets_(twoSets(context.device, bounce_.plain)), motion_(context.device),
       queues_(context.device, "the queues", (kMostBounces + 1) * sizeof(shared::QueueHead))
 {
     for (TwoSets* two : {&newSets_, &bounceSets_})
@@ -267,13 +275,14 @@ void ReusePasses::record(VkCommandBuffer commands, const GpuScene& scene, const 
     hits_.dispatch(commands, hits_.pipeline(constants), sets(hitsSets_), push, groups);
     barrier(commands);
     if (takesAll()) {
-        full_.dispatchIndirect(commands, full_.pipeline(constants), sets(fullSets_), push,
-                               waitingHead_, 0);
+        full_.of(constants).dispatchIndirect(commands, full_.of(constants).pipeline(constants),
+                                             sets(fullSets_), push, waitingHead_, 0);
     } else {
         recordNewPaths(commands, scene, frame, constants, push);
     }
     barrier(commands);
-    old_.dispatch(commands, old_.pipeline(constants), sets(oldSets_), push, groups);
+    old_.of(constants).dispatch(commands, old_.of(constants).pipeline(constants), sets(oldSets_),
+                                push, groups);
     barrier(commands);
 }
 
@@ -289,14 +298,14 @@ void ReusePasses::recordNewPaths(VkCommandBuffer commands, const GpuScene& scene
     const auto sets = [&](const DescriptorSet& own) {
         return KernelSets{&scene.set(), &frame.set(), &own};
     };
-    new_.dispatchIndirect(commands, new_.pipeline(constants), sets(newSets_[side_]), push,
-                          waitingHead_, 0);
+    new_.of(constants).dispatchIndirect(commands, new_.of(constants).pipeline(constants),
+                                        sets(newSets_[side_]), push, waitingHead_, 0);
     const uint32_t bounces = std::min(frame.data().settings.maxDepth + 1, kMostBounces);
     for (uint32_t b = 0; b < bounces; ++b) {
         barrier(commands);
-        bounce_.dispatchIndirect(commands, bounce_.pipeline(constants), sets(bounceSets_[b % 2]),
-                                 {push.batch, push.settings, b}, queues_,
-                                 b * sizeof(shared::QueueHead));
+        bounce_.of(constants).dispatchIndirect(
+            commands, bounce_.of(constants).pipeline(constants), sets(bounceSets_[b % 2]),
+            {push.batch, push.settings, b}, queues_, b * sizeof(shared::QueueHead));
     }
     barrier(commands);
     weigh_.dispatchIndirect(commands, weigh_.pipeline(constants), sets(weighSets_[side_]), push,
@@ -306,13 +315,13 @@ void ReusePasses::recordNewPaths(VkCommandBuffer commands, const GpuScene& scene
 void ReusePasses::makePipelines(const ReuseConstants& constants)
 {
     hits_.pipeline(constants);
-    old_.pipeline(constants);
+    old_.of(constants).pipeline(constants);
     if (takesAll()) {
-        full_.pipeline(constants);
+        full_.of(constants).pipeline(constants);
         return;
     }
-    new_.pipeline(constants);
-    bounce_.pipeline(constants);
+    new_.of(constants).pipeline(constants);
+    bounce_.of(constants).pipeline(constants);
     weigh_.pipeline(constants);
 }
 
@@ -320,8 +329,8 @@ bool ReusePasses::hasKernels(const ReuseConstants& wanted,
                              const shared::ReuseSettings& settings) const
 {
     const ReuseConstants constants = specialised(wanted, settings);
-    const ReuseKernel& paths = settings.strategy == shared::kReuseFull ? full_ : new_;
-    return old_.isCompiled(constants) && paths.isCompiled(constants);
+    const TwoForms<ReuseKernel>& paths = settings.strategy == shared::kReuseFull ? full_ : new_;
+    return old_.of(constants).isCompiled(constants) && paths.of(constants).isCompiled(constants);
 }
 
 bool ReusePasses::compile(const GpuScene& scene, const Frame& frame, const ReuseConstants& wanted)
@@ -344,11 +353,13 @@ bool ReusePasses::compile(const GpuScene& scene, const Frame& frame, const Reuse
                 barrier(commands);
             };
             if (takesAll()) {
-                one(full_, full_.pipeline(constants), fullSets_[side_], nothing);
+                one(full_.of(constants), full_.of(constants).pipeline(constants), fullSets_[side_],
+                    nothing);
                 return;
             }
-            one(new_, new_.pipeline(constants), newSets_[side_], nothing);
-            one(bounce_, bounce_.pipeline(constants), bounceSets_[0],
+            one(new_.of(constants), new_.of(constants).pipeline(constants), newSets_[side_],
+                nothing);
+            one(bounce_.of(constants), bounce_.of(constants).pipeline(constants), bounceSets_[0],
                 shared::ReuseBounceBatch{nothing.batch, nothing.settings, 0});
             one(weigh_, weigh_.pipeline(constants), weighSets_[side_], nothing);
         },

@@ -92,6 +92,21 @@ private:
     using ReuseKernel = Kernel<shared::ReuseBatch, ReuseConstants>;
     using BounceKernel = Kernel<shared::ReuseBounceBatch, ReuseConstants>;
 
+    /// A kernel that scenes in which connections lie through panes have in a form of their own.
+    /// Both forms have the same bindings.
+    template <class OneKernel> struct TwoForms {
+        OneKernel plain, panes;
+
+        OneKernel& of(const ReuseConstants& constants)
+        {
+            return (constants.features & shared::kFeaturePanes) != 0 ? panes : plain;
+        }
+        const OneKernel& of(const ReuseConstants& constants) const
+        {
+            return (constants.features & shared::kFeaturePanes) != 0 ? panes : plain;
+        }
+    };
+
     void makeStore(uint32_t side);
     void bindStore(uint32_t side);
     void makeScratch(uint32_t tiles, uint32_t rays, bool chains);
@@ -105,8 +120,9 @@ private:
                         const ReuseConstants& constants, const shared::ReuseBatch& push);
 
     Context& context_;
-    ReuseKernel hits_, new_, weigh_, full_, old_;
-    BounceKernel bounce_;
+    ReuseKernel hits_, weigh_;
+    TwoForms<ReuseKernel> new_, full_, old_;
+    TwoForms<BounceKernel> bounce_;
     // By which store is written.
     TwoSets hitsSets_, newSets_, weighSets_, fullSets_, oldSets_;
     TwoSets bounceSets_;  // by which paths are read
