@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "core/base/check.h"
-#include "shared/lang.h"
+#include "shared/layout.h"
 
 namespace core {
 
@@ -72,13 +72,24 @@ std::vector<double> environmentWeights(std::span<const glm::vec4> texels, uint32
     return weights;
 }
 
+/// For each part of [0,1), and its end, the last interval of `cdf` that begins no later.
+static void appendParts(std::span<const float> cdf, std::vector<float>& out)
+{
+    const auto end = cdf.end() - 1;
+    for (uint32_t k = 0; k <= shared::kCdfParts; ++k) {
+        const float u = static_cast<float>(k) / shared::kCdfParts;
+        out.push_back(static_cast<float>(std::upper_bound(cdf.begin(), end, u) - cdf.begin() - 1));
+    }
+}
+
 std::vector<float> makeEnvironmentCdf(std::span<const double> weights, uint32_t width,
                                       uint32_t height)
 {
     CHECK(weights.size() == size_t(width) * height);
     std::vector<double> rows(height);
     std::vector<float> cdf;
-    cdf.reserve(height + 1 + size_t(height) * (width + 1));
+    const size_t values = shared::firstCdfPart(width, height);
+    cdf.reserve(values + size_t(height + 1) * (shared::kCdfParts + 1));
     for (uint32_t y = 0; y < height; ++y) {
         const auto row = weights.subspan(size_t(y) * width, width);
         rows[y] = std::accumulate(row.begin(), row.end(), 0.0);
@@ -89,6 +100,10 @@ std::vector<float> makeEnvironmentCdf(std::span<const double> weights, uint32_t 
         const std::vector<float> conditional = makeCdf(weights.subspan(size_t(y) * width, width));
         cdf.insert(cdf.end(), conditional.begin(), conditional.end());
     }
+    appendParts({cdf.data(), height + 1u}, cdf);
+    for (size_t y = 0; y < height; ++y)
+        appendParts({cdf.data() + height + 1 + y * (width + 1), width + 1u}, cdf);
+    CHECK(cdf.size() == values + size_t(height + 1) * (shared::kCdfParts + 1));
     return cdf;
 }
 

@@ -27,7 +27,8 @@ std::vector<double> environmentWeights(std::span<const glm::vec4> texels, uint32
                                        uint32_t height);
 
 /// The two-level CDF of world.h from weights: height + 1 values over rows, then width + 1 values
-/// for each row.
+/// for each row; behind them, in the same order, for each of these the intervals in which the
+/// shared::kCdfParts parts of [0,1) begin, and the last one.
 std::vector<float> makeEnvironmentCdf(std::span<const double> weights, uint32_t width,
                                       uint32_t height);
 

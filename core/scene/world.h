@@ -68,7 +68,7 @@ struct World {
     SharedArray<Texel> texels;
     uint32_t environmentWidth = 0, environmentHeight = 0;
     SharedArray<glm::vec4> environment;  // radiance without intensity
-    // Height + 1 values over rows, then per row width + 1 values
+    // Height + 1 values over rows, then per row width + 1 values, then parts (makeEnvironmentCdf)
     SharedArray<float> environmentCdf;
     float environmentIntensity = 1;
     IndexRange movingVertices, movingTriangles;  // what the animation can move

@@ -261,6 +261,17 @@ static_assert(sizeof(CameraData) == 80);
 static_assert(sizeof(PathSettings) == 76);
 #endif
 
+// A CDF of the environment is looked up by parts of [0,1): for each the interval in which it begins
+// is stored (H.-C. Chen, Y. Asau, "On Generating Random Variates from an Empirical Distribution",
+// 1974), so that a search reads one or two cache lines of a row and not one for each step.
+SHARED_CONST uint kCdfParts = 128u;  // a power of two: parts of u are exact
+
+/// Where the parts of the CDF over rows are; those of row y are the (y + 1)th behind them.
+SHARED_FN uint firstCdfPart(uint width, uint height)
+{
+    return height + 1u + height * (width + 1u);
+}
+
 SHARED_END
 
 #endif

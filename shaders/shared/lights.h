@@ -138,13 +138,14 @@ SHARED_FN float pmfEnvironmentIn(IN(SceneView) scene, PathSettings settings, uin
     return skyShare(scene, region);
 }
 
-/// Inverts `count` intervals of a CDF that starts at `first`; returns the interval, and u stretched
-/// inside it.
-SHARED_FN uint invertEnvironmentCdf(IN(SceneView) scene, uint first, uint count, INOUT(float) u,
+/// Inverts a CDF that starts at `first`, its parts at `parts`; returns the interval, and u
+/// stretched inside it.
+SHARED_FN uint invertEnvironmentCdf(IN(SceneView) scene, uint first, uint parts, INOUT(float) u,
                                     OUT(float) pmf)
 {
-    uint low = 0u;
-    uint high = count;
+    const uint part = parts + min(uint(u * float(kCdfParts)), kCdfParts - 1u);
+    uint low = uint(fetchEnvironmentCdf(scene, part));
+    uint high = uint(fetchEnvironmentCdf(scene, part + 1u)) + 1u;
     while (high - low > 1u) {
         const uint middle = (low + high) >> 1u;
         if (fetchEnvironmentCdf(scene, first + middle) <= u) {
@@ -219,11 +220,15 @@ SHARED_FN bool sampleEnvironment(IN(SceneView) scene, PathSettings settings, uin
     if (FEATURE(kFeatureSkyRegions) && region != 0u) density = warpToSky(scene, region, v);
     float row = 0.0f;
     float column = 0.0f;
-    const uint y = invertEnvironmentCdf(scene, 0u, settings.environmentHeight, v.y, row);
-    const uint first = settings.environmentHeight + 1u + y * (settings.environmentWidth + 1u);
-    const uint x = invertEnvironmentCdf(scene, first, settings.environmentWidth, v.x, column);
-    s.wi = environmentDirection(vec2((float(x) + v.x) / float(settings.environmentWidth),
-                                     (float(y) + v.y) / float(settings.environmentHeight)));
+    const uint width = settings.environmentWidth;
+    const uint height = settings.environmentHeight;
+    const uint parts = firstCdfPart(width, height);
+    const uint y = invertEnvironmentCdf(scene, 0u, parts, v.y, row);
+    const uint first = height + 1u + y * (width + 1u);
+    const uint x =
+        invertEnvironmentCdf(scene, first, parts + (y + 1u) * (kCdfParts + 1u), v.x, column);
+    s.wi = environmentDirection(
+        vec2((float(x) + v.x) / float(width), (float(y) + v.y) / float(height)));
     s.distance = kDistant;
     s.barycentrics = vec2(0.0f, 0.0f);
     s.pdf = environmentDensity(settings, density * row * column,

@@ -1,9 +1,12 @@
 // T12 and T13: the choice of an emitter and of an environment texel happens exactly as often as its
 // probability says.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -84,6 +87,42 @@ SceneBuilder lampScene()
     b.constantEnvironment(glm::vec3(0.1f));
     b.scene.sun = core::Sun{{0, 1, 0}, 0.00465f, glm::vec3(1000)};
     return b;
+}
+
+/// The intervals that are stored for parts of [0,1) lead to the one that a plain scan finds, at the
+/// ends of parts and of intervals, too, and with rows that are black.
+TEST(LightTable, PartsLeadToTheIntervalThatAScanFinds)
+{
+    std::mt19937 random(4);
+    for (const glm::uvec2 size : {glm::uvec2(1, 1), {3, 2}, {128, 5}, {129, 130}, {1000, 3}}) {
+        std::vector<double> weights = spreadWeights(size_t(size.x) * size.y, 12, random);
+        if (size.y > 1) std::fill_n(weights.begin(), size.x, 0.0);
+        const std::vector<float> cdf = core::makeEnvironmentCdf(weights, size.x, size.y);
+        shared::SceneView scene{};
+        scene.environmentCdf = cdf.data();
+        const uint32_t parts = shared::firstCdfPart(size.x, size.y);
+        for (uint32_t i = 0; i <= size.y; ++i) {
+            const uint32_t first = i == 0 ? 0 : size.y + 1 + (i - 1) * (size.x + 1);
+            const std::span own(cdf.data() + first, (i == 0 ? size.y : size.x) + 1);
+            std::vector<float> numbers(own.begin(), own.end() - 1);
+            for (uint32_t k = 0; k < shared::kCdfParts; ++k) {
+                const float u = static_cast<float>(k) / shared::kCdfParts;
+                numbers.insert(numbers.end(),
+                               {u, std::nextafter(u, 0.0f), shared::unitFloat(random())});
+            }
+            for (float u : numbers) {
+                if (!(u < 1)) continue;
+                const auto above = std::upper_bound(own.begin(), own.end(), u);
+                const auto expected = static_cast<uint32_t>(above - own.begin() - 1);
+                float pmf = 0, rest = u;
+                ASSERT_EQ(shared::invertEnvironmentCdf(
+                              scene, first, parts + i * (shared::kCdfParts + 1), rest, pmf),
+                          expected)
+                    << u << " in row " << i << " of " << size.x << "x" << size.y;
+                ASSERT_EQ(pmf, own[expected + 1] - own[expected]);
+            }
+        }
+    }
 }
 
 TEST(LightTable, EmittersAreChosenByTheirProbability)
