@@ -56,6 +56,7 @@ reuse-candidates-at-rest@shaders/shared/reuse_new.h@if (!augments || follows ||@
 reuse-hidden-kept@shaders/shared/reuse_visibility.h@if (!asksAgain(settings, stream, which)) return false;@return false;@*ReuseBias.Asking*cpu*
 reuse-pane-unpassed@core/methods/reuse_paths_body.h@if (wave_.blocked[s] != 0 && !comesThrough(c.shadow, wave_.rays[s].seed)) continue;@if (wave_.blocked[s] != 0) continue;@Panes*:*ReusePanes*cpu*
 reuse-pane-undimmed@shaders/shared/reuse_visibility.h@if (FEATURE(kFeaturePanes)) F *= unpackThrough(r.through);@@*ReusePanes*cpu*
+reuse-pane-stale@shaders/shared/reuse_visibility.h@    F = shadow.contribution;@@*ReusePanesAsked*cpu*
 reuse-pane-hides@shaders/shared/reuse_visibility.h@ends ? distance : kInfinity, mostPanes(path, 0u, shadow.pdf),@ends ? distance : kInfinity, 0u,@*ReusePanes*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 completion-run-mass@core/completion/row_weights.cpp@const double each = share / (end - begin);@const double each = share;@RowWeights*
