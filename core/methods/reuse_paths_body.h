@@ -187,7 +187,8 @@ private:
 
     bool comesThrough(shared::ShadowRay& shadow, uint32_t seed)
     {
-        return FEATURE(shared::kFeaturePanes) && comesThroughPanes(scene_, shadow, seed, tally_);
+        return FEATURE(shared::kFeaturePanes) && shadow.passes > 0 &&
+               comesThroughPanes(scene_, shadow, seed, tally_);
     }
 
     static inline thread_local Wave wave_;

@@ -147,7 +147,9 @@ SHARED_FN void takeFirstConnection(IN(SceneView) scene, PathSettings path, Reuse
     }
     result.direct = shadow.contribution;
     result.light.v = (1.0f - share) / v.rays;
-    result.light.through = packThrough(shadow.through, roundingNumbers(stream, kRoundsNewLight));
+    if (FEATURE(kFeaturePanes) && shadow.through != vec3(1.0f))
+        result.light.through =
+            packThrough(shadow.through, roundingNumbers(stream, kRoundsNewLight));
 }
 
 /// Begins a new path, and proposes a connection (one that brings nothing is none): `ray`, which is
