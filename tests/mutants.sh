@@ -95,6 +95,7 @@ cover-shone-through@core/many_lights/shadow_packets.h@shared::connectionEnd(std:
 pilot-believed@core/many_lights/light_paths.cpp@if (pilot.lights.empty()) return static_cast<uint32_t>(most);@if (pilot.lights.empty()) return 0;@VirtualLights*
 pane-light-twice@core/many_lights/lost_light.cpp@walk.path.pdf = walk.pdf;@walk.path.pdf = 0;@ManyLightsBehindPanes*
 pane-unpassed@core/many_lights/lost_light.cpp@if (panes) connectReceiver(job, scene, r, v, n, walk, wave);@@Panes*
+reuse-border-hands-on@core/methods/reuse_estimator_body.h@if (!shared::isPixelOf(size, middle)) return -1;@@*ReuseEdges*
 guided-convergence-misled@core/guiding/convergence.cpp@fall - 2 * std::sqrt(spread) / second@fall@PictureConvergence*
 guided-own-numbers@core/methods/guide_training.cpp@return views_ == 0 ? params_.seed@return true ? params_.seed@*GuideKnowsWhat*
 guided-never-again@core/methods/guide_training.cpp@rested_ >= patience_@false@*IsTriedAgain*

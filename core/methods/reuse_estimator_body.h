@@ -274,18 +274,18 @@ ptrdiff_t TileEstimator::findHistory(const Pixel& p, const shared::ReuseChain& c
     const vec3 here = surface.position;
     if (!shared::projectToFilm(cameraBefore, vec2(job_.before.size), here, film)) return -1;
     const float distance = glm::length(here - cameraBefore.position);
+    const glm::ivec2 size = job_.before.size;
     const glm::ivec2 middle =
         shared::historyPixel(film, shared::tapNumbers(job_.settings, p.stream, job_.magnified()));
+    if (!shared::isPixelOf(size, middle)) return -1;
     const float reach = p.chained
                             ? shared::reachOfHistory(cameraBefore, float(job_.before.size.y),
                                                      distance, chain.direction, surface.normal)
                             : shared::kInfinity;
     for (uint32_t k = 0; k < 9; ++k) {
         const glm::ivec2 at = middle + shared::historyOffset(k);
-        if (at.x < 0 || at.y < 0 || at.x >= int(job_.before.size.x) ||
-            at.y >= int(job_.before.size.y))
-            continue;
-        const ptrdiff_t source = ptrdiff_t(at.y) * job_.before.size.x + at.x;
+        if (!shared::isPixelOf(size, at)) continue;
+        const ptrdiff_t source = ptrdiff_t(at.y) * size.x + at.x;
         if (shared::historyFits(job_.scene, job_.settings, cameraBefore,
                                 job_.before.pixels[size_t(source)], surface, p.motion.piece,
                                 distance, reach))

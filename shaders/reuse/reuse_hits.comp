@@ -46,9 +46,10 @@ uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, uint 
     float reach = kInfinity;
     if (chain.bounces > 0u) reach = reachOfHistory(cameraBefore, float(size.y), away, chain.direction, s.normal);
     const ivec2 middle = historyPixel(film, tapNumbers(push.settings, stream, magnified()));
+    if (!isPixelOf(size, middle)) return kNoSource;
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);
-        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
+        if (!isPixelOf(size, at)) continue;
         const uint source = uint(at.y * size.x + at.x);
         if (historyFits(scene, push.settings, cameraBefore, loadPixelBefore(source), s, piece, away, reach))
             return source;
@@ -65,7 +66,7 @@ float deviationAround(uint source)
     float count = 0.0;
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);
-        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
+        if (!isPixelOf(size, at)) continue;
         const vec4 map = texelFetch(meansBefore, at.y * size.x + at.x);
         const float deviation = unpackReuseMap(map, push.settings.strategy).deviation;
         if (!(deviation >= 0.0)) continue;
