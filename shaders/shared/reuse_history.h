@@ -74,7 +74,9 @@ SHARED_FN bool isPixelOf(ivec2 size, ivec2 at)
 }
 
 /// Pixels that are looked at for a history, one after the other, k < 9: that of historyPixel, then
-/// those around it.
+/// those around it. The first alone would be right where something comes out from behind an edge,
+/// too, but edges lose their histories then: after 30 views 1.6 times the error in a Cornell box,
+/// 1.3 times in a kitchen.
 SHARED_FN ivec2 historyOffset(uint k)
 {
     const uint at = k == 0u ? 4u : (k <= 4u ? k - 1u : k);
