@@ -20,11 +20,12 @@ namespace {
 // with fewer than the first, guides are starved (a door left ajar, 192x108, 64 samples: twice the
 // error with one path in four).
 constexpr uint64_t kFewPaths = 1u << 14, kMostPaths = 1u << 17;
-// Recorded paths of a pass while nobody else follows the guide, enough to tell whether it pays; and
-// of the first sample of a view where the guide has learnt from so many samples of others: while
-// the camera moves all samples are the first of their views, and learning from all paths of each
-// takes longer than they do.
+// Recorded paths of a pass while nobody else follows the guide: so many tell whether it pays, and
+// one in eight costs little. And those of the first sample of a view where the guide has learnt
+// from so many samples of others: while the camera moves all samples are the first of their views,
+// and learning from all paths of each takes longer than they do.
 constexpr uint64_t kLeastPaths = 1u << 12;
+constexpr uint32_t kTriedStride = 8;
 constexpr double kSamplesOfOthers = 16;
 // Lessons after which directions are known and tested, and the guide can be tried.
 constexpr uint32_t kLessonsBeforeTrial = 2;
@@ -235,7 +236,10 @@ uint32_t GuideTraining::wantedStride(uint64_t samples) const
     uint32_t stride = firstStride_;
     const bool moves = samples == 0 && allSamples_ >= kSamplesOfOthers;
     if (state_ != State::pays || moves) {
-        while (pixels_ / stride >= 2 * kLeastPaths && stride < kMostStride) stride *= 2;
+        const auto areMany = [&](uint64_t least) { return pixels_ / stride >= 2 * least; };
+        while (stride < kMostStride && areMany(kLeastPaths) &&
+               (moves || stride < kTriedStride || areMany(kFewPaths)))
+            stride *= 2;
         return stride;
     }
     for (const uint64_t from : {4u, 8u})
