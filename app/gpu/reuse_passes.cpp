@@ -275,14 +275,15 @@ void ReusePasses::record(VkCommandBuffer commands, const GpuScene& scene, const 
     hits_.dispatch(commands, hits_.pipeline(constants), sets(hitsSets_), push, groups);
     barrier(commands);
     if (takesAll()) {
-        full_.of(constants).dispatchIndirect(commands, full_.of(constants).pipeline(constants),
-                                             sets(fullSets_), push, waitingHead_, 0);
+        ReuseKernel& full = full_.of(constants);
+        full.dispatchIndirect(commands, full.pipeline(constants), sets(fullSets_), push,
+                              waitingHead_, 0);
     } else {
         recordNewPaths(commands, scene, frame, constants, push);
     }
     barrier(commands);
-    old_.of(constants).dispatch(commands, old_.of(constants).pipeline(constants), sets(oldSets_),
-                                push, groups);
+    ReuseKernel& old = old_.of(constants);
+    old.dispatch(commands, old.pipeline(constants), sets(oldSets_), push, groups);
     barrier(commands);
 }
 
@@ -298,14 +299,16 @@ void ReusePasses::recordNewPaths(VkCommandBuffer commands, const GpuScene& scene
     const auto sets = [&](const DescriptorSet& own) {
         return KernelSets{&scene.set(), &frame.set(), &own};
     };
-    new_.of(constants).dispatchIndirect(commands, new_.of(constants).pipeline(constants),
-                                        sets(newSets_[side_]), push, waitingHead_, 0);
+    ReuseKernel& first = new_.of(constants);
+    first.dispatchIndirect(commands, first.pipeline(constants), sets(newSets_[side_]), push,
+                           waitingHead_, 0);
+    BounceKernel& bounce = bounce_.of(constants);
     const uint32_t bounces = std::min(frame.data().settings.maxDepth + 1, kMostBounces);
     for (uint32_t b = 0; b < bounces; ++b) {
         barrier(commands);
-        bounce_.of(constants).dispatchIndirect(
-            commands, bounce_.of(constants).pipeline(constants), sets(bounceSets_[b % 2]),
-            {push.batch, push.settings, b}, queues_, b * sizeof(shared::QueueHead));
+        bounce.dispatchIndirect(commands, bounce.pipeline(constants), sets(bounceSets_[b % 2]),
+                                {push.batch, push.settings, b}, queues_,
+                                b * sizeof(shared::QueueHead));
     }
     barrier(commands);
     weigh_.dispatchIndirect(commands, weigh_.pipeline(constants), sets(weighSets_[side_]), push,
@@ -353,13 +356,14 @@ bool ReusePasses::compile(const GpuScene& scene, const Frame& frame, const Reuse
                 barrier(commands);
             };
             if (takesAll()) {
-                one(full_.of(constants), full_.of(constants).pipeline(constants), fullSets_[side_],
-                    nothing);
+                ReuseKernel& full = full_.of(constants);
+                one(full, full.pipeline(constants), fullSets_[side_], nothing);
                 return;
             }
-            one(new_.of(constants), new_.of(constants).pipeline(constants), newSets_[side_],
-                nothing);
-            one(bounce_.of(constants), bounce_.of(constants).pipeline(constants), bounceSets_[0],
+            ReuseKernel& first = new_.of(constants);
+            BounceKernel& bounce = bounce_.of(constants);
+            one(first, first.pipeline(constants), newSets_[side_], nothing);
+            one(bounce, bounce.pipeline(constants), bounceSets_[0],
                 shared::ReuseBounceBatch{nothing.batch, nothing.settings, 0});
             one(weigh_, weigh_.pipeline(constants), weighSets_[side_], nothing);
         },

@@ -29,10 +29,8 @@ struct PathCosts {
 struct TrialRules {
     uint32_t rouletteDepth = 2;
     uint32_t rouletteKind = shared::kRouletteBoth;
-    bool rests = false;  // they were sampled without the guide
-    // Added to the squares of pixels that errors are relative to: errors count as in the number
-    // that is made smaller by the guide or is not.
-    double errorFloor = 0.01;
+    bool rests = false;     // they were sampled without the guide
+    double errorFloor = 0;  // added to the squares of pixels that errors are relative to
 };
 
 /// One way to sample, as far as paths have told: means per path.

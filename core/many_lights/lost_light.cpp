@@ -222,8 +222,7 @@ uint64_t addLostLight(const ReceiverJob& frame, float clampDistance,
     const shared::SceneView scene = sceneView(world);
     const bool deltas = (world.features & shared::kFeatureDelta) != 0;
     ReceiverJob job = frame;
-    job.settings.passesPanes =
-        (world.features & shared::kFeaturePanes) != 0 ? shared::kPanesPass : shared::kPanesBlock;
+    job.settings.passesPanes = worldSettings(world).passesPanes;
     static thread_local Wave wave;
     uint64_t rays = 0;
     for (size_t first = 0; first < chosen.size(); first += kWave) {

@@ -59,9 +59,7 @@ TEST_P(ReuseEdges, WhatComesInOverTheBorderHasNoHistory)
 {
     constexpr uint32_t kSide = 32, kViews = 32;
     constexpr double kStep = 0.4 * 2 / kSide;
-    world_ = halfShadedWall();
-    renderer_->setWorld(world_, {});
-    size_ = {kSide, kSide};
+    begin(halfShadedWall(), {kSide, kSide});
     const auto flown = [&](ReuseStrategy strategy) {
         ReuseParams params = with(strategy, 1);
         params.maxDepth = 1;

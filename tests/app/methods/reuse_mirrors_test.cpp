@@ -34,13 +34,6 @@ std::shared_ptr<const core::World> shiningWall()
 
 class ReuseMirrors : public ReuseFlights {
 protected:
-    void beginRoom(std::shared_ptr<const core::World> world, glm::uvec2 size)
-    {
-        world_ = std::move(world);
-        renderer_->setWorld(world_, {});
-        size_ = size;
-    }
-
     ReuseParams asking(uint32_t seed) const
     {
         ReuseParams params = with(ReuseStrategy::ra, seed);
@@ -70,7 +63,7 @@ protected:
 TEST_P(ReuseMirrors, AnswerForAsMuchAsWallsDo)
 {
     constexpr size_t kAlpha = 1, kC = 2;
-    beginRoom(mirrorRoom(), {32, 32});
+    begin(mirrorRoom(), {32, 32});
     fly(with(ReuseStrategy::ra, 5), 12, 0.5);
     EXPECT_GT(meanOfMap(kAlpha), 0.97 * meanOfMap(kC));
     fly(asking(5), 12, 0.5);
@@ -106,13 +99,13 @@ void ReuseMirrors::expectTheMeanStays(uint32_t flights)
 
 TEST_P(ReuseMirrors, AMoveLeavesTheMeanAsItIs)
 {
-    beginRoom(mirrorRoom(), {24, 24});
+    begin(mirrorRoom(), {24, 24});
     expectTheMeanStays(64);
 }
 
 TEST_P(ReuseMirrors, LampsShineOnceAndReflect)
 {
-    beginRoom(shiningWall(), {24, 24});
+    begin(shiningWall(), {24, 24});
     expectTheMeanStays(16);
 }
 

@@ -38,6 +38,26 @@ const std::vector<Glazing>& glazings()
     return kAll;
 }
 
+core::Material glassOf(const vec3& tint)
+{
+    core::Material glass = lambert(tint);
+    glass.data.transmission = glass.data.specular = 1;
+    glass.data.roughness = 0;
+    glass.data.ior = 1.5f;
+    return glass;
+}
+
+/// A lamp without extent, and the sun, which shines in that direction.
+void addLights(SceneBuilder& b, const glm::dvec3& lamp, float ofSun, const glm::dvec3& direction)
+{
+    core::PunctualLight light;
+    light.intensity = 1.5f;
+    b.light(light, glm::translate(glm::dmat4(1), lamp));
+    light.kind = shared::kEmitterDirectional;
+    light.intensity = ofSun;
+    b.light(light, glm::inverse(glm::lookAt(glm::dvec3(0), direction, {0, 1, 0})));
+}
+
 /// A room with a window in its left wall, behind which the sun shines and a lamp without extent
 /// hangs; within it is a lamp that has one.
 std::shared_ptr<const core::World> windowRoom(const Glazing& glazing)
@@ -53,21 +73,11 @@ std::shared_ptr<const core::World> windowRoom(const Glazing& glazing)
     b.quad({-1, -0.3f, 1}, {0, 0, -0.4f}, {0, 1, 0}, wall);
     b.quad({-1, -0.3f, -0.6f}, {0, 0, -0.4f}, {0, 1, 0}, wall);
     b.box({0.1f, -1, -0.5f}, {0.6f, -0.3f, 0.1f}, b.material(glossy(vec3(0.5f), 0, 0.4f)), false);
-    for (const WindowPane& pane : glazing.panes) {
-        core::Material glass = lambert(pane.tint);
-        glass.data.transmission = glass.data.specular = 1;
-        glass.data.roughness = 0;
-        glass.data.ior = 1.5f;
+    for (const WindowPane& pane : glazing.panes)
         b.quad({-1 - pane.apart, -0.3f, 0.6f}, {0, 0, -1.2f * pane.part}, {0, 1, 0},
-               b.material(glass));
-    }
+               b.material(glassOf(pane.tint)));
     b.quad({-0.3f, 0.99f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, b.material(emitter(vec3(1))));
-    core::PunctualLight light;
-    light.intensity = 1.5f;
-    b.light(light, glm::translate(glm::dmat4(1), {-1.7, 0.5, 0.3}));
-    light.kind = shared::kEmitterDirectional;
-    light.intensity = 3;
-    b.light(light, glm::inverse(glm::lookAt(glm::dvec3(0), {0.8, -0.5, -0.2}, {0, 1, 0})));
+    addLights(b, {-1.7, 0.5, 0.3}, 3, {0.8, -0.5, -0.2});
     b.camera({0, 0, 3.8}, {0, 0, 0}, 0.68);
     return b.world();
 }
@@ -105,33 +115,17 @@ std::shared_ptr<const core::World> greenhouse(float part)
     b.quad({-1, -1, 1}, {2, 0, 0}, {0, 0, -2}, wall);
     b.quad({-1, -1, -1}, {2, 0, 0}, {0, 1.8f, 0}, wall);
     const auto roof = [&](const vec3& tint, float y, float right) {
-        core::Material glass = lambert(tint);
-        glass.data.transmission = glass.data.specular = 1;
-        glass.data.roughness = 0;
-        glass.data.ior = 1.5f;
-        b.quad({-20, y, -20}, {20 + right, 0, 0}, {0, 0, 40}, b.material(glass));
+        b.quad({-20, y, -20}, {20 + right, 0, 0}, {0, 0, 40}, b.material(glassOf(tint)));
     };
     roof(vec3(0.95f, 0.5f, 0.3f), 1, 20);
     roof(vec3(0.3f, 0.6f, 0.9f), 1.2f, part < 1 ? 2 * part - 1 : 20);
-    core::PunctualLight light;
-    light.intensity = 1.5f;
-    b.light(light, glm::translate(glm::dmat4(1), {-0.6, 1.7, 0.4}));
-    light.kind = shared::kEmitterDirectional;
-    light.intensity = 2;
-    b.light(light, glm::inverse(glm::lookAt(glm::dvec3(0), {0.1, -0.8, -0.3}, {0, 1, 0})));
+    addLights(b, {-0.6, 1.7, 0.4}, 2, {0.1, -0.8, -0.3});
     b.camera({0, 0, 3.8}, {0, 0, 0}, 0.68);
     return b.world();
 }
 
 class ReusePanes : public ReuseFlights {
 protected:
-    void beginWorld(std::shared_ptr<const core::World> world, glm::uvec2 size)
-    {
-        world_ = std::move(world);
-        renderer_->setWorld(world_, {});
-        size_ = size;
-    }
-
     static ReuseParams shallow(ReuseStrategy strategy, uint32_t seed, float rays = 1)
     {
         ReuseParams params = with(strategy, seed, rays);
@@ -154,7 +148,7 @@ TEST_P(ReusePanes, AtRestTheyArePathTracing)
 {
     constexpr uint32_t kSamples = 128;
     for (const Glazing& glazing : glazings()) {
-        beginWorld(windowRoom(glazing), {32, 32});
+        begin(windowRoom(glazing), {32, 32});
         core::Renderer& tracer = sharedRenderer("path", app::DeviceKind::cpu);
         tracer.setWorld(world_, {});
         core::PathParams path;
@@ -191,7 +185,7 @@ TEST_P(ReusePanes, AMoveLeavesTheMeanAsItIs)
         float rays = 1;
         core::ReuseBias bias = core::ReuseBias::fast;
     };
-    beginWorld(greenhouse(1), {24, 24});
+    begin(greenhouse(1), {24, 24});
     const core::Image truth = reference(2048).mean;
     for (const Case& one :
          {Case{ReuseStrategy::ra}, Case{ReuseStrategy::ra, 1, core::ReuseBias::bounded},
@@ -246,7 +240,7 @@ protected:
 TEST_P(ReusePanesAsked, UnbiasedIsUnbiased)
 {
     for (const size_t glazing : {1u, 2u}) {
-        beginWorld(windowRoom(glazings()[glazing]), {24, 24});
+        begin(windowRoom(glazings()[glazing]), {24, 24});
         SCOPED_TRACE(glazings()[glazing].name);
         expectBlocks(
             {3, 3},
@@ -264,7 +258,7 @@ TEST_P(ReusePanesAsked, UnbiasedIsUnbiased)
 /// little has a history, take the most flights.
 TEST_P(ReusePanesAsked, PanesCountAnew)
 {
-    beginWorld(greenhouse(0.5f), {24, 24});
+    begin(greenhouse(0.5f), {24, 24});
     expectBlocks(
         {12, 1},
         [](uint32_t seed) {

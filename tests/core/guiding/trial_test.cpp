@@ -186,7 +186,7 @@ class GuideTrial : public testing::TestWithParam<Sampling> {};
 TEST_P(GuideTrial, KnowsBothWaysFromThePathsOfOne)
 {
     const Recorded paths = sampled(GetParam(), 400000);
-    const TrialRules rules{kRouletteDepth, GetParam().roulette, !GetParam().guided};
+    const TrialRules rules{kRouletteDepth, GetParam().roulette, !GetParam().guided, 0.01};
     Trial trial;
     trial.add(paths.parts, paths.lessons, tablesOf(), rules, 0);
     EXPECT_EQ(trial.paths(), 400000);
@@ -228,7 +228,7 @@ TEST(GuideTrial, TakesPixelsOfWhichNothingIsKnownAsBrightAsAll)
 {
     constexpr size_t kPaths = 20000;
     Recorded paths = sampled({.guided = true}, kPaths);
-    const TrialRules rules{kRouletteDepth, shared::kRouletteAlbedo, false};
+    const TrialRules rules{kRouletteDepth, shared::kRouletteAlbedo, false, 0.01};
     const auto withImage = [&](float image) {
         for (PathRecords& part : paths.parts)
             for (shared::GuidePathEnd& end : part.ends) end.image = image;

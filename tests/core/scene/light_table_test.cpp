@@ -107,8 +107,8 @@ TEST(LightTable, PartsLeadToTheIntervalThatAScanFinds)
             std::vector<float> numbers(own.begin(), own.end() - 1);
             for (uint32_t k = 0; k < shared::kCdfParts; ++k) {
                 const float u = static_cast<float>(k) / shared::kCdfParts;
-                numbers.insert(numbers.end(),
-                               {u, std::nextafter(u, 0.0f), shared::unitFloat(random())});
+                numbers.insert(numbers.end(), {u, std::nextafter(u, 0.0f),
+                                               shared::unitFloat(static_cast<uint32_t>(random()))});
             }
             for (float u : numbers) {
                 if (!(u < 1)) continue;

@@ -49,9 +49,11 @@ protected:
         renderer_ = &sharedRenderer("reuse", GetParam());
     }
 
-    void begin(const std::string& scene, glm::uvec2 size)
+    void begin(const std::string& scene, glm::uvec2 size) { begin(asset(scene), size); }
+
+    void begin(std::shared_ptr<const core::World> world, glm::uvec2 size)
     {
-        world_ = asset(scene);
+        world_ = std::move(world);
         renderer_->setWorld(world_, {});
         size_ = size;
     }
