@@ -53,24 +53,9 @@ for options in ASAN_OPTIONS UBSAN_OPTIONS TSAN_OPTIONS; do
     export "$options=${!options}:log_path=$folder/reports/report"
 done
 
-# One process per core, as in ./test.
-status=0 passed=0 failed=0 skipped=0
-shards=$(nproc)
-for ((i = 0; i < shards; i++)); do
-    GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$i "${fixed[@]}" timeout 7200 "$build/tests" --gtest_color=no \
-        "--gtest_filter=-$(filters "$here/$mode.skip")" "$@" >"$folder/shard-$i" 2>&1 &
-done
-for ((i = 0; i < shards; i++)); do
-    wait -n || status=1
-done
-for ((i = 0; i < shards; i++)); do
-    "$root/tests/failures.sh" "$folder/shard-$i"
-    read -r p f s < <(sed -nE 's/^([0-9]+) passed, ([0-9]+) failed, ([0-9]+) skipped.*/\1 \2 \3/p' "$folder/shard-$i" |
-        tail -n 1; echo 0 1 0)
-    passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
-done
-[ "$failed" -eq 0 ] || status=1
-echo "$passed passed, $failed failed, $skipped skipped"
+status=0
+"$root/tests/shards.sh" 7200 "${fixed[@]}" "$build/tests" --gtest_color=no \
+    "--gtest_filter=-$(filters "$here/$mode.skip")" "$@" || status=1
 
 cd "$folder"
 ln -s "$root/assets" assets
