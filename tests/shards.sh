@@ -1,23 +1,29 @@
 #!/usr/bin/env bash
-# Runs the tests in several processes, prints what failed or was skipped, and last how many passed:
+# Runs tests in several processes, prints what failed or was skipped, and last how many passed:
 #   tests/shards.sh SECONDS COMMAND...
 # SECONDS is the limit of a process. Most tests use one processor or wait for something: one process more than there are
-# processors runs at a time, each with a sixth of its share of the tests, so that none is left with a long rest.
+# processors runs at a time. Each has a small share, so that none is left with a long rest, and tests that follow each
+# other, for they need the same kernels, which every process translates anew.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 limit=$1
 shift
 at_once=$(($(nproc) + 1))
-shards=$((6 * at_once))
+list=$("$@" --gtest_list_tests)
+mapfile -t names < <(awk '/^[^ ]/ { suite = $1; next } /./ { print suite $1 }' <<<"$list")
+count=${#names[@]}
+shards=$((6 * at_once < count ? 6 * at_once : count))
 logs=$(mktemp -d)
 trap 'rm -rf "$logs"' EXIT
 status=0 running=0
-for ((i = 0; i < shards; i++)); do
+for ((i = shards - 1; i >= 0; i--)); do # those with parameters stand last and take longest
     if [ $running -eq $at_once ]; then
         wait -n || status=1
         running=$((running - 1))
     fi
-    GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$i timeout "$limit" "$@" >"$logs/$i" 2>&1 &
+    first=$((i * count / shards)) end=$(((i + 1) * count / shards))
+    mine=$(IFS=:; echo "${names[*]:first:end-first}")
+    timeout "$limit" "$@" "--gtest_filter=$mine" >"$logs/$i" 2>&1 &
     running=$((running + 1))
 done
 for ((i = 0; i < running; i++)); do wait -n || status=1; done
