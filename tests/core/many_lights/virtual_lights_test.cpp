@@ -219,7 +219,8 @@ TEST(VirtualLights, AreThereWhereTheFirstPathsFindNone)
         if (traceVirtualLights(accel, settings.path, kPilotFrame, 1024)->lights.empty()) ++none;
         double sum = 0;
         const LightPlan plan = planLights(accel, settings);
-        for (const VirtualLight& l : makeFrameLights(accel, settings, plan, 0, {})->set.lights)
+        const auto frame = makeFrameLights(accel, settings, plan, 0, {});
+        for (const VirtualLight& l : frame->set.lights)
             sum += double(shared::kPi) * double(shared::luminance(l.intensity));
         power.add(sum);
     }
