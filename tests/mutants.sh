@@ -89,8 +89,11 @@ bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= boun
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*
 coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);@;@CoatedLamp.*
 light-rims-dark@shaders/shared/virtual_light.h@    if (!(side * local.z > 0.0f)) {@    if (!(side * local.z > 0.0f)) return vec3(0.0f); if (false) {@VirtualLights.SendWhat*:ManyLights.*CoarseSmooth*
-particle-rims-dark@core/many_lights/light_paths.cpp@constexpr float kBetween = 0.25f;@constexpr float kBetween = 0;@ManyLights.*CoarseSmooth*
+particle-rims-dark@core/many_lights/light_particle.cpp@constexpr float kBetween = 0.25f;@constexpr float kBetween = 0;@ManyLights.*CoarseSmooth*
 coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@CoatedLamp.*
+coat-light-weakened@core/many_lights/light_paths.cpp@surface.bsdf.parts |= shared::kLightEmits;@@CoatedLamp.*
+diffuse-rims-flat@core/many_lights/light_paths.cpp@if (shared::isLambert(v.bsdf) && met.angle < kWide) {@if (shared::isLambert(v.bsdf)) {@VirtualLights.*Rims*
+rims-bent-twice@core/many_lights/light_particle.cpp@if (v.wo.z > kMostOfBent) return surface;@return surface;@VirtualLights.*Rims*
 cover-shone-through@core/many_lights/shadow_packets.h@shared::connectionEnd(std::sqrt(squared))@0.9999f@Techniques.ACover*
 pilot-believed@core/many_lights/light_paths.cpp@if (pilot.lights.empty()) return static_cast<uint32_t>(most);@if (pilot.lights.empty()) return 0;@VirtualLights*
 pane-light-twice@core/many_lights/lost_light.cpp@walk.path.pdf = walk.pdf;@walk.path.pdf = 0;@ManyLightsBehindPanes*

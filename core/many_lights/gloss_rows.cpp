@@ -2,6 +2,7 @@
 // calls that are not inlined, and the promise that what is written lies nowhere else.
 #include "core/many_lights/gloss_rows.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "core/base/check.h"
@@ -85,6 +86,47 @@ glm::vec3 GlossRows::sum(uint32_t row) const
     return {sum_[0][k], sum_[1][k], sum_[2][k]};
 }
 
+namespace {
+
+/// Of the cosine that the light's intensity holds, what there is for who sees the normal unbent.
+float shareOfHeld(const glm::vec3& incident)
+{
+    return std::max(incident.z, 0.0f) / shared::heldCosine(incident);
+}
+
+/// What goes to rows that lie behind the horizon of the surface's shading normal and are faced by
+/// its geometric one.
+void scatterBetween(const LightSurface& surface, const glm::vec3& scale, IndexRange rows,
+                    const RowTriple& wi, RowTriple& leaving)
+{
+    for (uint32_t i = rows.begin; i < rows.end; ++i) {
+        const glm::vec3 out(-wi[0][i], -wi[1][i], -wi[2][i]);
+        if (!(glm::dot(out, surface.normal) > 0) || glm::dot(out, surface.frame[2]) > 0) continue;
+        const glm::vec3 sent = scale * surface.scattered(out);
+        for (int c = 0; c < 3; ++c) leaving[static_cast<size_t>(c)][i] = sent[c];
+    }
+}
+
+}  // namespace
+
+void scatterDiffuse(const LightSurface& surface, const glm::vec3& scale, IndexRange rows,
+                    const RowTriple& wi, RowTriple& leaving)
+{
+    const glm::vec3 n = surface.frame[2], normal = surface.normal;
+    const glm::vec3 sent =
+        scale * surface.bsdf.diffuse * (shared::kInvPi * shareOfHeld(surface.incident));
+    int between = 0;
+    for (uint32_t i = rows.begin; i < rows.end; ++i) {
+        const float x = -wi[0][i], y = -wi[1][i], z = -wi[2][i];
+        const int facing = int(x * normal.x + y * normal.y + z * normal.z > 0);
+        const int above = int(x * n.x + y * n.y + z * n.z > 0);
+        const auto shines = static_cast<float>(facing & above);
+        for (size_t c = 0; c < 3; ++c) leaving[c][i] = sent[static_cast<int>(c)] * shines;
+        between |= facing & (1 - above);
+    }
+    if (between != 0) scatterBetween(surface, scale, rows, wi, leaving);
+}
+
 void scatterTowards(const LightSurface& surface, const glm::vec3& scale, IndexRange rows,
                     const RowTriple& wi, RowTriple& leaving)
 {
@@ -108,17 +150,11 @@ void scatterTowards(const LightSurface& surface, const glm::vec3& scale, IndexRa
         between |= facing & int(up <= 0);
     }
     for (size_t c = 0; c < 3; ++c) {
-        const float s = scale[static_cast<int>(c)];
+        const float s = scale[static_cast<int>(c)] * shareOfHeld(surface.incident);
         float* __restrict out = leaving[c].data() + rows.begin;
         for (uint32_t k = 0; k < count; ++k) out[k] = f[c][k] * s * faces[k];
     }
-    if (between == 0) return;
-    for (uint32_t k = 0; k < count; ++k) {
-        const glm::vec3 out(-x[k], -y[k], -z[k]);
-        if (faces[k] == 0 || glm::dot(out, n) > 0) continue;
-        const glm::vec3 sent = scale * surface.scattered(out);
-        for (int c = 0; c < 3; ++c) leaving[static_cast<size_t>(c)][rows.begin + k] = sent[c];
-    }
+    if (between != 0) scatterBetween(surface, scale, rows, wi, leaving);
 }
 
 }  // namespace core::many_lights

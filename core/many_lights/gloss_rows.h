@@ -52,4 +52,8 @@ private:
 void scatterTowards(const LightSurface& surface, const glm::vec3& scale, IndexRange rows,
                     const RowTriple& wi, RowTriple& leaving);
 
+/// The same of a Lambertian one, for any number of rows.
+void scatterDiffuse(const LightSurface& surface, const glm::vec3& scale, IndexRange rows,
+                    const RowTriple& wi, RowTriple& leaving);
+
 }  // namespace core::many_lights

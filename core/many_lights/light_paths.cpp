@@ -8,6 +8,7 @@
 
 #include "core/base/denormals.h"
 #include "core/base/parallel.h"
+#include "core/many_lights/light_particle.h"
 #include "core/trace/scene_view.h"
 #include "shared/path.h"
 
@@ -18,16 +19,6 @@ namespace {
 using glm::vec2, glm::vec3;
 
 constexpr size_t kWave = 256;
-constexpr float kMostSurvival = 0.95f;  // of roulette, so that no path is endless
-
-/// Flux on its way.
-struct Particle {
-    vec3 origin{0}, direction{0};
-    vec3 flux{0};
-    shared::SampleStream stream{};
-    uint32_t medium = shared::kNone;  // that it goes through
-    bool placed = false;              // began at a place, which may lie in a medium
-};
 
 struct Scene {
     const Accel* accel;
@@ -97,6 +88,7 @@ float coatLight(const Scene& scene, const shared::Emitter& e, const vec2& w, con
     white.baseColor = vec3(1);
     white.clearcoat = coat;
     surface.bsdf = shared::makeBsdf(white);
+    surface.bsdf.parts |= shared::kLightEmits;
     surface.bsdf.diffuse = vec3(shared::kPi);
     surface.bsdf.coatAlpha = 0;
     return shared::emissionThroughCoat(coat, std::max(glm::dot(s.frame[2], out), 0.0f));
@@ -238,119 +230,43 @@ uint64_t findMedia(const Scene& scene, std::span<Particle> particles)
 }
 
 /// Places the light of a surface that `p` has met.
-void placeLight(const Scene& scene, const Particle& p, const shared::Vertex& v, float correction,
-                uint32_t bounces, WaveLights& out)
+void placeLight(const Scene& scene, const Particle& p, const Met& met, uint32_t bounces,
+                WaveLights& out)
 {
+    // A Lambertian surface sends the same to all sides but to who is between both horizons, where
+    // no more than a square of the angle between them goes.
+    constexpr float kWide = 0.15f;
+    const shared::Vertex& v = met.v;
     if (shared::isDelta(v.bsdf)) return;
-    const vec3 arriving = p.flux * (correction * scene.perPath);
     VirtualLight light;
     light.position = v.surface.position;
-    light.normal = v.surface.backFace != 0 ? -v.surface.normal : v.surface.normal;
+    light.normal = met.surface.normal;
     light.bounces = bounces;
-    if (shared::isLambert(v.bsdf)) {
+    if (shared::isLambert(v.bsdf) && met.angle < kWide) {
+        const vec3 arriving = p.flux * (met.correction * scene.perPath);
         light.intensity = arriving * v.bsdf.diffuse * shared::kInvPi;
         light.importance = asImportance(light.intensity);
         out.add(light);
         return;
     }
-    light.intensity = arriving;
+    const float held = shared::heldCosine(met.surface.incident);
+    light.intensity = p.flux * (held / met.arriving * scene.perPath);
     light.bothSides = (v.bsdf.parts & shared::kBsdfTransmission) != 0 ? 1 : 0;
-    light.importance = asImportance(arriving * shared::albedoBsdf(v.bsdf, v.wo) * shared::kInvPi);
-    out.add(light, {{v.surface.frame, light.normal, v.wo, v.bsdf, v.lobes}});
-}
-
-/// The angle between the horizons of the shading and the geometric normal; 0 where it is too small
-/// to matter.
-float angleOfHorizons(const shared::Vertex& v, const vec3& side)
-{
-    constexpr float kLeast = 0.01f;
-    const vec3 n = v.surface.frame[2];
-    const float angle = std::atan2(glm::length(glm::cross(side, n)), glm::dot(side, n));
-    return angle > kLeast && !shared::isDelta(v.bsdf) ? angle : 0.0f;
-}
-
-/// A direction between both horizons, uniform in solid angle, and what it weighs: to where paths
-/// see the surface with its normal bent (shared::scatteredByLight), and no lobe of it goes.
-bool scatterBetween(const shared::Vertex& v, const vec3& normal, float angle,
-                    const shared::VertexNumbers& numbers, vec3& wi, vec3& weight)
-{
-    const vec3 axis = glm::normalize(glm::cross(normal, v.surface.frame[2]));
-    const float along = 2 * numbers.bsdf.x - 1, away = std::sqrt(std::max(0.0f, 1 - along * along));
-    const float around = angle * numbers.bsdf.y - 0.5f * shared::kPi;
-    wi = along * axis +
-         away * (std::cos(around) * normal + std::sin(around) * glm::cross(axis, normal));
-    const bool transmits = (v.bsdf.parts & shared::kBsdfTransmission) != 0;
-    if (transmits && numbers.lobe.x < 0.5f) wi = -wi;
-    const float directions = 2 * angle * (transmits ? 2.0f : 1.0f);
-    const LightSurface surface{{v.surface.frame, normal, v.wo, v.bsdf, v.lobes}};
-    weight = surface.scattered(wi) * (std::abs(glm::dot(wi, normal)) * directions);
-    return shared::maxComponent(weight) > 0;
-}
-
-/// A direction by the surface's lobes. Refraction keeps flux, but not radiance.
-bool scatterByLobes(const shared::Vertex& v, const shared::VertexNumbers& numbers, float correction,
-                    vec3& wi, vec3& weight)
-{
-    shared::BsdfSample next;
-    if (!shared::sampleLobes(v.bsdf, v.lobes, v.wo, numbers.lobe.x, numbers.bsdf, next))
-        return false;
-    wi = shared::toWorld(v.surface.frame, next.wi);
-    float side;
-    if (!shared::sideOf(v.surface, wi, next.wi.z, side)) return false;
-    weight = next.weight * (correction * std::abs(side / next.wi.z));
-    if ((next.flags & shared::kLobeTransmission) != 0 && (v.bsdf.parts & shared::kBsdfSolid) != 0)
-        weight *= v.bsdf.eta * v.bsdf.eta;
-    return true;
-}
-
-/// Scatters flux at a surface. The factor beside the BSDF's weight is that of the adjoint where
-/// shading and geometric normals differ (Veach 1997, 5.3.2).
-bool scatterFlux(const shared::Vertex& v, shared::VertexNumbers numbers, float correction,
-                 Particle& p)
-{
-    constexpr float kBetween = 0.25f;  // share of particles, per radian between the horizons
-    const vec3 normal = v.surface.backFace != 0 ? -v.surface.normal : v.surface.normal;
-    const float angle = angleOfHorizons(v, normal), share = kBetween * angle;
-    vec3 wi, weight;
-    if (numbers.lobe.x < share) {
-        numbers.lobe.x /= share;
-        if (!scatterBetween(v, normal, angle, numbers, wi, weight)) return false;
-        weight *= correction / share;
-    } else {
-        numbers.lobe.x = std::min((numbers.lobe.x - share) / (1 - share), shared::kOneMinusEpsilon);
-        if (!scatterByLobes(v, numbers, correction, wi, weight)) return false;
-        weight /= 1 - share;
-    }
-    const float survival = std::min(kMostSurvival, shared::maxComponent(weight));
-    if (!(numbers.lobe.y < survival)) return false;
-    const float side = glm::dot(wi, normal);
-    p.flux *= weight / survival;
-    p.origin = shared::originOnSide(v.surface, side);
-    p.direction = wi;
-    p.medium = shared::mediumBeyond(p.medium, v, side);
-    return shared::maxComponent(p.flux) > 0;
+    light.importance =
+        asImportance(light.intensity * shared::albedoBsdf(v.bsdf, v.wo) * shared::kInvPi);
+    out.add(light, met.surface);
 }
 
 /// One surface of one path: places a light and goes on, if it does.
 bool meetSurface(const Scene& scene, const shared::Hit& hit, uint32_t bounces, Particle& p,
                  WaveLights& out)
 {
-    shared::Vertex v;
-    v.surface = shared::makeSurfacePoint(scene.view, hit, p.direction);
-    const shared::Shading shading = shared::evaluateMaterial(scene.view, v.surface, p.direction);
-    const uint32_t flags = shading.inputs.flags;
-    p.flux *= shared::transmittanceTo(scene.view, v.surface, flags, hit.t, p.medium);
-    if ((flags & shared::kMaterialUnlit) != 0) return false;
-    v.bsdf = shared::makeBsdf(shading.inputs);
-    v.wo = shared::toLocal(v.surface.frame, -p.direction);
-    v.lobes = shared::lobesAt(v.bsdf, v.wo);
-    const float arriving = std::abs(glm::dot(p.direction, v.surface.normal));
-    if (!(arriving > 0) || !(v.wo.z > 0)) return false;
-    const float correction = v.wo.z / arriving;
-    placeLight(scene, p, v, correction, bounces, out);
+    Met met;
+    if (!meet(scene.view, hit, p, met)) return false;
+    placeLight(scene, p, met, bounces, out);
     // Its next light would be of bounces + 1, and the receiver scatters once more.
     if (bounces + 2 > scene.settings.maxDepth) return false;
-    return scatterFlux(v, shared::drawVertexNumbers(p.stream, bounces), correction, p);
+    return scatterFlux(met, shared::drawVertexNumbers(p.stream, bounces), p);
 }
 
 WaveLights traceWave(const Scene& scene, uint32_t frame, uint32_t first, uint32_t end)

@@ -373,6 +373,8 @@ void SliceRows::findLight(const Column& column, const LightSet& lights, IndexRan
         const LightSurface& s = lights.surfaces[light.detail];
         if (isGloss(s.bsdf, s.incident))
             scatterTowards(s, intensity, rows, wi_, leaving_);
+        else if (shared::isLambert(s.bsdf))
+            scatterDiffuse(s, intensity, rows, wi_, leaving_);
         else
             send([&](const vec3& out) { return s.scattered(out); });
     }

@@ -31,7 +31,7 @@ struct VirtualLight {
     uint32_t bothSides = 0;
 };
 
-/// A surface that scatters other than Lambert's.
+/// A surface that sends out other than Lambert's.
 struct LightSurface : shared::LightSurface {
     /// shared::scatteredByLight.
     glm::vec3 scattered(const glm::vec3& out) const { return shared::scatteredByLight(*this, out); }

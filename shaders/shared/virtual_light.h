@@ -32,12 +32,16 @@ struct LightRecord {
 };
 SHARED_CONST uint kLightRecordWords = 3u;
 
-/// A surface that scatters other than Lambert's and is a virtual light: with the direction from
-/// which its light arrives.
+// LightSurface::bsdf.parts: it sends out light of its own, which no cosine weakens as it arrives.
+SHARED_CONST uint kLightEmits = 1u << 31u;
+
+/// A surface that is a virtual light and sends out other than Lambert's, with the direction from
+/// which its light arrives. Its frame is that of the shading normal as nobody has bent it: who
+/// looks at it bends it to himself.
 struct LightSurface {
     mat3 frame;
     vec3 normal;    // geometric, on the side where light arrives
-    vec3 incident;  // unit, in the frame: to where the light came from
+    vec3 incident;  // unit, in the frame: to where the light came from, maybe behind its horizon
     Bsdf bsdf;
     LobeChoice lobes;
 };
@@ -184,6 +188,12 @@ SHARED_FN LightSurface unpackLightSurface(IN(LightDetails) details, uint first, 
 
 // --- both ends ---------------------------------------------------------------------------------
 
+/// The cosine of what arrives that the intensity of such a light holds.
+SHARED_FN float heldCosine(vec3 incident)
+{
+    return max(abs(incident.z), 1.0e-3f);
+}
+
 /// BSDF (no cosine) for flux that arrives at the surface and leaves to `out` (unit, world). Flux
 /// does not have radiance's factor of the squared index (Veach 1997, 5.2). Who is behind the
 /// horizon of the shading normal, but not of the geometric one, sees the surface with its normal
@@ -193,21 +203,24 @@ SHARED_FN LightSurface unpackLightSurface(IN(LightDetails) details, uint first, 
 SHARED_FN vec3 scatteredByLight(IN(LightSurface) s, vec3 leaving)
 {
     const float side = dot(leaving, s.normal);
+    const bool emits = (s.bsdf.parts & kLightEmits) != 0u;
     vec3 local = toLocal(s.frame, leaving);
     vec3 incident = s.incident;
     LobeChoice lobes = s.lobes;
-    float cosines = 1.0f;
     if (!(side * local.z > 0.0f)) {
         const float up = side < 0.0f ? -1.0f : 1.0f;
         const mat3 bent = makeFrame(up * ensureVisible(vec3(0.0f, 0.0f, up), local));
         local = toLocal(bent, local);
-        incident = toLocal(bent, incident);
-        cosines = incident.z / s.incident.z;
+        if (!emits) incident = toLocal(bent, incident);
         lobes = lobesAt(s.bsdf, incident);
+    }
+    if (!(incident.z > 0.0f)) {
+        return vec3(0.0f);  // who sees the surface so does not see it lit
     }
     vec3 f;
     float pdf;
     evalPdfLobes(s.bsdf, lobes, incident, local, f, pdf);
+    const float cosines = emits ? 1.0f : incident.z / heldCosine(s.incident);
     const bool refracted = local.z < 0.0f && (s.bsdf.parts & kBsdfSolid) != 0u;
     return f * (refracted ? cosines * s.bsdf.eta * s.bsdf.eta : cosines);
 }
@@ -227,7 +240,8 @@ SHARED_FN vec3 lightLeaving(IN(LightDetails) details, IN(LightRecord) light, vec
         return light.intensity;
     }
     if ((light.kind & kVirtualKindMask) == kVirtualSurface) {
-        if (!FEATURE(kFeatureSpecular | kFeatureTransmission | kFeatureClearcoat)) {
+        if (!FEATURE(kFeatureSpecular | kFeatureTransmission | kFeatureClearcoat |
+                     kFeatureShadingNormals | kFeatureNormalMaps)) {
             return vec3(0.0f);  // no such surface in the scene
         }
         const LightSurface s = unpackLightSurface(details, light.detail, light.normal);

@@ -130,6 +130,22 @@ TEST(CoatedLamp, LightsByTheAngleInEveryMethod)
     });
 }
 
+/// A lamp of smooth normals, seen from behind their horizons: what it sends there does not depend
+/// on where light would have arrived.
+TEST(CoatedLamp, LightsByTheAngleBeyondItsHorizons)
+{
+    SceneBuilder b;
+    b.quad({-3, 1.2, -3}, {6, 0, 0}, {0, 0, 6}, b.material(lambert(glm::vec3(0.8f))));
+    b.sphere(glm::vec3(0), 0.8f, 0, b.material(coatedLamp(5, 0)), false, true);
+    b.camera({-0.6, 0.9, 0.8}, {-0.75, 1.2, 0.8}, 0.5);
+    std::optional<double> first;
+    forEachPicture(b.world(), {16, 16}, 256, [&](const PictureTaken& picture) {
+        const PictureMean e = estimate(picture.estimate);
+        if (!first) first = e.mean;
+        EXPECT_NEAR(e.mean, *first, 0.003 * *first) << picture.where;
+    });
+}
+
 /// A texture may leave half of the coat, or none: then no kernel knows of coats.
 TEST(CoatedLamp, LightsByWhatTexturesLeaveOfItsCoat)
 {

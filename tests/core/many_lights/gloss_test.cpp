@@ -156,6 +156,33 @@ TEST(Gloss, LightsSendWhatTheTextOfTheKernelsSays)
     }
 }
 
+/// From wherever their light comes, behind the horizon of their shading normal, too.
+TEST(Gloss, LambertianLightsSendWhatTheTextOfTheKernelsSays)
+{
+    Draw draw;
+    const Slice s = randomSlice(draw);
+    double between = 0;
+    for (int k = 0; k < 40; ++k) {
+        LightSurface light;
+        light.frame = draw.frame();
+        light.normal = glm::normalize(light.frame[2] + 0.7f * draw.direction());
+        light.incident = draw.direction();
+        light.bsdf = shared::makeBsdf(tests::matte(draw.colour()));
+        light.lobes = shared::lobesAt(light.bsdf, light.incident);
+        const vec3 scale = draw.colour();
+        RowTriple leaving = s.leaving;
+        scatterDiffuse(light, scale, {0, Slice::kRows}, s.wi, leaving);
+        for (uint32_t row = 0; row < Slice::kRows; ++row) {
+            const vec3 out(-s.wi[0][row], -s.wi[1][row], -s.wi[2][row]);
+            const bool faces = glm::dot(out, light.normal) > 0;
+            const vec3 value(leaving[0][row], leaving[1][row], leaving[2][row]);
+            expectNear(value, faces ? scale * light.scattered(out) : vec3(0), row);
+            if (faces && glm::dot(out, light.frame[2]) < 0) between += double(value.x);
+        }
+    }
+    EXPECT_GT(between, 10);
+}
+
 TEST(Gloss, WhatHasOtherLobesIsNotGlossy)
 {
     const vec3 wo(0, 0, 1);
