@@ -45,6 +45,7 @@ reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried
 detail-untold-lost@app/pictures/temporal_upsampling.cpp@if (!certain && findUntold(here, told.look, place)) return place;@@TemporalUps*
 detail-guide-beyond@app/pictures/preview_shading.cpp@if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) continue;@if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) { bits |= 1u << i; continue; }@MovingDetail*
 reuse-rest-blotches@shaders/shared/reuse_sums.h@min(s.nominal * inversesqrt(max(magnified, 1.0f)), kReuseMostAtRest)@s.nominal@*ReuseRest.Small*cpu*
+reuse-rim-of-blocks@shaders/shared/reuse_history.h@if (magnified < 2.0f || !inside) {@if (true) {@*ReuseRest.Larger*cpu*
 reuse-rest-variance@shaders/shared/reuse_sums.h@s.part * weight / (s.nominal + s.rays);@s.part;@ReuseShared*
 reuse-rays-unpaid@shaders/shared/reuse_new.h@(trail.omega * v.rays)@trail.omega@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-paths-change-c@core/methods/reuse_estimator_body.h@p.taken = shared::takeRays(job_.settings, p.v.rays * part, p.v.history);@p.v.c = shared::shareOfHistory(job_.settings, p.v.history, p.v.rays *= part); sums.rays = p.v.rays; p.taken = shared::takeRays(job_.settings, p.v.rays, p.v.history);@*PathAllocation*MeanStays*cpu*

@@ -275,8 +275,9 @@ ptrdiff_t TileEstimator::findHistory(const Pixel& p, const shared::ReuseChain& c
     if (!shared::projectToFilm(cameraBefore, vec2(job_.before.size), here, film)) return -1;
     const float distance = glm::length(here - cameraBefore.position);
     const glm::ivec2 size = job_.before.size;
-    const glm::ivec2 middle =
-        shared::historyPixel(film, shared::tapNumbers(job_.settings, p.stream, job_.magnified()));
+    const glm::ivec2 middle = shared::historyPixelOf(
+        size, film, shared::tapNumbers(job_.settings, p.stream, job_.magnified()),
+        job_.magnified());
     if (!shared::isPixelOf(size, middle)) return -1;
     const float reach = p.chained
                             ? shared::reachOfHistory(cameraBefore, float(job_.before.size.y),

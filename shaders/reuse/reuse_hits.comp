@@ -45,7 +45,8 @@ uint findSource(CameraData cameraBefore, ReuseChain chain, SurfacePoint s, uint 
     const float away = length(s.position - cameraBefore.position);
     float reach = kInfinity;
     if (chain.bounces > 0u) reach = reachOfHistory(cameraBefore, float(size.y), away, chain.direction, s.normal);
-    const ivec2 middle = historyPixel(film, tapNumbers(push.settings, stream, magnified()));
+    const vec2 xi = tapNumbers(push.settings, stream, magnified());
+    const ivec2 middle = historyPixelOf(size, film, xi, magnified());
     if (!isPixelOf(size, middle)) return kNoSource;
     for (uint k = 0u; k < 9u; ++k) {
         const ivec2 at = middle + historyOffset(k);

@@ -73,6 +73,19 @@ SHARED_FN bool isPixelOf(ivec2 size, ivec2 at)
     return at.x >= 0 && at.y >= 0 && at.x < size.x && at.y < size.y;
 }
 
+/// The same where `magnified` (tapNumbers) is the picture over that before, of `size`: in a block
+/// of pixels that were one, those at the border of the picture were in it, too. Each draws a pixel
+/// of its own, so that none is handed on by all.
+SHARED_FN ivec2 historyPixelOf(ivec2 size, vec2 film, vec2 xi, float magnified)
+{
+    const ivec2 at = historyPixel(film, xi);
+    const bool inside = isPixelOf(size, ivec2(int(floor(film.x)), int(floor(film.y))));
+    if (magnified < 2.0f || !inside) {
+        return at;
+    }
+    return ivec2(min(max(at.x, 0), size.x - 1), min(max(at.y, 0), size.y - 1));
+}
+
 /// Pixels that are looked at for a history, one after the other, k < 9: that of historyPixel, then
 /// those around it. The first alone would be right where something comes out from behind an edge,
 /// too, but edges lose their histories then: after 30 views 1.6 times the error in a Cornell box,

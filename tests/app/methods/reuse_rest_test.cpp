@@ -225,6 +225,28 @@ TEST_P(ReuseRest, SmallPicturesLeaveNoBlotches)
     EXPECT_LE(error[2][0], error[2][1] * 3);
 }
 
+/// Pixels at the border of a larger picture of the same view were in the smaller one: all have a
+/// history where something was hit.
+TEST_P(ReuseRest, LargerPicturesHaveHistoriesUpToTheirBorders)
+{
+    begin("cornell-diffuse", {12, 12});
+    ReuseParams params = with(ReuseStrategy::ra, 3);
+    params.jitter = PixelJitter::settled;
+    look(world_->cameras.at(0), params, core::Start::anew, 4);
+    size_ = {96, 96};
+    look(world_->cameras.at(0), params, core::Start::moved, 1);
+    const core::Image history = renderer_->maps().at(0);
+    ASSERT_STREQ(core::reuseMaps()[0].name, "history");
+    size_t border = 0, without = 0;
+    for (uint32_t y = 0; y < 96; ++y)
+        for (uint32_t x = 0; x < 96; ++x) {
+            if (std::min({x, y, 95 - x, 95 - y}) >= 4) continue;
+            ++border;
+            without += *history.at(x, y) > 1.5f ? 0 : 1;
+        }
+    EXPECT_LT(double(without), 0.03 * double(border));
+}
+
 INSTANTIATE_TEST_SUITE_P(Device, ReuseRest,
                          testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
                          DeviceName());
