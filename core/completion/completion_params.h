@@ -56,7 +56,7 @@ struct CompletionParams {
     uint32_t block = 16;
     OnMismatch onMismatch = OnMismatch::repair;
     float stray = 0.02f;
-    float bailOut = 0.75f;
+    float bailOut = 0.9f;
     bool twoPhase = false;
     bool seedConstant = false;
     bool guard = true;
@@ -126,8 +126,8 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
     v(Field{"block", "matching: columns that share their sampled rows", {1, 1024}}, p.block);
     v(Field{"on-mismatch",
             "matching: a column without a match is traced in full, where the nearest known column "
-            "disagrees (recursion), or, like all columns, there and at the borders of shadows "
-            "(repair)"},
+            "disagrees (recursion), or, like all but dim columns, there and at the borders of "
+            "shadows (repair)"},
       p.onMismatch);
     v(Field{"stray",
             "matching, repair: share of a column's traced rows away from known borders that may be "
@@ -135,8 +135,8 @@ template <class Self, class V> void CompletionParams::visit(Self& p, V&& v)
             {0, 1}},
       p.stray);
     v(Field{"bail-out",
-            "matching: an octant of which a larger share was traced than this is traced in full; "
-            "1: never",
+            "matching: an octant is traced in full once a larger share than this was traced of the "
+            "rows that were not sampled; 1: never",
             {0, 1}},
       p.bailOut);
     v(Field{"two-phase",

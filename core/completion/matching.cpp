@@ -16,6 +16,9 @@ constexpr double kNear =
 // Rows by light, of those at the rates: of a column of mean brightness, the dimmest, the brightest.
 constexpr double kMeanLight = 0.5, kDimmest = 0.125, kBrightest = 3;
 constexpr uint32_t kFewestByLight = 8;
+// Brightness, of the mean's, from which a match is traced at the borders of its shadows: what is
+// found there of dimmer columns takes up to a tenth of all rays and would hardly be seen.
+constexpr double kBordersFrom = 1;
 
 size_t blockSize(const CompletionParams& params, size_t columns)
 {
@@ -118,13 +121,18 @@ uint32_t MatchingOctant::byLight(uint32_t rows) const
                     std::min(rows, kFewestByLight));
 }
 
+/// Of a column, over the mean of the columns; 1 where it is not known.
+double MatchingOctant::brightness(size_t c) const
+{
+    return double(tracer_.brightness(block_.column(c)).value_or(1.0f));
+}
+
 /// How far repair trusts a column's candidate: the less, the brighter the column is. One that all
 /// sampled rows agree with has been probed by these.
 RepairTrust MatchingOctant::trust(size_t c, bool matched) const
 {
-    const double brightness = double(tracer_.brightness(block_.column(c)).value_or(1.0f));
-    return {.stray = double(params_.stray) / std::max(brightness, 1e-6),
-            .probes = matched ? 0 : brightness};
+    return {.stray = double(params_.stray) / std::max(brightness(c), 1e-6),
+            .probes = matched ? 0 : brightness(c)};
 }
 
 /// Of the columns that agree on the sampled rows, the first is traced in full, all of them at once.
@@ -148,6 +156,7 @@ void MatchingOctant::traceRepresentatives()
 void MatchingOctant::completeColumn(size_t c)
 {
     windowActive_ += countBits(block_.matters(c));
+    windowSampled_ += countBits(block_.traced(c));
     ++windowColumns_;
     if (isTraced(c)) {  // nothing is left to predict; such a column costs no comparison later
         noteFull(c);
@@ -263,7 +272,7 @@ void MatchingOctant::take(size_t c, Candidate candidate)
         block_.fetch(c, rest_);
         basis_.fill(candidate, block_.visible(c), rest_);
     }
-    if (params_.onMismatch == OnMismatch::repair) {
+    if (params_.onMismatch == OnMismatch::repair && brightness(c) >= kBordersFrom) {
         const RepairOutcome outcome =
             repairColumn(block_, c, basis_, candidate, trust(c, true), random_, memory_);
         if (outcome == RepairOutcome::hopeless) return traceFully(c);
@@ -334,11 +343,14 @@ void MatchingOctant::learn(size_t c)
     append(c);
 }
 
+/// What sampling leaves open decides: bright columns, which come first, may be sampled in most of
+/// their rows, and tell nothing by that of those to come.
 bool MatchingOctant::bailsOut()
 {
     if (params_.bailOut >= 1 || windowColumns_ < kWindow) return false;
-    const bool hopeless = double(windowTraced_) > double(params_.bailOut) * double(windowActive_);
-    windowColumns_ = windowTraced_ = windowActive_ = 0;
+    const bool hopeless = double(windowTraced_ - windowSampled_) >
+                          double(params_.bailOut) * double(windowActive_ - windowSampled_);
+    windowColumns_ = windowTraced_ = windowActive_ = windowSampled_ = 0;
     return hopeless;
 }
 

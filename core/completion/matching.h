@@ -28,6 +28,7 @@ private:
     void drawRows();
     double rowFactor() const;
     uint32_t byLight(uint32_t rows) const;
+    double brightness(size_t c) const;
     RepairTrust trust(size_t c, bool matched) const;
     void traceRepresentatives();
     void completeColumn(size_t c);
@@ -57,7 +58,8 @@ private:
     Words scratch_, rest_;
     RowCounts counts_;  // of candidates that predict light
     RepairMemory memory_;
-    uint64_t windowColumns_ = 0, windowActive_ = 0;  // since bailing out was considered last
+    // Since bailing out was considered last:
+    uint64_t windowColumns_ = 0, windowActive_ = 0, windowSampled_ = 0;
 };
 
 }  // namespace core::many_lights

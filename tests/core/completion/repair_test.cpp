@@ -157,6 +157,27 @@ TEST(Repair, PatternsWithoutPlacesAreMatched)
     EXPECT_EQ(repaired.stats.rays, whole.stats.rays);
 }
 
+/// A border lies a few rows from a known one. Of bright columns it is always found, also where all
+/// samples agree with the known one; of a dim one only where they do not.
+TEST(Repair, MatchesOfDimColumnsAreNotTracedAtTheBordersOfShadows)
+{
+    constexpr uint32_t kRows = 1000;
+    BitMatrix truth(kRows, 2);
+    for (uint32_t i = 0; i < kRows; ++i) {
+        truth.set(i, 0, i < 500);
+        truth.set(i, 1, i < 504);
+    }
+    CompletionParams params;
+    params.adaptiveRows = false;
+    const Repaired bright = repairedOf(truth, params, 1);
+    EXPECT_EQ(bright.exact, 200u);
+    EXPECT_EQ(bright.repaired, 200u);
+    const Repaired dim = repairedOf(truth, params, 0.99f);
+    EXPECT_EQ(dim.exact, dim.repaired);
+    EXPECT_GT(dim.repaired, 10u);
+    EXPECT_LT(dim.repaired, 100u);
+}
+
 // --- the residual
 
 /// Sum over rows and columns of weight x bit, predicted and corrected.
