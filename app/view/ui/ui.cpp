@@ -120,10 +120,11 @@ void drawPanel(const UiContext& c)
     ImGui::SetNextWindowBgAlpha(0);  // Gui's frames begin with that colour
     ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
     bool open = true;
-    constexpr ImGuiWindowFlags kFlags =
-        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
-    if (ImGui::Begin("Rekindle###panel", &open, kFlags)) {
+    const ImGuiWindowFlags flags = tabFlags() | ImGuiWindowFlags_NoMove |
+                                   ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+                                   ImGuiWindowFlags_NoSavedSettings |
+                                   ImGuiWindowFlags_NoBringToFrontOnFocus;
+    if (ImGui::Begin("Rekindle###panel", &open, flags)) {
         drawHead(c);
         for (const Section& s : kSections) {
             if (!s.there(c) || !section(s.title, c.session.settings.sections.*s.open)) continue;

@@ -213,6 +213,11 @@ void drawLogWindow(const UiContext& c);
 void drawPlotWindow(const UiContext& c);
 void drawProfilerWindow(const UiContext& c);
 
+/// For windows with lines to type into: Tab walks through those while one of them is being typed
+/// into. Else it is the panel's key, and must not lead into a line that took the keyboard's focus
+/// by appearing or by a click beside it.
+ImGuiWindowFlags tabFlags();
+
 /// Begins a window that floats over the picture: `corner` in [0,1]^2 says where in the free area it
 /// first stands, and it is held inside the window whatever happens. Call ImGui::End() in any case.
 bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 size, ImVec2 corner);

@@ -270,6 +270,11 @@ std::shared_ptr<const Picture> shownPicture(const UiContext& c)
     return c.session.picture();
 }
 
+ImGuiWindowFlags tabFlags()
+{
+    return ImGui::IsAnyItemActive() ? ImGuiWindowFlags_None : ImGuiWindowFlags_NoNavInputs;
+}
+
 bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 size, ImVec2 corner)
 {
     const float gap = c.em * 0.6f;
@@ -284,7 +289,7 @@ bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 siz
         ImVec2(std::min(8 * c.em, room.x), std::min(5 * c.em, room.y)),
         ImVec2(c.window.x, c.window.y));
     ImGui::SetNextWindowBgAlpha(c.session.settings.panels.opacity);
-    const bool visible = ImGui::Begin(title, open, ImGuiWindowFlags_NoCollapse);
+    const bool visible = ImGui::Begin(title, open, ImGuiWindowFlags_NoCollapse | tabFlags());
     holdInside(c, corner);
     return visible;
 }

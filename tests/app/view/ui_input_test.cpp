@@ -153,6 +153,29 @@ TEST(Ui, EscClosesAnOpenList)
     EXPECT_EQ(frame(false, true), std::pair(false, false));
 }
 
+/// The plot's window appears with a field in it; a click beside a field gives its window the focus.
+TEST(Ui, TabGoesIntoNoFieldThatNobodyTypesInto)
+{
+    Desk desk(deskOptions("animated.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    const auto taken = [&] {
+        desk.key(kTab);
+        desk.frames(3);
+        return ImGui::GetIO().WantCaptureKeyboard;
+    };
+    ASSERT_TRUE(desk.windows().contains("Error over time###plot"));
+    EXPECT_FALSE(taken());
+    for (const char* name : {"Error over time###plot", "Rekindle###panel"}) {
+        const ImGuiWindow* window = ImGui::FindWindowByName(name);
+        ASSERT_NE(window, nullptr);
+        click(desk, {window->Pos.x + 3, window->Pos.y + window->Size.y / 2});
+        EXPECT_FALSE(taken()) << name;
+    }
+    desk.session.settings.panels.help = true;
+    desk.frames(3);
+    EXPECT_FALSE(taken());
+}
+
 TEST(Ui, PathBoxOpensWithoutThePanel)
 {
     Desk desk(deskOptions());
