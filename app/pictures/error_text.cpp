@@ -24,11 +24,27 @@ std::string rmseText(double rmse, double standardError, double noise)
     return "≤ " + report::shortNumber(rmse) + ", reference noise " + report::shortNumber(noise);
 }
 
-std::string errorText(const ErrorPoint& point, double noise)
+std::string errorText(const ErrorPoint& point, double noise, double mean)
 {
     if (point.rmse > 0) return "RMSE " + rmseText(point.rmse, point.rmseSe, noise);
+    if (point.estimated > 0 && mean > 0 && std::isfinite(mean))
+        return "noise " + report::percent(point.estimated / mean, 3);
     if (point.estimated > 0) return "noise " + report::shortNumber(point.estimated);
     return {};
+}
+
+double meanLuminance(const core::Image& picture)
+{
+    double sum = 0;
+    size_t count = 0;
+    for (size_t i = 0; i + 2 < picture.pixels.size(); i += picture.channels) {
+        const float* p = &picture.pixels[i];
+        const float luminance = 0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2];
+        if (!std::isfinite(luminance)) continue;
+        sum += static_cast<double>(luminance);
+        ++count;
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
 }  // namespace app

@@ -16,7 +16,12 @@ std::string rmseText(double rmse, double standardError, double noise);
 bool noiseShows(double rmse, double standardError, double noise);
 
 /// The same with the error's name, for a point of the curve of errors: "RMSE ..." against a
-/// reference, "noise 0.12" from the samples' own spread, or nothing.
-std::string errorText(const ErrorPoint& point, double noise);
+/// reference, "noise 0.12" from the samples' own spread, or nothing. With the picture's mean
+/// luminance as `mean` the noise is told as a part of it, "noise 12.0 %": a number in radiance says
+/// little to who does not know how bright the scene is.
+std::string errorText(const ErrorPoint& point, double noise, double mean = 0);
+
+/// Of RGB radiance; pixels that are not finite are left out. 0 for none.
+double meanLuminance(const core::Image& picture);
 
 }  // namespace app

@@ -141,6 +141,7 @@ void drawLens(const UiContext& c)
         if (camera.apertureRadius > 0)
             opening += format(", f/%.2g", fNumber(camera.yfov, camera.apertureRadius / perMetre));
     }
+    if (camera.apertureRadius == 0) opening = "pinhole";
     changed |= lengthRow(
         "aperture",
         "radius of the lens in metres, and what that is on a camera whose film is 24 mm high; 0 is "

@@ -36,12 +36,13 @@ std::string boundText(double value)
 
 /// Slider of a bounded whole number: wide ranges move by factors, because 4 and 8 matter there and
 /// 2004 and 2008 do not.
-bool wholeSlider(const core::Range& range, uint32_t& value)
+bool wholeSlider(const core::Range& range, uint32_t& value, const std::string& pattern)
 {
     const auto low = static_cast<uint32_t>(range.low), high = static_cast<uint32_t>(range.high);
     ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp;
     if (range.logarithmic || range.high - range.low > 256) flags |= ImGuiSliderFlags_Logarithmic;
-    return ImGui::SliderScalar("##value", ImGuiDataType_U32, &value, &low, &high, "%u", flags);
+    return ImGui::SliderScalar("##value", ImGuiDataType_U32, &value, &low, &high, pattern.c_str(),
+                               flags);
 }
 
 }  // namespace
@@ -100,6 +101,13 @@ std::string fieldLabel(const core::Field& field)
     return label;
 }
 
+std::string fieldPattern(const core::Field& field, const char* pattern, const FieldOptions& options)
+{
+    for (const FieldUnit& unit : options.units)
+        if (unit.field == field.name) return std::string(pattern) + ' ' + std::string(unit.unit);
+    return pattern;
+}
+
 std::string fieldTip(const core::Field& field, const std::string& standard, bool onCommandLine)
 {
     std::string text = field.help;
@@ -144,7 +152,7 @@ bool editField(const core::Field& field, uint32_t& value, uint32_t standard,
              core::biases(field, value, standard));
     bool changed;
     if (field.range.low < field.range.high) {
-        changed = wholeSlider(field.range, value);
+        changed = wholeSlider(field.range, value, fieldPattern(field, "%u", options));
     } else {
         const uint32_t step = 1, fast = 100;
         changed = ImGui::InputScalar("##value", ImGuiDataType_U32, &value, &step, &fast, "%u");
@@ -170,7 +178,8 @@ bool editField(const core::Field& field, float& value, float standard, const Fie
                    high = static_cast<float>(field.range.high);
         ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat;
         if (field.range.logarithmic) flags |= ImGuiSliderFlags_Logarithmic;
-        changed = ImGui::SliderFloat("##value", &value, low, high, "%.4g", flags);
+        changed = ImGui::SliderFloat("##value", &value, low, high,
+                                     fieldPattern(field, "%.4g", options).c_str(), flags);
     } else {
         changed = ImGui::InputFloat("##value", &value, 0, 0, "%.6g");
     }

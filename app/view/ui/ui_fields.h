@@ -34,10 +34,20 @@ std::string fieldLabel(const core::Field& field);
 /// Help, range, default and the name on the command line; says whether it biases.
 std::string fieldTip(const core::Field& field, const std::string& standard, bool onCommandLine);
 
+/// The unit of the field of that name, as it stands behind its number.
+struct FieldUnit {
+    std::string_view field, unit;
+};
+
 /// What the next rows of fields are.
 struct FieldOptions {
     bool onCommandLine = true;
+    std::span<const FieldUnit> units{};  // of numbers that a slider shows; without one: plain
 };
+
+/// How a slider writes the number: `pattern` with the field's unit behind it.
+std::string fieldPattern(const core::Field& field, const char* pattern,
+                         const FieldOptions& options);
 
 // One widget each; true when the value changed. `standard` is the default.
 bool editField(const core::Field& field, bool& value, bool standard, const FieldOptions& options);

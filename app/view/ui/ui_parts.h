@@ -2,6 +2,7 @@
 // small pieces.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,12 @@ struct SceneBrowser {
     std::vector<RecentScene> recent;
 };
 
+/// Of one picture, which every frame needs and a walk over all pixels tells.
+struct KnownMean {
+    std::weak_ptr<const Picture> of;
+    double luminance = 0;
+};
+
 /// What lives from frame to frame and belongs to nobody else.
 struct UiState {
     PathBox scene, reference, path, picture, environment;
@@ -78,7 +85,8 @@ struct UiState {
     ImVec2 caption{0, 0};      // right and lower end of the caption on the picture
     WindowLayout layout;       // of the frame before
     Area plot;                 // of the plot's window in the frame before; empty: it is closed
-    ImVec2 progress{0, 0};     // right and lower end of the strips of progress; 0: there are none
+    KnownMean mean;
+    ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
 };
 
 struct UiContext {

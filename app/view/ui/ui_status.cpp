@@ -53,7 +53,15 @@ StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThr
             9};
 }
 
-void errorItem(const Picture& picture, const Reference* reference, std::vector<StatusItem>& items)
+double luminanceOf(const UiContext& c, const std::shared_ptr<const Picture>& picture)
+{
+    KnownMean& known = c.state.mean;
+    if (known.of.lock() != picture) known = {picture, meanLuminance(picture->mean)};
+    return known.luminance;
+}
+
+void errorItem(const Picture& picture, const Reference* reference, double mean,
+               std::vector<StatusItem>& items)
 {
     if (picture.curve.empty()) return;
     const ErrorPoint& last = picture.curve.back();
@@ -67,8 +75,10 @@ void errorItem(const Picture& picture, const Reference* reference, std::vector<S
         }
         items.push_back({errorText(last, noise), help, textColour(), 7});
     } else if (last.estimated > 0) {
-        items.push_back({errorText(last, 0),
-                         "root of the mean variance, estimated from the samples' own spread at " +
+        items.push_back({errorText(last, 0, mean),
+                         "root of the mean variance, " + digitsText(last.estimated) +
+                             ", in parts of the mean luminance, " + digitsText(mean) +
+                             "; estimated from the samples' own spread at " +
                              std::to_string(last.samples) +
                              " spp; with the Sobol sampler an upper bound",
                          textColour(), 7});
@@ -130,7 +140,7 @@ std::vector<StatusItem> statusItems(const UiContext& c)
     items.push_back({samples, "samples per pixel", text, 8});
     items.push_back(
         {secondsText(picture->seconds), "of rendering, since this picture began", text, 5});
-    errorItem(*picture, c.session.reference().get(), items);
+    errorItem(*picture, c.session.reference().get(), luminanceOf(c, picture), items);
     for (const std::string& name : biases(picture->params)) {
         items.push_back({"biased: " + name,
                          "this parameter keeps the picture from converging to the right one",

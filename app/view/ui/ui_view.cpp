@@ -7,6 +7,11 @@
 namespace app {
 namespace {
 
+constexpr FieldUnit kUnits[] = {{"exposure", "stops"},
+                                {"frame-limit", "per second"},
+                                {"moving-rate", "per second"},
+                                {"moving-depth", "events"}};
+
 bool among(const core::Field& field, std::initializer_list<const char*> names)
 {
     for (const char* name : names) {
@@ -40,7 +45,7 @@ void editMethodMap(const UiContext& c, ViewParams& view)
 void drawViewSection(const UiContext& c)
 {
     ViewParams& view = c.session.settings.view;
-    const FieldOptions options{.onCommandLine = false};
+    const FieldOptions options{.onCommandLine = false, .units = kUnits};
     const auto some = [&](std::initializer_list<const char*> names) {
         editParams(view, options, [&](const core::Field& field) { return among(field, names); });
     };

@@ -1,6 +1,8 @@
 // Errors as text: digits by the standard error, and the reference's noise wherever it shows.
 #include "app/pictures/error_text.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 namespace {
@@ -34,6 +36,22 @@ TEST(ErrorText, PointsSayWhatTheyAreMeasuredBy)
     point.rmse = 0.119;
     point.rmseSe = 0.001;
     EXPECT_EQ(app::errorText(point, 0.114), "RMSE ≤ 0.119, reference noise 0.114");
+}
+
+TEST(ErrorText, NoiseIsAPartOfTheMeanLuminanceWhereThatIsKnown)
+{
+    app::ErrorPoint point;
+    point.estimated = 0.25;
+    EXPECT_EQ(app::errorText(point, 0, 2), "noise 12.5 %");
+    EXPECT_EQ(app::errorText(point, 0, 0), "noise 0.250");
+    point.rmse = 0.119;
+    EXPECT_EQ(app::errorText(point, 0, 2), "RMSE 0.119");
+    core::Image picture(2, 2, 3);
+    picture.pixels.assign(12, 0.5f);
+    EXPECT_NEAR(app::meanLuminance(picture), 0.5, 1e-6);
+    picture.pixels[4] = NAN;
+    EXPECT_NEAR(app::meanLuminance(picture), 0.5, 1e-6);
+    EXPECT_EQ(app::meanLuminance(core::Image()), 0);
 }
 
 }  // namespace

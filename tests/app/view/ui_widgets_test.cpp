@@ -96,6 +96,16 @@ TEST_F(UiWidgets, LengthsAreMetresInScaledWorlds)
     EXPECT_DOUBLE_EQ(session.navigation.speed(), 30 * scale);
 }
 
+TEST(UiFields, NumbersHaveTheirUnits)
+{
+    const core::Field exposure{"exposure", ""}, depth{"max-depth", ""};
+    const app::FieldUnit units[] = {{"exposure", "stops"}};
+    const app::FieldOptions with{.units = units};
+    EXPECT_EQ(app::fieldPattern(exposure, "%.4g", with), "%.4g stops");
+    EXPECT_EQ(app::fieldPattern(depth, "%u", with), "%u");
+    EXPECT_EQ(app::fieldPattern(exposure, "%.4g", {}), "%.4g");
+}
+
 TEST_F(UiWidgets, TheReferenceOfThePanelIsThatOfItsKeyAndCanBeBegunAnew)
 {
     open(kAssets / "animated.gltf", &app::SectionParams::reference);
