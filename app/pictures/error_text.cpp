@@ -8,6 +8,12 @@
 
 namespace app {
 
+std::string digitsByError(double value, double error)
+{
+    const std::string text = report::measured(value, error);
+    return text.substr(0, text.find(" ±"));
+}
+
 bool noiseShows(double rmse, double standardError, double noise)
 {
     constexpr double kSeen = 0.005;

@@ -8,6 +8,10 @@
 
 namespace app {
 
+/// The value alone with the digits that report::measured leaves it: "0.119" of 0.1192 ± 0.001. All
+/// digits of report::shortNumber where the error is unknown.
+std::string digitsByError(double value, double error);
+
 /// "0.119 ± 0.001". Where the reference's noise has a share that shows (more than the standard
 /// error and half a per cent): "≤ 0.119, reference noise 0.114". `noise` 0: none, or unknown.
 std::string rmseText(double rmse, double standardError, double noise);

@@ -8,6 +8,7 @@
 
 #include "app/pictures/convergence.h"
 #include "app/pictures/error_point.h"
+#include "app/pictures/error_text.h"
 #include "app/report/text.h"
 #include "core/base/parallel.h"
 
@@ -268,13 +269,20 @@ PictureComparison comparePictures(const TimedPicture& a, const TimedPicture& b,
     return result;
 }
 
+BoundedDigits boundedDigits(const Bounded& bounded)
+{
+    // Half of the interval of 95 % is that many standard errors of a normal distribution.
+    const double error = (bounded.high - bounded.low) / (2 * 1.96);
+    return {digitsByError(bounded.value, error), digitsByError(bounded.low, error),
+            digitsByError(bounded.high, error)};
+}
+
 std::string boundedText(const Bounded& bounded)
 {
-    using report::shortNumber;
     if (!std::isfinite(bounded.high)) return "unknown";
-    if (!(bounded.value > 0)) return "≤ " + shortNumber(bounded.high);
-    return shortNumber(bounded.value) + " (" + shortNumber(bounded.low) + " to " +
-           shortNumber(bounded.high) + ")";
+    if (!(bounded.value > 0)) return "≤ " + report::shortNumber(bounded.high);
+    const BoundedDigits text = boundedDigits(bounded);
+    return text.value + " (" + text.low + " to " + text.high + ")";
 }
 
 std::string verdict(const Bounded& ratio, const char* of)

@@ -61,8 +61,14 @@ std::vector<std::string> comparisonNotes(const PictureComparison& comparison);
 /// "B needs 1.8 times less time than A for an equal RMSE", "... no difference is seen".
 std::string verdict(const Bounded& ratio, const char* of);
 
-/// "1.83 (1.75 to 1.9)"
+/// "1.83 (1.75 to 1.90)": digits by the standard error that the interval stands for.
 std::string boundedText(const Bounded& bounded);
+
+/// The value and the ends with those digits.
+struct BoundedDigits {
+    std::string value, low, high;
+};
+BoundedDigits boundedDigits(const Bounded& bounded);
 
 /// All of it as lines of text with tabs, for the clipboard: `labels` say how A and B were made.
 std::string comparisonText(const PictureComparison& comparison,

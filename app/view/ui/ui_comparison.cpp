@@ -12,7 +12,8 @@ using report::shortNumber;
 
 std::string intervalText(const Bounded& bounded)
 {
-    return shortNumber(bounded.low) + " to " + shortNumber(bounded.high);
+    const BoundedDigits text = boundedDigits(bounded);
+    return text.low + " to " + text.high;
 }
 
 void row(const char* name, const std::string& a, const std::string& b, const char* help)
@@ -34,7 +35,7 @@ void errorRows(const char* name, const Bounded& a, const Bounded& b, const char*
         return;
     }
     const auto value = [](const Bounded& error) {
-        return error.low > 0 ? shortNumber(error.value) : "\u2264 " + shortNumber(error.high);
+        return error.low > 0 ? boundedDigits(error).value : "\u2264 " + shortNumber(error.high);
     };
     row(name, value(a), value(b), help);
     row("  95 %", intervalText(a), intervalText(b),

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "app/pictures/picture_comparison.h"
+
 namespace {
 
 TEST(ErrorText, DigitsAreThoseThatTheErrorLeaves)
@@ -13,6 +15,16 @@ TEST(ErrorText, DigitsAreThoseThatTheErrorLeaves)
     EXPECT_EQ(app::rmseText(0.119123, 0.00012, 0), "0.1191 ± 0.0001");
     EXPECT_EQ(app::rmseText(0.119123, 0.03, 0), "0.12 ± 0.03");
     EXPECT_EQ(app::rmseText(0.119123, 0, 0), "0.119");
+}
+
+TEST(ErrorText, AnIntervalAndItsValueHaveTheDigitsOfTheError)
+{
+    EXPECT_EQ(app::digitsByError(0.119123, 0.0012), "0.119");
+    EXPECT_EQ(app::digitsByError(0.119123, 0), "0.119");
+    EXPECT_EQ(app::boundedText({0.112, 0.0987, 0.117}), "0.112 (0.099 to 0.117)");
+    EXPECT_EQ(app::boundedText({0.371, 0.328, 0.398}), "0.37 (0.33 to 0.40)");
+    EXPECT_EQ(app::boundedText({1.86, 1.67, 2.41}), "1.9 (1.7 to 2.4)");
+    EXPECT_EQ(app::boundedText({1.86, 0, HUGE_VAL}), "unknown");
 }
 
 TEST(ErrorText, ANoisyReferenceIsSaidWhereItShows)

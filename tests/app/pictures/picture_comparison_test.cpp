@@ -229,14 +229,14 @@ TEST(PictureComparison, VerdictsNameTheBetterOne)
     EXPECT_EQ(app::verdict({2, 1.9, 2.1}, "RMSE"),
               "B needs 2.00 (1.90 to 2.10) times less time for an equal RMSE");
     EXPECT_EQ(app::verdict({0.5, 0.4, 0.625}, "relMSE"),
-              "A needs 2.00 (1.60 to 2.50) times less time for an equal relMSE");
+              "A needs 2.0 (1.6 to 2.5) times less time for an equal relMSE");
     EXPECT_EQ(app::verdict({0.1, 0, 0.2}, "RMSE"),
               "A needs at least 5.00 times less time for an equal RMSE");
     const double endless = std::numeric_limits<double>::infinity();
     EXPECT_EQ(app::verdict({10, 4, endless}, "RMSE"),
               "B needs at least 4.00 times less time for an equal RMSE");
     EXPECT_EQ(app::verdict({1.1, 0.9, 1.3}, "RMSE"),
-              "no difference is seen in the time for an equal RMSE: A over B 1.10 (0.900 to 1.30)");
+              "no difference is seen in the time for an equal RMSE: A over B 1.1 (0.9 to 1.3)");
 }
 
 }  // namespace
