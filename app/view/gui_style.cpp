@@ -48,8 +48,8 @@ void setColours(ImVec4* c)
     c[ImGuiCol_ScrollbarGrabHovered] = grey(0.36f);
     c[ImGuiCol_ScrollbarGrabActive] = grey(0.44f);
     c[ImGuiCol_CheckMark] = kAccent;
-    c[ImGuiCol_SliderGrab] = accent(0.85f);
-    c[ImGuiCol_SliderGrabActive] = kAccent;
+    c[ImGuiCol_SliderGrab] = accent(0.25f);  // it may lie on the number
+    c[ImGuiCol_SliderGrabActive] = accent(0.4f);
     c[ImGuiCol_Button] = grey(0.20f);
     c[ImGuiCol_ButtonHovered] = grey(0.27f);
     c[ImGuiCol_ButtonActive] = accent(0.55f);

@@ -11,18 +11,27 @@
 namespace app {
 namespace {
 
+/// `more` behind the text, if both have room in the field that comes next.
+std::string withMore(const std::string& text, const std::string& more)
+{
+    const float room = ImGui::CalcItemWidth() - 2 * ImGui::GetStyle().FramePadding.x;
+    const float letters = ImGui::CalcTextSize("0000.").x + ImGui::CalcTextSize(text.c_str()).x -
+                          ImGui::CalcTextSize("%.4g").x + ImGui::CalcTextSize(more.c_str()).x;
+    return letters <= room ? text + more : text;
+}
+
 /// A slider of a double in a row of its own, with a way back to `standard` where there is one;
-/// true when it changed.
+/// true when it changed. `more` is written behind the number where there is room.
 bool doubleRow(const char* label, const char* help, double& value, double low, double high,
                const std::string& text, bool logarithmic,
-               const std::optional<double>& standard = {})
+               const std::optional<double>& standard = {}, const std::string& more = {})
 {
     ImGui::PushID(label);
     rowLabel(label, help);
     ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat;
     if (logarithmic) flags |= ImGuiSliderFlags_Logarithmic;
     bool changed = ImGui::SliderScalar("##value", ImGuiDataType_Double, &value, &low, &high,
-                                       text.c_str(), flags);
+                                       withMore(text, more).c_str(), flags);
     tip(std::string(help) + "\n\nCtrl-click to type.");
     if (rowReset(standard && value != *standard, "that of the scene's camera")) {
         value = *standard;
@@ -35,11 +44,12 @@ bool doubleRow(const char* label, const char* help, double& value, double low, d
 /// The same of a length, of which the world's units differ from metres where it is very small or
 /// very large: see core::Placement.
 bool lengthRow(const char* label, const char* help, double& value, double low, double high,
-               const std::string& text, double perMetre, const std::optional<double>& standard = {})
+               const std::string& text, double perMetre, const std::optional<double>& standard = {},
+               const std::string& more = {})
 {
     double metres = value / perMetre;
     const auto home = standard ? std::optional(*standard / perMetre) : std::nullopt;
-    if (!doubleRow(label, help, metres, low / perMetre, high / perMetre, text, true, home))
+    if (!doubleRow(label, help, metres, low / perMetre, high / perMetre, text, true, home, more))
         return false;
     value = metres == home ? *standard : metres * perMetre;  // to the bit
     return true;
@@ -115,7 +125,7 @@ bool angleRow(double& yfov, const core::Camera& home)
     if (!doubleRow(
             "angle of view",
             "vertical, in degrees, and the focal length on a camera whose film is 24 mm high",
-            degrees, 2, 150, format("%%.1f deg, %.0f mm", focalLengthMm(yfov)), false, standard))
+            degrees, 2, 150, "%.1f deg", false, standard, format(", %.0f mm", focalLengthMm(yfov))))
         return false;
     yfov = degrees == standard ? home.yfov : degrees * kDegree;  // to the bit
     return true;
@@ -131,7 +141,7 @@ void drawLens(const UiContext& c)
     const core::Camera home = c.session.document() ? c.session.homeCamera() : camera;
     const double perMetre = unitsPerMetre(c);
     bool changed = false;
-    std::string opening = "%.4g m";
+    std::string opening = "%.4g m", stop;
     if (camera.orthographic) {
         changed |= lengthRow("height", "half the height of what is seen, in metres", camera.ymag,
                              1e-3 * radius, 10 * radius, "%.4g m", perMetre,
@@ -139,14 +149,14 @@ void drawLens(const UiContext& c)
     } else {
         changed |= angleRow(camera.yfov, home);
         if (camera.apertureRadius > 0)
-            opening += format(", f/%.2g", fNumber(camera.yfov, camera.apertureRadius / perMetre));
+            stop = format(", f/%.2g", fNumber(camera.yfov, camera.apertureRadius / perMetre));
     }
     if (camera.apertureRadius == 0) opening = "pinhole";
     changed |= lengthRow(
         "aperture",
         "radius of the lens in metres, and what that is on a camera whose film is 24 mm high; 0 is "
         "a pinhole, where all is sharp",
-        camera.apertureRadius, 0, 0.1 * radius, opening, perMetre, home.apertureRadius);
+        camera.apertureRadius, 0, 0.1 * radius, opening, perMetre, home.apertureRadius, stop);
     changed |= lengthRow(
         "focus",
         "distance in metres at which the picture is sharp; a double click on the picture sets it",

@@ -29,6 +29,12 @@ void drawResetIcon(ImVec2 centre, float radius, ImU32 colour)
                            ImVec2(tip.x + s * 0.55f, tip.y + s * 0.75f), colour);
 }
 
+/// Of a label that stands beside its field.
+float besideWidth(float row)
+{
+    return std::min(row * 0.40f, ImGui::GetFontSize() * 11);
+}
+
 std::string boundText(double value)
 {
     return format("%.6g", value);
@@ -59,22 +65,34 @@ void tip(const std::string& text)
     ImGui::EndTooltip();
 }
 
+bool labelStandsAbove(const char* label, float row)
+{
+    constexpr float kNarrow = 19;  // in letters: fields beside labels would cut their own words
+    const float room = besideWidth(row) - ImGui::GetStyle().ItemInnerSpacing.x;
+    return row < kNarrow * ImGui::GetFontSize() || ImGui::CalcTextSize(label).x > room;
+}
+
 void rowLabel(const char* label, const std::string& help, bool biased)
 {
     const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
-    const float labelWidth = std::min(width * 0.40f, ImGui::GetFontSize() * 11);
+    const bool above = labelStandsAbove(label, width);
+    const float beside = besideWidth(width), labelWidth = above ? width : beside;
+    const float height = above ? ImGui::GetTextLineHeight() : ImGui::GetFrameHeight();
     const ImVec2 place = ImGui::GetCursorScreenPos();
-    const ImVec4 clip(place.x, place.y, place.x + labelWidth - ImGui::GetStyle().ItemInnerSpacing.x,
-                      place.y + ImGui::GetFrameHeight());
-    ImGui::InvisibleButton("##label", ImVec2(std::max(labelWidth, 1.0f), ImGui::GetFrameHeight()));
+    const ImVec4 clip(place.x, place.y, place.x + labelWidth, place.y + height);
+    ImGui::InvisibleButton("##label", ImVec2(std::max(labelWidth, 1.0f), height));
     tip(help);
     const ImU32 colour =
         biased ? ImGui::GetColorU32(kWarningColour) : ImGui::GetColorU32(ImGuiCol_Text);
-    ImGui::GetWindowDrawList()->AddText(nullptr, 0,
-                                        ImVec2(place.x, place.y + ImGui::GetStyle().FramePadding.y),
-                                        colour, label, nullptr, 0, &clip);
-    ImGui::SameLine(left + labelWidth, 0);
-    ImGui::SetNextItemWidth(std::max(width - labelWidth - resetWidth(), ImGui::GetFontSize() * 2));
+    const float down = above ? 0 : ImGui::GetStyle().FramePadding.y;
+    ImGui::GetWindowDrawList()->AddText(nullptr, 0, ImVec2(place.x, place.y + down), colour, label,
+                                        nullptr, 0, &clip);
+    if (above)  // closer to its own field than to the row before
+        ImGui::SetCursorPosY(ImGui::GetCursorPosY() - 0.6f * ImGui::GetStyle().ItemSpacing.y);
+    else
+        ImGui::SameLine(left + labelWidth, 0);
+    ImGui::SetNextItemWidth(
+        std::max(width - (above ? 0 : labelWidth) - resetWidth(), ImGui::GetFontSize() * 2));
 }
 
 bool rowReset(bool differs, const std::string& standard)

@@ -18,6 +18,10 @@ inline const ImVec4 kWarningColour{0.98f, 0.75f, 0.33f, 1};
 inline const ImVec4 kErrorColour{1.0f, 0.47f, 0.42f, 1};
 inline const ImVec4 kGoodColour{0.55f, 0.82f, 0.58f, 1};
 
+/// Whether a label has a line of its own above its field, in a row of that width: in narrow panels
+/// all have, so that neither they nor what the fields say is cut.
+bool labelStandsAbove(const char* label, float row);
+
 /// The label of a row; what follows gets the rest of the line but for the reset arrow's place.
 /// `help` is the tool-tip.
 void rowLabel(const char* label, const std::string& help = {}, bool biased = false);

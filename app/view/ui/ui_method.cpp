@@ -20,12 +20,13 @@ bool choice(const char* name, bool chosen, const std::string& help, const std::s
 /// As much of it as has room in a list's box.
 std::string deviceName(const UiContext& c, const RenderParams& render)
 {
-    if (render.device == DeviceKind::cpu) return "CPU (Embree)";
-    if (render.deviceIndex < 0) {
-        const char* whole = "Vulkan, first suitable";
-        const float room = ImGui::CalcItemWidth() - ImGui::GetFrameHeight();
-        return ImGui::CalcTextSize(whole).x < room ? whole : "Vulkan";
-    }
+    const auto fitting = [](const char* whole, const char* brief) {
+        const float room =
+            ImGui::CalcItemWidth() - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
+        return ImGui::CalcTextSize(whole).x < room ? whole : brief;
+    };
+    if (render.device == DeviceKind::cpu) return fitting("CPU (Embree)", "CPU");
+    if (render.deviceIndex < 0) return fitting("Vulkan, first suitable", "Vulkan");
     const auto index = static_cast<size_t>(render.deviceIndex);
     if (index < c.frame.devices.size()) return c.frame.devices[index].name;
     return "Vulkan device " + std::to_string(index);

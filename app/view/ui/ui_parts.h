@@ -143,6 +143,9 @@ bool section(const char* title, bool& open);
 /// Text on the picture, on a dark ground, with its upper left corner at `place`.
 void labelOnPicture(const UiContext& c, ImVec2 place, const std::string& text);
 
+/// Text, wrapped at spaces.
+void wrappedText(const std::string& text);
+
 /// Small text in the colour of disabled things, wrapped.
 void dimText(const std::string& text);
 

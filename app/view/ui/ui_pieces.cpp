@@ -184,12 +184,18 @@ void labelOnPicture(const UiContext& c, ImVec2 place, const std::string& text)
     list.AddText(place, IM_COL32(240, 240, 240, 255), text.c_str());
 }
 
+void wrappedText(const std::string& text)
+{
+    const std::string lines = wrappedAtSpaces(text, ImGui::GetContentRegionAvail().x);
+    ImGui::PushTextWrapPos(0);  // what has no spaces: names of files
+    ImGui::TextUnformatted(lines.data(), lines.data() + lines.size());
+    ImGui::PopTextWrapPos();
+}
+
 void dimText(const std::string& text)
 {
     ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextUnformatted(text.data(), text.data() + text.size());
-    ImGui::PopTextWrapPos();
+    wrappedText(text);
     ImGui::PopStyleColor();
 }
 

@@ -1,6 +1,7 @@
 // Numbers as people read them. See ui_text.h.
 #include "app/view/ui/ui_text.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -85,6 +86,28 @@ std::string shortenedLabel(std::string text, float room)
         text.pop_back();
     }
     return text + "...";
+}
+
+std::string wrappedAtSpaces(const std::string& text, float room)
+{
+    std::string wrapped;
+    float line = 0;
+    const float space = ImGui::CalcTextSize(" ").x;
+    for (size_t at = 0; at <= text.size();) {
+        const size_t end = std::min(text.find_first_of(" \n", at), text.size());
+        const std::string word = text.substr(at, end - at);
+        const float width = ImGui::CalcTextSize(word.c_str()).x;
+        if (line > 0 && wrapped.back() == ' ' && line + width > room) {
+            wrapped.back() = '\n';
+            line = 0;
+        }
+        wrapped += word;
+        line += width + space;
+        if (end < text.size()) wrapped += text[end];
+        if (end < text.size() && text[end] == '\n') line = 0;
+        at = end + 1;
+    }
+    return wrapped;
 }
 
 std::string digitsText(double value)

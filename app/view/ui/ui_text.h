@@ -21,6 +21,11 @@ std::string digitsText(double value);
 /// In the present font; letters are left out at the end of what is wider than `room`.
 std::string shortenedLabel(std::string text, float room);
 
+/// In the present font, with line ends in place of spaces so that each line has `room`. Dear
+/// ImGui's own wrapping also breaks behind full stops: "(." and "exr)". Words without room stay
+/// whole.
+std::string wrappedAtSpaces(const std::string& text, float room);
+
 /// printf into a string.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 

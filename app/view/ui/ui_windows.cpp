@@ -74,7 +74,7 @@ void drawKeyGroup(const UiContext& c, const KeyGroup& group)
         ImGui::TableNextColumn();
         ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "%s", key.key.c_str());
         ImGui::TableNextColumn();
-        ImGui::TextWrapped("%s", key.help.c_str());
+        wrappedText(key.help);
     }
     ImGui::EndTable();
     ImGui::Spacing();

@@ -2,6 +2,8 @@
 // renderer, in every state that the session can be in, in windows of every size. Dear ImGui's own
 // assertions are part of the test; on top of them everything must lie inside the window, and
 // nothing may use an action that does not exist.
+#include <sstream>
+
 #include <gtest/gtest.h>
 #include <imgui.h>
 #include <imgui_internal.h>
@@ -292,6 +294,38 @@ TEST(Ui, ValuesAreThoseOfThePicturesOnShow)
     const float both = inspectorHeight(desk);
     session.holdReference = true;
     EXPECT_LT(inspectorHeight(desk), both) << "the reference alone";
+}
+
+TEST(Ui, TextIsWrappedAtSpacesAlone)
+{
+    Desk desk(deskOptions());
+    ImGui::NewFrame();
+    const std::string text = "a reference (.exr), a camera path (.json)\nand more";
+    EXPECT_EQ(app::wrappedAtSpaces(text, 10000), text);
+    EXPECT_EQ(app::wrappedAtSpaces("", 10), "");
+    for (float room = 20; room < 320; room += 7) {
+        const std::string lines = app::wrappedAtSpaces(text, room);
+        ASSERT_EQ(lines.size(), text.size());
+        for (size_t i = 0; i < text.size(); ++i)
+            EXPECT_TRUE(lines[i] == text[i] || (text[i] == ' ' && lines[i] == '\n')) << lines;
+        std::istringstream each(lines);
+        for (std::string line; std::getline(each, line);)
+            EXPECT_TRUE(ImGui::CalcTextSize(line.c_str()).x <= room ||
+                        line.find(' ') == std::string::npos)
+                << line;
+    }
+    ImGui::Render();
+}
+
+TEST(Ui, LabelsAreCutInNoPanel)
+{
+    Desk desk(deskOptions());
+    ImGui::NewFrame();
+    const float letter = ImGui::GetFontSize();
+    EXPECT_FALSE(app::labelStandsAbove("tone", 23 * letter));
+    EXPECT_TRUE(app::labelStandsAbove("tone", 14 * letter)) << "the same for all of a narrow panel";
+    EXPECT_TRUE(app::labelStandsAbove("a label of far too many words", 23 * letter));
+    ImGui::Render();
 }
 
 TEST(Ui, ShortenedLabelsHaveRoomAndWholeLetters)

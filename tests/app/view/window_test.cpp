@@ -402,6 +402,24 @@ TEST_F(WindowTest, TextStandsOutFromEveryBackground)
     EXPECT_GE(contrast(c[ImGuiCol_CheckMark], c[ImGuiCol_FrameBg]), 4.5);
 }
 
+/// A translucent colour over an opaque one.
+ImVec4 over(ImVec4 front, ImVec4 ground)
+{
+    const auto mix = [&](float f, float g) { return g + front.w * (f - g); };
+    return {mix(front.x, ground.x), mix(front.y, ground.y), mix(front.z, ground.z), 1};
+}
+
+TEST_F(WindowTest, NumbersStandOutFromTheGrabThatLiesOnThem)
+{
+    Window window("test", {400, 300});
+    Gui gui(window, {.validation = true});
+    const ImVec4* c = ImGui::GetStyle().Colors;
+    EXPECT_GE(contrast(c[ImGuiCol_Text], over(c[ImGuiCol_SliderGrab], c[ImGuiCol_FrameBg])), 7);
+    EXPECT_GE(
+        contrast(c[ImGuiCol_Text], over(c[ImGuiCol_SliderGrabActive], c[ImGuiCol_FrameBgActive])),
+        4);
+}
+
 // --- what may be missing
 
 TEST_F(WindowTest, WithoutADisplayTheReasonIsTold)
