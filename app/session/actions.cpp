@@ -421,8 +421,7 @@ std::span<const Action> actions()
                    PanelSide& side = c.session.settings.panels.side;
                    side = side == PanelSide::left ? PanelSide::right : PanelSide::left;
                }},
-        Action{"plot", "O", "", "error over time",
-               [](C c) { flip(c.session.settings.panels.plot); }},
+        Action{"plot", "O", "", "error over time", [](C c) { c.app.togglePlot = true; }},
         Action{"profiler", "P", "", "times and memory",
                [](C c) { flip(c.session.settings.panels.profiler); }},
         Action{"log", "`", "", "messages", [](C c) { flip(c.session.settings.panels.log); }},

@@ -35,6 +35,7 @@ struct AppRequests {
     bool escape = false;  // close what is open over the picture; with nothing open escapeFrom()
     bool wouldReplace = false;  // a file is there: with "replace" it would have been written
     bool openPathBox = false, foldPanel = false;
+    bool togglePlot = false;
     std::optional<std::filesystem::path> screenshot;  // PNG
     bool screenshotWithPanel = true;
     std::optional<std::string> toClipboard;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "app/report/text.h"
 #include "app/view/ui/ui_text.h"
@@ -25,6 +26,11 @@ struct PlotFrame {
                 high.y - static_cast<float>(y.fraction(py)) * (high.y - low.y)};
     }
 };
+
+float legendLine()
+{
+    return 1.15f * ImGui::GetFontSize();
+}
 
 void growRange(LogRange& range, double value, bool& any)
 {
@@ -111,55 +117,68 @@ void drawGuide(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
     dashed(list, at(f.x.low), at(f.x.high), ImGui::GetColorU32(ImGuiCol_TextDisabled), 3);
 }
 
-/// A level across with its text at the right, above the line or below it where there is no room.
-/// True when the mouse is at a text that had to be shortened: its tool-tip is the whole.
-bool drawLevel(ImDrawList& list, const PlotFrame& f, double value, const std::string& label,
-               ImU32 colour, bool dashes)
+bool levelIsSeen(const PlotFrame& f, double value)
 {
-    if (!(value > 0) || value < f.y.low || value > f.y.high) return false;
-    const float y = f.place(f.x.low, value).y, letter = ImGui::GetFontSize();
+    return value > 0 && value >= f.y.low && value <= f.y.high;
+}
+
+void drawLevel(ImDrawList& list, const PlotFrame& f, double value, ImU32 colour, bool dashes)
+{
+    if (!levelIsSeen(f, value)) return;
+    const float y = f.place(f.x.low, value).y;
     if (dashes)
         dashed(list, {f.low.x, y}, {f.high.x, y}, colour, 5);
     else
         list.AddLine({f.low.x, y}, {f.high.x, y}, colour, 1);
-    if (label.empty()) return false;
-    const std::string text = shortenedLabel(label, f.high.x - f.low.x - letter * 0.6f);
-    const float width = ImGui::CalcTextSize(text.c_str()).x;
-    const float top = y - letter * 1.1f > f.low.y ? y - letter * 1.1f : y + letter * 0.1f;
-    const ImVec2 corner(std::max(f.low.x + 2, f.high.x - width - letter * 0.3f), top);
-    list.AddText(corner, colour, text.c_str());
-    return text != label &&
-           ImGui::IsMouseHoveringRect(corner, {corner.x + width, corner.y + letter});
 }
 
-/// In the upper right corner, which curves that fall leave free.
-void drawLegend(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
+/// What a level is, at its right end, above the line or below it where there is no room; on a
+/// ground of its own, for curves run there. True when the mouse is at a text that had to be
+/// shortened: its tool-tip is the whole.
+bool drawLevelText(ImDrawList& list, const PlotFrame& f, double value, const std::string& label,
+                   ImU32 colour)
 {
-    const float letter = ImGui::GetFontSize(), dash = 1.6f * letter,
-                room = 0.6f * (f.high.x - f.low.x);
-    const auto most =
-        static_cast<size_t>(std::clamp(0.4f * (f.high.y - f.low.y) / letter, 0.0f, 6.0f));
-    const std::vector<size_t> order = legendOrder(plot, most);
-    std::vector<std::string> labels;
-    float width = 0;
-    for (const size_t i : order) {
-        labels.push_back(shortenedLabel(plot.curves[i].label, room));
-        width = std::max(width, ImGui::CalcTextSize(labels.back().c_str()).x);
-    }
-    if (labels.empty()) return;
-    const float line = 1.1f * letter, gap = 0.4f * letter;
-    const ImVec2 corner(f.high.x - width - dash - 3 * gap, f.low.y + gap);
-    list.AddRectFilled({corner.x - gap, corner.y},
-                       {f.high.x - gap, corner.y + line * static_cast<float>(labels.size())},
-                       ImGui::GetColorU32(ImGuiCol_WindowBg, 0.8f), gap);
-    for (size_t row = 0; row < labels.size(); ++row) {
-        const PlotCurve& curve = plot.curves[order[row]];
-        const float y = corner.y + line * static_cast<float>(row);
-        list.AddLine({corner.x, y + 0.5f * line}, {corner.x + dash, y + 0.5f * line},
+    if (label.empty() || !levelIsSeen(f, value)) return false;
+    const float y = f.place(f.x.low, value).y, letter = ImGui::GetFontSize();
+    const std::string text = shortenedLabel(label, f.high.x - f.low.x - letter * 0.6f);
+    const float width = ImGui::CalcTextSize(text.c_str()).x;
+    const float top = y - letter * 1.2f > f.low.y ? y - letter * 1.2f : y + letter * 0.2f;
+    const ImVec2 corner(std::max(f.low.x + 2, f.high.x - width - letter * 0.3f), top);
+    const ImVec2 end(corner.x + width, corner.y + letter);
+    list.AddRectFilled({corner.x - 2, corner.y}, {end.x + 2, end.y},
+                       ImGui::GetColorU32(ImGuiCol_WindowBg, 0.9f), 2);
+    list.AddText(corner, colour, text.c_str());
+    return text != label && ImGui::IsMouseHoveringRect(corner, end);
+}
+
+/// The curves that the legend has room for below the axes: it takes at most a third of the height.
+std::vector<size_t> legendRows(const LogPlot& plot, float height)
+{
+    const float rows = std::clamp(height / 3 / legendLine(), 0.0f, 5.0f);
+    return legendOrder(plot, static_cast<size_t>(rows));
+}
+
+/// Below the axes, where no curve runs. Returns the curve under the mouse whose name had to be
+/// shortened, or null.
+const PlotCurve* drawLegend(ImDrawList& list, const PlotFrame& f, const LogPlot& plot,
+                            ImVec2 corner, const std::vector<size_t>& rows)
+{
+    const float letter = ImGui::GetFontSize(), dash = 1.6f * letter, gap = 0.4f * letter;
+    const PlotCurve* cut = nullptr;
+    float y = corner.y;
+    for (const size_t index : rows) {
+        const PlotCurve& curve = plot.curves[index];
+        const float left = corner.x + dash + gap;
+        const std::string label = shortenedLabel(curve.label, f.high.x - left);
+        list.AddLine({corner.x, y + 0.5f * letter}, {corner.x + dash, y + 0.5f * letter},
                      ImGui::GetColorU32(curve.colour), curve.bold ? 2.0f : 1.2f);
-        list.AddText({corner.x + dash + gap, y}, ImGui::GetColorU32(ImGuiCol_Text),
-                     labels[row].c_str());
+        list.AddText({left, y}, ImGui::GetColorU32(ImGuiCol_Text), label.c_str());
+        if (label != curve.label &&
+            ImGui::IsMouseHoveringRect({corner.x, y}, {f.high.x, y + legendLine()}))
+            cut = &curve;
+        y += legendLine();
     }
+    return cut;
 }
 
 /// The point nearest to the mouse in x, of the curve nearest in y.
@@ -189,7 +208,68 @@ void drawCursor(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
                       report::measured(best->y, best->se).c_str());
 }
 
+/// Which ticks carry a text: powers of ten; where those are fewer than two, also 2 and 5 times
+/// them; where even those are, all.
+void chooseMajor(std::vector<LogTick>& ticks, int most)
+{
+    const auto count = [&] { return std::ranges::count(ticks, true, &LogTick::major); };
+    const auto decadeOf = [](const LogTick& tick) {
+        return static_cast<int>(std::floor(std::log10(tick.value) + 1e-9));
+    };
+    const auto choose = [&](std::initializer_list<double> leading) {
+        for (LogTick& tick : ticks) {
+            const double lead = tick.value / std::pow(10.0, decadeOf(tick));
+            tick.major =
+                std::ranges::any_of(leading, [&](double l) { return std::abs(lead - l) < 1e-6; });
+        }
+        return count() >= 2;
+    };
+    if (!choose({1}) && !choose({1, 2, 5}))
+        for (LogTick& tick : ticks) tick.major = true;
+    // Every so manieth, counted from the lowest one: two are left at least.
+    const auto all = static_cast<int>(count());
+    const int every = std::max(1, (all + most - 1) / std::max(most, 1));
+    int index = 0;
+    for (LogTick& tick : ticks)
+        if (tick.major) tick.major = index++ % every == 0;
+}
+
+/// Everything within the axes. Returns the text under the mouse that had to be shortened, or null.
+const std::string* drawCurves(ImDrawList& list, const PlotFrame& f, const LogPlot& plot)
+{
+    const ImU32 dim = ImGui::GetColorU32(ImGuiCol_TextDisabled);
+    const ImU32 strong = ImGui::GetColorU32(ImVec4(0.98f, 0.75f, 0.33f, 1));
+    list.PushClipRect(f.low, f.high, true);
+    drawGuide(list, f, plot);
+    drawLevel(list, f, plot.floor, dim, true);
+    for (const PlotCurve& curve : plot.curves) drawCurve(list, f, curve);
+    drawLevel(list, f, plot.target, strong, false);
+    const bool atFloor = drawLevelText(list, f, plot.floor, plot.floorLabel, dim);
+    const bool atTarget = drawLevelText(list, f, plot.target, plot.targetLabel, strong);
+    list.PopClipRect();
+    return atTarget ? &plot.targetLabel : atFloor ? &plot.floorLabel : nullptr;
+}
+
 }  // namespace
+
+void CurveColours::keep(std::span<const double> curves)
+{
+    for (std::optional<double>& owner : owners_)
+        if (owner && std::ranges::find(curves, *owner) == curves.end()) owner.reset();
+    for (const double curve : curves) {
+        if (std::ranges::find(owners_, std::optional(curve)) != owners_.end()) continue;
+        const auto free = std::ranges::find(owners_, std::optional<double>());
+        if (free != owners_.end())
+            *free = curve;
+        else
+            owners_.emplace_back(curve);
+    }
+}
+
+size_t CurveColours::of(double curve) const
+{
+    return static_cast<size_t>(std::ranges::find(owners_, std::optional(curve)) - owners_.begin());
+}
 
 std::vector<size_t> legendOrder(const LogPlot& plot, size_t most)
 {
@@ -213,25 +293,20 @@ std::vector<LogTick> logTicks(const LogRange& range, int most)
     const int first = static_cast<int>(std::floor(std::log10(range.low)));
     const int last = static_cast<int>(std::ceil(std::log10(range.high)));
     std::vector<LogTick> ticks;
-    int powers = 0;
-    for (int decade = first; decade <= last; ++decade) {
-        for (int k = 1; k <= 9; ++k) {
-            const double value = k * std::pow(10.0, decade);
-            if (value < range.low || value > range.high) continue;
-            ticks.push_back({value, k == 1, {}});
-            powers += k == 1;
+    // Halves, too, where whole multiples of a power would be a single one: from 1.1 to 2.8.
+    for (const int step : {2, 1}) {
+        ticks.clear();
+        for (int decade = first; decade <= last; ++decade) {
+            for (int half = 2; half < 20; half += step) {
+                const double value = 0.5 * half * std::pow(10.0, decade);
+                if (value >= range.low && value <= range.high) ticks.push_back({value, false, {}});
+            }
         }
+        if (ticks.size() >= 2) break;
     }
-    const int every = std::max(1, (powers + most - 1) / std::max(most, 1));
-    for (LogTick& tick : ticks) {
-        const int decade = static_cast<int>(std::floor(std::log10(tick.value) + 1e-9));
-        const double leading = tick.value / std::pow(10.0, decade);
-        if (powers < 2)
-            tick.major =
-                leading < 1.5 || std::abs(leading - 2) < 0.5 || std::abs(leading - 5) < 0.5;
-        if (tick.major && powers >= 2) tick.major = ((decade - first) % every) == 0;
+    chooseMajor(ticks, most);
+    for (LogTick& tick : ticks)
         if (tick.major) tick.text = format("%g", tick.value);
-    }
     return ticks;
 }
 
@@ -260,26 +335,23 @@ void drawLogPlot(const char* id, const LogPlot& plot, ImVec2 size)
     const bool hovered = ImGui::IsItemHovered();
     PlotFrame f;
     logRanges(plot, f.x, f.y);
+    const std::vector<size_t> rows = legendRows(plot, size.y);
+    const float below = rows.empty() ? 0 : legendLine() * static_cast<float>(rows.size()) + 4;
     f.low = {corner.x + 4.2f * letter, corner.y + letter * 1.3f};
-    f.high = {corner.x + size.x - letter * 0.4f, corner.y + size.y - letter * 1.4f};
+    f.high = {corner.x + size.x - letter * 0.4f, corner.y + size.y - letter * 1.4f - below};
     ImDrawList& list = *ImGui::GetWindowDrawList();
     list.AddText(corner, ImGui::GetColorU32(ImGuiCol_TextDisabled), plot.yLabel.c_str());
     const ImVec2 unit = ImGui::CalcTextSize(plot.xLabel.c_str());
     list.AddText({f.high.x - unit.x, corner.y}, ImGui::GetColorU32(ImGuiCol_TextDisabled),
                  plot.xLabel.c_str());
     drawGrid(list, f);
-    list.PushClipRect(f.low, f.high, true);
-    drawGuide(list, f, plot);
-    const bool atFloor = drawLevel(list, f, plot.floor, plot.floorLabel,
-                                   ImGui::GetColorU32(ImGuiCol_TextDisabled), true);
-    for (const PlotCurve& curve : plot.curves) drawCurve(list, f, curve);
-    const bool atTarget = drawLevel(list, f, plot.target, plot.targetLabel,
-                                    ImGui::GetColorU32(ImVec4(0.98f, 0.75f, 0.33f, 1)), false);
-    drawLegend(list, f, plot);
-    list.PopClipRect();
-    if (hovered && (atFloor || atTarget))
-        ImGui::SetTooltip("%s", (atFloor ? plot.floorLabel : plot.targetLabel).c_str());
-    else if (hovered)
+    const PlotCurve* cut =
+        drawLegend(list, f, plot, {corner.x, corner.y + size.y - below + 4}, rows);
+    const std::string* said = drawCurves(list, f, plot);
+    if (!hovered) return;
+    if (said != nullptr || cut != nullptr)
+        ImGui::SetTooltip("%s", said != nullptr ? said->c_str() : cut->label.c_str());
+    else
         drawCursor(list, f, plot);
 }
 

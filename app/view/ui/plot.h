@@ -2,6 +2,7 @@
 // know nothing of the program.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,9 +50,23 @@ struct LogRange {
 };
 
 /// Ticks of 1 to 9 times powers of ten within the range; major ones at powers of ten, or, where
-/// fewer than two powers lie within, at 1, 2 and 5 times them. Over many decades only so many are
-/// major that `most` texts have room.
+/// fewer than two powers lie within, at 1, 2 and 5 times them. Two are major at least, over a
+/// factor of 2.5: where the range is narrow all are, and halves are ticks, too. Over many decades
+/// only so many are major that `most` texts have room, from two on.
 std::vector<LogTick> logTicks(const LogRange& range, int most);
+
+/// Which colour each curve has, by the number that tells curves apart: it keeps its colour as long
+/// as it is drawn, and no two share one.
+class CurveColours {
+public:
+    /// The curves that are drawn now; the others' colours are free again.
+    void keep(std::span<const double> curves);
+    /// 0, 1, ..., of one that was named to keep().
+    size_t of(double curve) const;
+
+private:
+    std::vector<std::optional<double>> owners_;
+};
 
 /// Which curves the legend names: those with points to draw, the last one (the present) first, then
 /// newest first, at most so many.

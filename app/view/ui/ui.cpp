@@ -188,6 +188,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
             app.resize = glm::max(glm::uvec2(frame.layout.window), roomForQuestion(c.em));
         return;
     }
+    if (std::exchange(app.togglePlot, false)) togglePlot(c);
     const PanelParams& panels = session.settings.panels;
     if (panels.panel) {
         drawStatusLine(c);

@@ -41,7 +41,7 @@ public:
     /// Between ImGui::NewFrame and ImGui::Render. Edits the session's parts; what only the loop can
     /// do goes to `app`. A window with room for hardly a letter shows the picture alone, and is
     /// to grow before it can ask. Takes `askQuit` (asks, then sets `quit`), `question` (asks,
-    /// then does it), `openPathBox` and `escape` and clears them.
+    /// then does it), `openPathBox`, `togglePlot` and `escape` and clears them.
     void draw(Session& session, AppRequests& app, const UiFrame& frame);
 
     /// Whether the mouse holds a control: it should not move away meanwhile.

@@ -11,6 +11,9 @@
 namespace app {
 namespace {
 
+// In letters: in a narrower window the plot would cover a third of the picture.
+constexpr float kRoomForPlot = 58;
+
 PlotCurve plotCurve(const Curve& curve, bool against, ImVec4 colour, bool bold)
 {
     PlotCurve plot{curve.label, {}, colour, bold};
@@ -25,9 +28,9 @@ PlotCurve plotCurve(const Curve& curve, bool against, ImVec4 colour, bool bold)
 
 /// Colours of past curves: told apart in hue and kept behind the present one, which is in the
 /// style's accent.
-ImVec4 pastColour(size_t age)
+ImVec4 pastColour(size_t index)
 {
-    const float hue = std::fmod(0.08f + 0.31f * static_cast<float>(age), 1.0f);
+    const float hue = std::fmod(0.39f + 0.31f * static_cast<float>(index), 1.0f);
     ImVec4 colour{0, 0, 0, 0.75f};
     ImGui::ColorConvertHSVtoRGB(hue, 0.45f, 0.85f, colour.x, colour.y, colour.z);
     return colour;
@@ -53,18 +56,26 @@ std::string etaText(const Curve& curve, double target, double noise)
     return text;
 }
 
+/// What tells past curves apart: when their first points were measured, to the bit.
+double curveNumber(const Curve& curve)
+{
+    return curve.points.empty() ? 0 : curve.points.front().seconds;
+}
+
 LogPlot convergencePlot(const UiContext& c)
 {
     const Convergence& convergence = c.session.convergence();
+    std::vector<double> numbers;
+    for (const Curve& past : convergence.past()) numbers.push_back(curveNumber(past));
+    c.state.colours.keep(numbers);
     const Curve& present = convergence.present();
     LogPlot plot;
     plot.xLabel = "seconds";
     plot.yLabel = present.against ? "RMSE" : "estimated error";
-    for (size_t i = 0; i < convergence.past().size(); ++i) {
-        const Curve& past = convergence.past()[i];
+    for (const Curve& past : convergence.past()) {
         if (past.against != present.against) continue;  // another quantity
-        plot.curves.push_back(
-            plotCurve(past, present.against, pastColour(convergence.past().size() - i), false));
+        const ImVec4 colour = pastColour(c.state.colours.of(curveNumber(past)));
+        plot.curves.push_back(plotCurve(past, present.against, colour, false));
     }
     plot.curves.push_back(
         plotCurve(present, present.against, ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), true));
@@ -177,6 +188,20 @@ void threadFigures(const UiContext& c)
 
 }  // namespace
 
+bool showsPlot(const UiContext& c)
+{
+    if (!c.session.settings.panels.plot || !whyNoPlot(c).empty()) return false;
+    return c.state.plotAsked || c.window.x >= kRoomForPlot * c.em;
+}
+
+void togglePlot(const UiContext& c)
+{
+    if (const std::string why = whyNoPlot(c); !why.empty())
+        return c.session.notices.tell(Severity::news, "the plot cannot be shown: " + why);
+    const bool show = !showsPlot(c);
+    c.session.settings.panels.plot = c.state.plotAsked = show;
+}
+
 std::string whyNoPlot(const UiContext& c)
 {
     const bool room = c.picture.size.x >= 36 * c.em && c.picture.size.y >= 22 * c.em;
@@ -187,9 +212,9 @@ void drawPlotWindow(const UiContext& c)
 {
     bool& open = c.session.settings.panels.plot;
     c.state.plot = {};
-    if (!open || !whyNoPlot(c).empty()) return;
-    const ImVec2 size(std::min(27 * c.em, 0.42f * c.picture.size.x),
-                      std::min(17 * c.em, 0.42f * c.picture.size.y));
+    if (!showsPlot(c)) return;
+    const ImVec2 size(std::min(27 * c.em, std::max(20 * c.em, 0.42f * c.picture.size.x)),
+                      std::min(17 * c.em, std::max(14 * c.em, 0.42f * c.picture.size.y)));
     if (beginFloating(c, "Error over time###plot", &open, size, ImVec2(1, 1))) {
         const Convergence& convergence = c.session.convergence();
         drawFit(convergence.present());

@@ -12,6 +12,7 @@
 #include "app/files/folder_list.h"
 #include "app/session/file_actions.h"
 #include "app/view/ui/param_widgets.h"
+#include "app/view/ui/plot.h"
 #include "app/view/ui/ui.h"
 #include "app/view/ui/ui_text.h"
 
@@ -85,6 +86,8 @@ struct UiState {
     ImVec2 caption{0, 0};      // right and lower end of the caption on the picture
     WindowLayout layout;       // of the frame before
     Area plot;                 // of the plot's window in the frame before; empty: it is closed
+    bool plotAsked = false;    // for in this run
+    CurveColours colours;      // of the plot's past curves
     KnownMean mean;
     ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
 };
@@ -184,6 +187,10 @@ std::string methodRow(const RenderParams& params);
 
 /// A row to choose a device; true when another was chosen.
 bool deviceRow(const UiContext& c, RenderParams& params);
+
+/// Shows the plot if it is not on show, else hides it. In small windows it is there only when asked
+/// for in this run, whatever the settings keep; where it has no room at all a message says so.
+void togglePlot(const UiContext& c);
 
 /// Why the plot cannot be shown now; empty when it can.
 std::string whyNoPlot(const UiContext& c);

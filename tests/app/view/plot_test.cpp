@@ -44,6 +44,31 @@ TEST(LogTicks, FewerOverManyDecades)
     EXPECT_GE(texts.size(), 3u);
 }
 
+TEST(LogTicks, TwoAtLeastHaveTheirText)
+{
+    EXPECT_EQ(majors({2.2, 4.8}, 10), (std::vector<std::string>{"3", "4"}));
+    EXPECT_EQ(majors({1.1, 2.8}, 10), (std::vector<std::string>{"1.5", "2", "2.5"}));
+    EXPECT_EQ(majors({0.6, 12}, 10), (std::vector<std::string>{"1", "10"}));
+    EXPECT_EQ(majors({5.5, 10.5}, 3), (std::vector<std::string>{"6", "8", "10"})) << "room for 3";
+    for (double low = 1; low < 10; low *= 1.01)
+        for (const double factor : {2.51, 5.0, 30.0, 700.0, 1e5})
+            EXPECT_GE(majors({low, low * factor}, 2).size(), 2u) << low << " times " << factor;
+}
+
+TEST(CurveColours, StayWithTheirCurves)
+{
+    app::CurveColours colours;
+    const std::vector<double> two{3.5, 4.5}, next{4.5, 5.5, 6.5};
+    colours.keep(two);
+    const size_t kept = colours.of(4.5);
+    EXPECT_NE(colours.of(3.5), kept);
+    colours.keep(next);
+    EXPECT_EQ(colours.of(4.5), kept);
+    EXPECT_EQ(colours.of(5.5), 0u) << "free again";
+    EXPECT_NE(colours.of(6.5), colours.of(5.5));
+    EXPECT_NE(colours.of(6.5), kept);
+}
+
 TEST(LogRange, FractionsAndValuesAreInverse)
 {
     const app::LogRange range{0.02, 50};

@@ -61,6 +61,24 @@ TEST(Ui, SmallWindowsLeaveRoomForThePicture)
     EXPECT_TRUE(desk.windows().contains("##status")) << "where a button opens it";
 }
 
+/// It would cover a third of the picture. The settings keep that it is wanted elsewhere.
+TEST(Ui, ASmallWindowHasThePlotOnlyWhenItIsAskedFor)
+{
+    Desk desk(deskOptions("animated.gltf"), {640, 480});
+    desk.session.settings.panels.fold = app::PanelFold::folded;
+    const auto toggled = [&] {
+        app::runAction("plot", desk.session, desk.requests);
+        desk.frames(3);
+        return desk.windows().contains("Error over time###plot");
+    };
+    desk.frames(3);
+    EXPECT_FALSE(desk.windows().contains("Error over time###plot"));
+    EXPECT_TRUE(desk.session.settings.panels.plot);
+    EXPECT_TRUE(toggled());
+    EXPECT_FALSE(toggled());
+    EXPECT_TRUE(toggled());
+}
+
 TEST(Ui, WindowsFollowTheirEdgesThroughResizes)
 {
     Desk desk(deskOptions("animated.gltf"));
