@@ -203,11 +203,12 @@ void PictureView::showMap(DisplayInputs& inputs, const Session& session, const P
     s.show = shared::kShowScalar;
     if (show == Show::samples) {
         scale_ = {true,  0,     std::max(static_cast<float>(picture.samples), 1.0f),
-                  false, false, "samples per pixel"};
+                  false, false, "samples per pixel",
+                  true};
     } else {
         // Four decades below the largest are enough: deeper ones are pixels without light.
         const float high = rangeOf(derived_).second;
-        scale_ = {true, high * 1e-4f, high, true, false, "standard deviation of the mean"};
+        scale_ = {true, high * 1e-4f, high, true, false, "standard deviation of each pixel"};
     }
     s.low = scale_.low;
     s.high = scale_.high;

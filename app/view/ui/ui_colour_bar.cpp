@@ -28,15 +28,43 @@ double scaleValue(const Scale& scale, double t)
            static_cast<double>(scale.unit);
 }
 
-/// Of the fraction t; all numbers of a linear scale with as many decimals.
 std::string scaleText(const Scale& scale, double t)
 {
     const double value = scaleValue(scale, t);
+    if (scale.whole) return format("%.0f", value);
     const auto largest =
         static_cast<double>(scale.unit * std::max(std::abs(scale.low), std::abs(scale.high)));
     if (scale.logarithmic || !(largest >= 1e-3 && largest < 1e4)) return digitsText(value);
     const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(largest))), 0, 5);
     return format("%.*f", decimals, value == 0 ? 0.0 : value);
+}
+
+/// Where a text begins that stands in the middle of its place.
+float textStart(double at, float width, float length)
+{
+    return std::clamp(static_cast<float>(at) * length - 0.5f * width, 0.0f,
+                      std::max(length - width, 0.0f));
+}
+
+void drawScaleNumbers(const UiContext& c, ImVec2 corner, float width)
+{
+    std::vector<ScaleNumber> numbers;
+    std::vector<float> widths;
+    for (int count = 5; count >= 2; --count) {  // fewer where they would touch
+        numbers = scaleNumbers(c.frame.scale, count);
+        widths.clear();
+        for (const ScaleNumber& number : numbers)
+            widths.push_back(ImGui::CalcTextSize(number.text.c_str()).x);
+        if (stayApart(numbers, widths, width, 0.7f * c.em)) break;
+    }
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const float top = ImGui::GetCursorScreenPos().y;
+    for (size_t i = 0; i < numbers.size(); ++i) {
+        const float x = corner.x + static_cast<float>(numbers[i].at) * (width - 1);
+        list.AddLine({x, corner.y}, {x, corner.y + 3}, ImGui::GetColorU32(ImGuiCol_Text));
+        list.AddText({corner.x + textStart(numbers[i].at, widths[i], width), top},
+                     ImGui::GetColorU32(ImGuiCol_Text), numbers[i].text.c_str());
+    }
 }
 
 void drawScale(const UiContext& c, float width)
@@ -53,31 +81,36 @@ void drawScale(const UiContext& c, float width)
                                      left);
     }
     ImGui::Dummy(ImVec2(width, height));
-    int numbers = 5;  // fewer where they would touch
-    for (; numbers > 2; --numbers) {
-        float room = 0;
-        for (int i = 0; i < numbers; ++i)
-            room +=
-                c.em +
-                ImGui::CalcTextSize(scaleText(c.frame.scale, double(i) / (numbers - 1)).c_str()).x;
-        if (room <= width) break;
-    }
-    const float top = ImGui::GetCursorScreenPos().y;
-    for (int i = 0; i < numbers; ++i) {
-        const float t = static_cast<float>(i) / static_cast<float>(numbers - 1);
-        const std::string text = scaleText(c.frame.scale, static_cast<double>(t));
-        const float half = ImGui::CalcTextSize(text.c_str()).x / 2;
-        const float x =
-            std::clamp(corner.x + t * width - half, corner.x, corner.x + width - 2 * half);
-        list.AddLine({corner.x + t * (width - 1), corner.y + height},
-                     {corner.x + t * (width - 1), corner.y + height + 3},
-                     ImGui::GetColorU32(ImGuiCol_Text));
-        list.AddText({x, top}, ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
-    }
+    drawScaleNumbers(c, {corner.x, corner.y + height}, width);
     ImGui::Dummy(ImVec2(width, ImGui::GetTextLineHeight()));
 }
 
 }  // namespace
+
+std::vector<ScaleNumber> scaleNumbers(const Scale& scale, int count)
+{
+    std::vector<ScaleNumber> numbers;
+    for (int i = 0; i < count; ++i) {
+        double at = static_cast<double>(i) / std::max(count - 1, 1);
+        if (scale.whole && scale.high > scale.low) {
+            const auto low = static_cast<double>(scale.low), high = static_cast<double>(scale.high);
+            at = (std::round(low + at * (high - low)) - low) / (high - low);
+        }
+        if (numbers.empty() || at > numbers.back().at)
+            numbers.push_back({at, scaleText(scale, at)});
+    }
+    return numbers;
+}
+
+bool stayApart(const std::vector<ScaleNumber>& numbers, const std::vector<float>& widths,
+               float length, float gap)
+{
+    for (size_t i = 1; i < numbers.size(); ++i)
+        if (textStart(numbers[i - 1].at, widths[i - 1], length) + widths[i - 1] + gap >
+            textStart(numbers[i].at, widths[i], length))
+            return false;
+    return true;
+}
 
 void drawColourBar(const UiContext& c)
 {

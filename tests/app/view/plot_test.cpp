@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/view/ui/scale.h"
 #include "app/view/ui/ui_text.h"
 #include "tests/support/statistics/no_numbers.h"
 
@@ -106,6 +107,42 @@ TEST(LogRanges, HoldEverythingThatIsDrawn)
     app::logRanges(point, x, y);
     EXPECT_GE(x.high / x.low, 2);
     EXPECT_NEAR(x.fraction(1), 0.5, 1e-12);
+}
+
+std::vector<std::string> scaleTexts(const app::Scale& scale, int count)
+{
+    std::vector<std::string> texts;
+    for (const app::ScaleNumber& number : app::scaleNumbers(scale, count)) {
+        EXPECT_GE(number.at, 0);
+        EXPECT_LE(number.at, 1);
+        texts.push_back(number.text);
+    }
+    return texts;
+}
+
+TEST(ScaleNumbers, CountsAreWholeAndComeOnce)
+{
+    const auto counts = [](float high) {
+        return app::Scale{.shown = true, .low = 0, .high = high, .label = "", .whole = true};
+    };
+    EXPECT_EQ(scaleTexts(counts(2), 5), (std::vector<std::string>{"0", "1", "2"}));
+    EXPECT_EQ(scaleTexts(counts(1), 5), (std::vector<std::string>{"0", "1"}));
+    EXPECT_EQ(scaleTexts(counts(64), 5), (std::vector<std::string>{"0", "16", "32", "48", "64"}));
+    EXPECT_EQ(scaleTexts({.shown = true, .low = 0, .high = 2, .label = ""}, 3),
+              (std::vector<std::string>{"0.00", "1.00", "2.00"}));
+}
+
+/// The texts at the ends lie within the scale and so come closer to their neighbours.
+TEST(ScaleNumbers, NeighboursAtTheEndsDoNotTouch)
+{
+    const app::Scale scale{.shown = true, .low = 0, .high = 1, .label = ""};
+    const auto three = app::scaleNumbers(scale, 3);
+    const std::vector<float> widths{60, 60, 60};
+    EXPECT_FALSE(app::stayApart(three, widths, 185, 4)) << "60..62 is less than the gap";
+    EXPECT_TRUE(app::stayApart(three, widths, 190, 4));
+    EXPECT_TRUE(app::stayApart(app::scaleNumbers(scale, 2), {60, 60}, 130, 4));
+    EXPECT_FALSE(app::stayApart(app::scaleNumbers(scale, 5), {30, 30, 30, 30, 30}, 185, 4))
+        << "30 and 31 at the left end, though all have room by their sum";
 }
 
 TEST(Quantile, NearestRank)
