@@ -42,6 +42,7 @@ Session::Session(const SessionOptions& options)
         settings = readSettings(options.settings, problem);
         if (!problem.empty()) notices.tell(Severity::warning, problem);
         settingsKeeper_ = std::make_unique<SettingsKeeper>(options.settings, settings);
+        settings.panels.help = false;  // who closes the window has read it
     }
     keptScale_ = settings.panels.uiScale;
     if (options.uiScale > 0) settings.panels.uiScale = options.uiScale;

@@ -35,7 +35,7 @@ struct Settings {
     SectionParams sections;
     std::map<std::string, core::AnyParams>
         methods;                       // parameters last used, by id; else the defaults
-    std::string places;                // of the windows over the picture, as Dear ImGui writes them
+    std::string places;                // of the windows over the picture, as the panel writes them
     glm::uvec2 windowSize{1280, 720};  // each side from 64 to 16384
     std::vector<std::string> recentFiles;  // newest first, absolute, at most 12
     std::vector<Preset> presets;           // the user's own

@@ -100,7 +100,7 @@ int FrameLoop::run()
     }
     if (const glm::uvec2 size = window_.size(); size.x > 0 && size.y > 0 && !options_.size)
         session_->settings.windowSize = glm::max(size, glm::uvec2(320, 200));
-    ui_->keepPlaces(*session_, true);
+    ui_->keepPlaces(*session_);
     session_.reset();
     return exitCode_;
 }

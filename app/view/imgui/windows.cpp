@@ -19,17 +19,13 @@ void bringToFront()
     ImGui::BringWindowToDisplayFront(ImGui::GetCurrentWindow());
 }
 
-const char* changedPlaces()
+bool lastPlace(const char* name, ImVec2& corner, ImVec2& size)
 {
-    ImGuiIO& io = ImGui::GetIO();
-    if (!io.WantSaveIniSettings) return "";
-    io.WantSaveIniSettings = false;
-    return ImGui::SaveIniSettingsToMemory();
-}
-
-void recallPlaces(const char* text, unsigned length)
-{
-    if (length > 0) ImGui::LoadIniSettingsFromMemory(text, length);
+    const ImGuiWindow* window = ImGui::FindWindowByName(name);
+    if (window == nullptr || !window->WasActive || window->Hidden) return false;
+    corner = window->Pos;
+    size = window->SizeFull;
+    return true;
 }
 
 }  // namespace app

@@ -1,6 +1,8 @@
 // Windows and lists of Dear ImGui that its public calls cannot reach.
 #pragma once
 
+#include <imgui.h>
+
 namespace app {
 
 /// Closes the list, menu or question that was opened last; false when none is open. Between
@@ -10,11 +12,8 @@ bool closeInnermostPopup();
 /// Draws the present window (between its Begin and End) in front of all others.
 void bringToFront();
 
-/// What the hand has moved and resized, as text; empty unless it has changed since the last call.
-const char* changedPlaces();
-
-/// Windows that are drawn for the first time from now on stand where the text says. Text that is
-/// not changedPlaces()'s own does no harm.
-void recallPlaces(const char* text, unsigned length);
+/// Where the window of that name stands, the hand's last motion included; false when it was not
+/// drawn in the frame before.
+bool lastPlace(const char* name, ImVec2& corner, ImVec2& size);
 
 }  // namespace app

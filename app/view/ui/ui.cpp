@@ -178,8 +178,7 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
                       ImGui::GetIO().DisplaySize,
                       frame.layout.picture};
     if (!state_->recalled) {
-        const std::string& places = session.settings.places;
-        recallPlaces(places.data(), static_cast<unsigned>(places.size()));
+        state_->places.read(session.settings.places);
         state_->recalled = true;
     }
     if (std::exchange(app.escape, false) && !closeSomething(c)) escapeFrom(session, app);
@@ -209,14 +208,12 @@ void Ui::draw(Session& session, AppRequests& app, const UiFrame& frame)
     drawToasts(c);
     drawQuestions(c);
     drawInspector(c);
-    state_->layout = frame.layout;
     keepPlaces(session);
 }
 
-void Ui::keepPlaces(Session& session, bool now)
+void Ui::keepPlaces(Session& session)
 {
-    if (now) ImGui::GetIO().WantSaveIniSettings = true;
-    if (const std::string places = changedPlaces(); !places.empty())
+    if (const std::string places = state_->places.changes(); !places.empty())
         session.settings.places = places;
 }
 

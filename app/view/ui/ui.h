@@ -47,8 +47,8 @@ public:
     /// Whether the mouse holds a control: it should not move away meanwhile.
     bool isHeld() const;
 
-    /// Where the hand has put the windows goes to the settings; before the end `now`.
-    void keepPlaces(Session& session, bool now = false);
+    /// Where the hand has put the windows goes to the settings.
+    void keepPlaces(Session& session);
 
     /// Names of actions that a button asked for and that do not exist: for tests, which demand that
     /// there are none.

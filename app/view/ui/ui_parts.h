@@ -14,6 +14,7 @@
 #include "app/view/ui/param_widgets.h"
 #include "app/view/ui/plot.h"
 #include "app/view/ui/ui.h"
+#include "app/view/ui/ui_places.h"
 #include "app/view/ui/ui_text.h"
 
 namespace app {
@@ -84,10 +85,10 @@ struct UiState {
     std::vector<Loss> losses;  // by what is asked about, as the question tells them
     Intent intent;             // that it is about; of quitting there is none
     ImVec2 caption{0, 0};      // right and lower end of the caption on the picture
-    WindowLayout layout;       // of the frame before
-    Area plot;                 // of the plot's window in the frame before; empty: it is closed
-    bool plotAsked = false;    // for in this run
-    CurveColours colours;      // of the plot's past curves
+    WindowPlaces places;
+    Area plot;               // of the plot's window in the frame before; empty: it is closed
+    bool plotAsked = false;  // for in this run
+    CurveColours colours;    // of the plot's past curves
     KnownMean mean;
     ImVec2 progress{0, 0};  // right and lower end of the strips of progress; 0: there are none
 };
@@ -237,7 +238,8 @@ void drawProfilerWindow(const UiContext& c);
 ImGuiWindowFlags tabFlags();
 
 /// Begins a window that floats over the picture: `corner` in [0,1]^2 says where in the free area it
-/// first stands, and it is held inside the window whatever happens. Call ImGui::End() in any case.
+/// stands until the hand moves it, and it is held inside the window whatever happens. Call
+/// ImGui::End() in any case. The title has a "###name".
 bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 size, ImVec2 corner);
 
 }  // namespace app

@@ -6,6 +6,7 @@
 #include "app/files/params_json.h"
 #include "app/files/path_completion.h"
 #include "app/view/imgui/input.h"
+#include "app/view/imgui/windows.h"
 #include "app/view/ui/ui_parts.h"
 #include "core/base/check.h"
 
@@ -80,25 +81,6 @@ void drawCompletions(PathBox& box, bool typing)
     ImGui::EndChild();
     if (!typing && !here && !box.focus && ImGui::IsMouseClicked(ImGuiMouseButton_Left))
         box.open = false;
-}
-
-/// Keeps the present window's place relative to the edges of the picture that it belongs to, and
-/// all of it in sight.
-void holdInside(const UiContext& c, ImVec2 corner)
-{
-    ImVec2 place = ImGui::GetWindowPos();
-    const ImVec2 extent = ImGui::GetWindowSize();
-    const ImVec2 fit(std::min(extent.x, c.window.x), std::min(extent.y, c.window.y));
-    const Area &before = c.state.layout.picture, &area = c.picture;
-    if (!(before == area) && !before.empty() && !ImGui::IsWindowAppearing()) {
-        place.x += area.corner.x - before.corner.x + (area.size.x - before.size.x) * corner.x;
-        place.y += area.corner.y - before.corner.y + (area.size.y - before.size.y) * corner.y;
-    }
-    const ImVec2 held(std::clamp(place.x, 0.0f, c.window.x - fit.x),
-                      std::clamp(place.y, 0.0f, c.window.y - fit.y));
-    if (fit.x != extent.x || fit.y != extent.y) ImGui::SetWindowSize(fit);
-    const ImVec2 now = ImGui::GetWindowPos();
-    if (held.x != now.x || held.y != now.y) ImGui::SetWindowPos(held);
 }
 
 }  // namespace
@@ -286,18 +268,21 @@ bool beginFloating(const UiContext& c, const char* title, bool* open, ImVec2 siz
     const float gap = c.em * 0.6f;
     const ImVec2 room(std::max(c.picture.size.x - 2 * gap, 60.0f),
                       std::max(c.picture.size.y - 2 * gap, 40.0f));
-    size = {std::min(size.x, room.x), std::min(size.y, room.y)};
-    const ImVec2 place(c.picture.corner.x + gap + (room.x - size.x) * corner.x,
-                       c.picture.corner.y + gap + (room.y - size.y) * corner.y);
-    ImGui::SetNextWindowSize(size, ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowPos(place, ImGuiCond_FirstUseEver);
+    const std::string name = std::strstr(title, "###");
+    const glm::vec2 at(corner.x, corner.y), window(c.window.x, c.window.y);
+    if (ImVec2 from, extent; lastPlace(title, from, extent))
+        c.state.places.seen(name, {{from.x, from.y}, {extent.x, extent.y}}, c.picture, at);
+    const glm::vec2 usual(std::min(size.x, room.x), std::min(size.y, room.y));
+    const Area place = c.state.places.placeOf(name, c.picture, window, usual, at, gap);
+    ImGui::SetNextWindowSize(ImVec2(place.size.x, place.size.y));
+    ImGui::SetNextWindowPos(ImVec2(place.corner.x, place.corner.y));
     ImGui::SetNextWindowSizeConstraints(
         ImVec2(std::min(8 * c.em, room.x), std::min(5 * c.em, room.y)),
         ImVec2(c.window.x, c.window.y));
     ImGui::SetNextWindowBgAlpha(c.session.settings.panels.opacity);
-    const bool visible = ImGui::Begin(title, open, ImGuiWindowFlags_NoCollapse | tabFlags());
-    holdInside(c, corner);
-    return visible;
+    constexpr ImGuiWindowFlags kFlags =
+        ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
+    return ImGui::Begin(title, open, kFlags | tabFlags());
 }
 
 }  // namespace app

@@ -273,6 +273,19 @@ TEST(Session, KeepsSettingsAndCamerasBetweenRuns)
     EXPECT_EQ(fs::path(session.settings.recentFiles[0]).filename(), "cornell-diffuse.gltf");
 }
 
+TEST(Session, TheListOfKeysIsClosedAtTheStart)
+{
+    const tests::TemporaryFolder folder;
+    app::Settings kept;
+    kept.panels.help = kept.panels.log = true;
+    app::SessionOptions o = options("");
+    o.settings = folder / "settings.json";
+    app::writeSettings(o.settings, kept);
+    const Session session(o);
+    EXPECT_FALSE(session.settings.panels.help);
+    EXPECT_TRUE(session.settings.panels.log);
+}
+
 TEST(Session, ExportsAPath)
 {
     const tests::TemporaryFolder folder;

@@ -287,7 +287,7 @@ TEST(Ui, WindowsComeBackWhereTheyWerePut)
         desk.frames(3);
         ImGui::SetWindowPos("Messages###log", {501, 203});
         desk.frames(2);
-        desk.ui.keepPlaces(desk.session, true);
+        desk.ui.keepPlaces(desk.session);
         places = desk.session.settings.places;
         EXPECT_NE(places.find("###log"), std::string::npos) << places;
     }
@@ -305,6 +305,44 @@ TEST(Ui, WindowsComeBackWhereTheyWerePut)
             EXPECT_EQ(log->Pos.y, 203);
         }
     }
+}
+
+/// What a small window makes of a place is no place that anybody has chosen.
+TEST(Ui, ASmallWindowMovesNothingForGood)
+{
+    std::string places;
+    const auto stands = [](const char* name) {
+        const ImGuiWindow* window = ImGui::FindWindowByName(name);
+        return app::Area{{window->Pos.x, window->Pos.y}, {window->Size.x, window->Size.y}};
+    };
+    const auto resize = [](Desk& desk, ImVec2 size) {
+        ImGui::GetIO().DisplaySize = size;
+        desk.frames(3);
+    };
+    app::Area log, plot;
+    {
+        Desk desk(deskOptions());
+        desk.session.settings.panels.log = true;
+        desk.frames(3);
+        plot = stands("Error over time###plot");
+        ImGui::SetWindowPos("Messages###log", {701, 503});
+        ImGui::SetWindowSize("Messages###log", {500, 150});
+        desk.frames(2);
+        log = stands("Messages###log");
+        EXPECT_EQ(log, (app::Area{{701, 503}, {500, 150}}));
+        resize(desk, {400, 200});
+        resize(desk, {1280, 720});
+        EXPECT_EQ(stands("Messages###log"), log) << "the small window is gone";
+        EXPECT_EQ(stands("Error over time###plot"), plot);
+        resize(desk, {400, 200});
+        places = desk.session.settings.places;
+    }
+    Desk desk(deskOptions());
+    desk.session.settings.panels.log = true;
+    desk.session.settings.places = places;
+    desk.frames(3);
+    EXPECT_EQ(stands("Messages###log"), log) << "nor does it count in the next run";
+    EXPECT_EQ(stands("Error over time###plot"), plot);
 }
 
 TEST(Ui, ThePanelFoldsAndOpensAndTheSettingsKnow)
