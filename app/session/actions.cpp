@@ -41,7 +41,12 @@ void show(const ActionContext& c, Show what)
 void nextMap(const ActionContext& c)
 {
     ViewParams& view = c.session.settings.view;
-    const size_t count = core::methodNamed(c.session.render.method.id()).maps.size();
+    const std::string method(c.session.render.method.id());
+    const size_t count = core::methodNamed(method).maps.size();
+    if (count == 0 && view.show != Show::methodMap) {
+        c.session.notices.tell(Severity::news, "the method " + method + " has no maps of its own");
+        return;
+    }
     if (endComparing(c) || view.show != Show::methodMap) {
         view.show = Show::methodMap;
         view.methodMap = 0;

@@ -193,6 +193,9 @@ bool deviceRow(const UiContext& c, RenderParams& params);
 /// for in this run, whatever the settings keep; where it has no room at all a message says so.
 void togglePlot(const UiContext& c);
 
+/// What the caption of a view of first hits says of what is black in it, or nothing.
+std::string blackMeans(Show show, const core::World* world);
+
 /// Why the plot cannot be shown now; empty when it can.
 std::string whyNoPlot(const UiContext& c);
 

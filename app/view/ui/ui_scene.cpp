@@ -24,9 +24,9 @@ void drawDocument(const Document& document)
         document.file.empty() ? "built-in scene" : fileName(document.file.string());
     ImGui::TextUnformatted(name.c_str());
     tip(document.file.string() + "\nloaded in " + secondsText(document.loadSeconds));
-    dimText(countText(static_cast<double>(core::shownTriangles(world))) + " triangles, " +
-            countText(static_cast<double>(world.emitters.size())) + " emitters, " +
-            std::to_string(world.materials.size()) + " materials");
+    dimText(countedText(core::shownTriangles(world), "triangle") + ", " +
+            countedText(world.emitters.size(), "emitter") + ", " +
+            countedText(world.materials.size(), "material"));
     if (!world.instances.empty())
         tip(countText(static_cast<double>(world.triangles.size())) + " are stored: " +
             countText(static_cast<double>(world.instances.size())) + " instances show " +

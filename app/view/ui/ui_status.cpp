@@ -226,6 +226,19 @@ void drawStatusLine(const UiContext& c)
     ImGui::PopStyleVar(4);
 }
 
+std::string blackMeans(Show show, const core::World* world)
+{
+    if (show == Show::triangle || show == Show::material) return "; black: nothing hit";
+    if (show != Show::emitter || world == nullptr) return {};
+    // The sky and the sun are emitters, too, but no surface.
+    const bool sky = world->environmentEmitter != shared::kNone,
+               sun = world->sunEmitter != shared::kNone;
+    if (world->emitters.empty()) return "; black: nothing emits light";
+    if (world->emitters.size() > size_t(sky) + size_t(sun)) return "; black: no emitter";
+    if (sky && sun) return "; black: only the sky and the sun shine";
+    return sky ? "; black: only the sky shines" : "; black: only the sun shines";
+}
+
 void drawCaption(const UiContext& c)
 {
     c.state.caption = {c.picture.corner.x, c.picture.corner.y};
@@ -242,8 +255,11 @@ void drawCaption(const UiContext& c)
         const auto maps = core::methodNamed(picture->params.method.id()).maps;
         text = view.show == Show::methodMap && !maps.empty()
                    ? maps[std::min(size_t(view.methodMap), maps.size() - 1)].name
-                   : std::string(captionOf(view.show));
-        text += "  [" + keyOf("show-color") + ": the picture]";
+                   : std::string(captionOf(view.show)) +
+                         blackMeans(view.show, picture->world.lock().get());
+        const std::string back = "  [" + keyOf("show-color") + ": the picture]";
+        const float room = c.picture.size.x - 2.1f * c.em;
+        if (ImGui::CalcTextSize((text + back).c_str()).x <= room) text += back;
     }
     if (text.empty()) return;
     const float gap = 0.7f * c.em;

@@ -50,6 +50,11 @@ std::string countText(double value)
     return three(value) + prefixes[i];
 }
 
+std::string countedText(uint64_t count, const char* noun)
+{
+    return countText(static_cast<double>(count)) + " " + noun + (count == 1 ? "" : "s");
+}
+
 std::string bytesText(uint64_t bytes)
 {
     if (bytes < 1024) return format("%llu B", static_cast<unsigned long long>(bytes));

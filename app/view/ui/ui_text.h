@@ -9,6 +9,9 @@ namespace app {
 /// Three significant digits and a prefix: 950, 12.3 k, 4.56 M.
 std::string countText(double value);
 
+/// "1 emitter", "12.3 k triangles".
+std::string countedText(uint64_t count, const char* noun);
+
 /// 950 B, 12.3 KiB, 4.56 GiB.
 std::string bytesText(uint64_t bytes);
 

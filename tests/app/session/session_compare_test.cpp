@@ -258,6 +258,16 @@ TEST(SessionCompare, AViewThatIsAskedForTakesThePlaceOfTheSlider)
     EXPECT_FALSE(session.comparing);
 }
 
+TEST(SessionCompare, AMethodWithoutMapsSaysSoAndThePictureStays)
+{
+    Session session(options(""));
+    session.render.method = core::methodNamed("path").defaults;
+    act(session, "next-map");
+    EXPECT_EQ(session.settings.view.show, app::Show::color);
+    ASSERT_FALSE(session.notices.list().empty());
+    EXPECT_EQ(session.notices.list().back().text, "the method path has no maps of its own");
+}
+
 TEST(SessionCompare, SavedFilesAreNamedWithTheirFolderAndHoldWhatThereIs)
 {
     const TemporaryFolder folder;

@@ -165,6 +165,8 @@ TEST(NumbersAsText, ThreeDigitsAndUnits)
     EXPECT_EQ(app::countText(999600), "1.00 M");
     EXPECT_EQ(app::countText(4.5678e6), "4.57 M");
     EXPECT_EQ(app::countText(kDoubleNan), "-");
+    EXPECT_EQ(app::countedText(1, "emitter"), "1 emitter");
+    EXPECT_EQ(app::countedText(12345, "triangle"), "12.3 k triangles");
     EXPECT_EQ(app::bytesText(1023), "1023 B");
     EXPECT_EQ(app::bytesText(1024), "1.00 KiB");
     EXPECT_EQ(app::bytesText(1000 * 1024), "0.98 MiB");

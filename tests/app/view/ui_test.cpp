@@ -184,6 +184,20 @@ TEST(Ui, ViewsAndTheHeldReferenceSayWhatTheyAre)
     EXPECT_FALSE(written());
 }
 
+TEST(Ui, ViewsOfFirstHitsSayWhatIsBlack)
+{
+    core::World world;
+    using app::Show;
+    EXPECT_EQ(app::blackMeans(Show::color, &world), "");
+    EXPECT_EQ(app::blackMeans(Show::material, nullptr), "; black: nothing hit");
+    EXPECT_EQ(app::blackMeans(Show::emitter, &world), "; black: nothing emits light");
+    world.emitters = std::vector<shared::Emitter>(1);
+    world.environmentEmitter = 0;
+    EXPECT_EQ(app::blackMeans(Show::emitter, &world), "; black: only the sky shines");
+    world.emitters = std::vector<shared::Emitter>(2);
+    EXPECT_EQ(app::blackMeans(Show::emitter, &world), "; black: no emitter");
+}
+
 TEST(Ui, TheColourBarIsNotUnderThePlot)
 {
     Desk desk(deskOptions("animated.gltf"), {1000, 700});
