@@ -27,6 +27,7 @@ struct Toast {
     Notice notice;
     double since = 0;     // ImGui's time of its first frame
     bool copied = false;  // the path of its file
+    int before = 0;       // messages of other files that it stands for, too
 };
 
 /// A line to type a file's name into, with what it could be completed to.

@@ -91,7 +91,8 @@ void drawStrip(const UiContext& c, const Strip& strip, float width, float names)
     ImGui::TextUnformatted(name.c_str());
     if (name != strip.name) tip(strip.name);
     const bool known = strip.fraction != core::kUnknownShare;
-    std::string text = strip.stage.empty() ? "" : strip.stage + "  ";
+    // "reference" twice in a line says no more than once.
+    std::string text = strip.stage.empty() || strip.stage == strip.name ? "" : strip.stage + "  ";
     if (known) text += format("%.0f %%  ", 100 * std::clamp(strip.fraction, 0.0, 1.0));
     text += secondsText(std::floor(strip.seconds * 10) / 10);
     ImGui::SameLine(names);
@@ -122,9 +123,16 @@ void takeNotices(const UiContext& c)
     if (count == state.seenNotices) return;
     for (const Notice& notice : c.session.notices.list()) {
         if (notice.number <= state.seenNotices) continue;
-        std::erase_if(state.toasts,
-                      [&](const Toast& old) { return old.notice.text == notice.text; });
-        state.toasts.push_back({notice, ImGui::GetTime()});
+        Toast toast{notice, ImGui::GetTime()};
+        std::erase_if(state.toasts, [&](const Toast& old) {
+            // Files that are written one after the other are one message, of the newest.
+            const bool alsoWritten = !notice.file.empty() && !old.notice.file.empty() &&
+                                     notice.severity == Severity::news &&
+                                     old.notice.severity == Severity::news;
+            if (alsoWritten && old.notice.text != notice.text) toast.before += old.before + 1;
+            return alsoWritten || old.notice.text == notice.text;
+        });
+        state.toasts.push_back(std::move(toast));
     }
     state.seenNotices = count;
     while (state.toasts.size() > 50) state.toasts.erase(state.toasts.begin());
@@ -140,8 +148,41 @@ void copyPath(Toast& toast)
     toast.since = ImGui::GetTime();
 }
 
-/// Draws one; false when it is to go.
-bool drawToast(const UiContext& c, Toast& toast, float width, float& bottom)
+std::string toastText(const Toast& toast)
+{
+    const std::string text = toast.notice.text + timesText(toast.notice);
+    return toast.before > 0 ? text + " (and " + std::to_string(toast.before) + " before it)" : text;
+}
+
+/// The lower end of the title bars that lie where toasts would, right of `left`: what closes a
+/// window stays within reach.
+float belowTitles(const UiContext& c, float left)
+{
+    float low = 0;
+    for (const char* window :
+         {"###help", "###log", "###plot", "###profiler", "Open a scene###open"})
+        if (ImVec2 corner, size; lastPlace(window, corner, size)) {
+            const float end = corner.y + ImGui::GetFrameHeight() + 0.3f * c.em;
+            if (corner.x + size.x > left && end < 0.4f * c.window.y) low = std::max(low, end);
+        }
+    return low;
+}
+
+/// In a window of so much height; what has no room in it can be scrolled.
+void drawToastText(const std::string& text, float height)
+{
+    const float room = std::max(height - 2 * ImGui::GetStyle().WindowPadding.y, 1.0f);
+    const float width = ImGui::GetContentRegionAvail().x;
+    const bool fits = ImGui::CalcTextSize(text.c_str(), nullptr, false, width).y <= room;
+    if (!fits) ImGui::BeginChild("##text", ImVec2(0, room));
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(text.c_str());
+    ImGui::PopTextWrapPos();
+    if (!fits) ImGui::EndChild();
+}
+
+/// Draws one of at most so much height; false when it is to go.
+bool drawToast(const UiContext& c, Toast& toast, float width, float most, float& bottom)
 {
     const double age = ImGui::GetTime() - toast.since, life = lifetime(toast.notice.severity);
     const auto alpha = static_cast<float>(std::clamp((life - age) / 0.6, 0.0, 1.0));
@@ -152,18 +193,17 @@ bool drawToast(const UiContext& c, Toast& toast, float width, float& bottom)
                               : ImGui::GetStyleColorVec4(ImGuiCol_Text);
     ImGui::SetNextWindowPos(ImVec2(c.picture.end().x - 0.7f * c.em, bottom), ImGuiCond_Always,
                             ImVec2(1, 0));
-    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, c.window.y * 0.5f));
+    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, most));
     ImGui::SetNextWindowBgAlpha(0.96f);
     ImGui::PushStyleVar(ImGuiStyleVar_Alpha, std::max(alpha, 0.02f));
     const std::string id = "##toast" + std::to_string(toast.notice.number);
     if (ImGui::Begin(id.c_str(), nullptr, kNote)) {
         bringToFront();
         ImGui::PushStyleColor(ImGuiCol_Text, colour);
-        ImGui::PushTextWrapPos(width - ImGui::GetStyle().WindowPadding.x);
-        ImGui::TextUnformatted((toast.notice.text + timesText(toast.notice)).c_str());
-        ImGui::PopTextWrapPos();
+        const bool buttons = toast.notice.severity != Severity::news;
+        drawToastText(toastText(toast), most - (buttons ? ImGui::GetFrameHeightWithSpacing() : 0));
         ImGui::PopStyleColor();
-        if (toast.notice.severity != Severity::news) {
+        if (buttons) {
             if (ImGui::SmallButton("Copy")) ImGui::SetClipboardText(toast.notice.text.c_str());
             ImGui::SameLine();
             if (ImGui::SmallButton("Close")) stays = false;
@@ -194,11 +234,15 @@ void drawProgress(const UiContext& c)
     ImGui::SetNextWindowBgAlpha(0.96f);
     if (ImGui::Begin("##progress", nullptr, kNote)) {
         const float names = nameWidth(c, strips, width);
+        ImVec4 done = ImGui::GetStyleColorVec4(ImGuiCol_PlotHistogram);
+        done.w = 0.35f;  // text lies on it
+        ImGui::PushStyleColor(ImGuiCol_PlotHistogram, done);
         for (size_t i = 0; i < strips.size(); ++i) {
             ImGui::PushID(static_cast<int>(i));
             drawStrip(c, strips[i], width, names);
             ImGui::PopID();
         }
+        ImGui::PopStyleColor();
         const ImVec2 place = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
         c.state.progress = ImVec2(place.x + size.x, place.y + size.y);
     }
@@ -212,13 +256,17 @@ void drawToasts(const UiContext& c)
     const float room = c.picture.size.x - 1.4f * c.em;
     const float width = std::min({28 * c.em, std::max(room, 14 * c.em), c.window.x - 1.4f * c.em});
     const float left = c.picture.end().x - width - 1.4f * c.em;
-    float bottom = 0.7f * c.em;
+    float bottom = std::max(0.7f * c.em, belowTitles(c, left));
     for (const ImVec2& other : {c.state.caption, c.state.progress})  // on the left, as a rule
         if (other.x > left) bottom = std::max(bottom, other.y + 0.7f * c.em);
+    // The newest has its room in any case, but all together no more than a third of the height.
+    const float least = 3 * c.em + 2 * ImGui::GetStyle().WindowPadding.y;
+    bottom = std::max(std::min(bottom, c.window.y - least), 0.0f);
+    const float end = std::min(bottom + std::max(c.window.y / 3, least), c.window.y);
     size_t shown = 0;
-    for (size_t i = toasts.size(); i-- > 0 && shown < kMostToasts && bottom < 0.7f * c.window.y;
-         ++shown) {
-        if (!drawToast(c, toasts[i], width, bottom))
+    for (size_t i = toasts.size();
+         i-- > 0 && shown < kMostToasts && (shown == 0 || bottom + least <= end); ++shown) {
+        if (!drawToast(c, toasts[i], width, std::max(end - bottom, least), bottom))
             toasts.erase(toasts.begin() + static_cast<ptrdiff_t>(i));
     }
 }

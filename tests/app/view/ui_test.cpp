@@ -150,6 +150,42 @@ TEST(Ui, ErrorsStayUntilTheyAreClosedAndNewsFade)
     EXPECT_FALSE(desk.windows().contains("##toast22"));
 }
 
+TEST(Ui, ToastsTakeAThirdOfTheHeightAtMostAndLeaveTitlesFree)
+{
+    Desk desk(deskOptions(), {640, 400});
+    desk.session.settings.panels.help = true;
+    for (int i = 0; i < 6; ++i)
+        desk.session.notices.tell(app::Severity::error, "scene.gltf: /meshes/" + std::to_string(i) +
+                                                            ": " + std::string(400, 'x'));
+    desk.frames(4);
+    float top = 400, end = 0, bar = 0;
+    for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows) {
+        if (!window->Active || window->Hidden) continue;
+        if (std::string(window->Name).starts_with("##toast")) {
+            top = std::min(top, window->Pos.y);
+            end = std::max(end, window->Pos.y + window->Size.y);
+        }
+        if (std::string(window->Name).ends_with("###help"))
+            bar = window->Pos.y + window->TitleBarHeight();
+    }
+    EXPECT_GT(bar, 0);
+    EXPECT_GE(top, bar);
+    EXPECT_LE(end - top, 400 / 3 + 1);
+}
+
+TEST(Ui, FilesThatAreSavedOneAfterTheOtherAreOneToast)
+{
+    Desk desk(deskOptions());
+    for (int i = 0; i < 5; ++i) {
+        const std::string file = "/tmp/shot-" + std::to_string(i) + ".png";
+        desk.session.notices.tell(app::Severity::news, file + ": saved", file);
+        desk.frames(2);
+    }
+    EXPECT_TRUE(desk.windows().contains("##toast5"));
+    for (int i = 1; i < 5; ++i)
+        EXPECT_FALSE(desk.windows().contains("##toast" + std::to_string(i))) << i;
+}
+
 TEST(Ui, FailuresOfTheRendererAreTold)
 {
     app::SessionOptions failing = deskOptions("animated.gltf");
