@@ -137,7 +137,9 @@ std::vector<StatusItem> statusItems(const UiContext& c)
     std::string samples = countText(static_cast<double>(picture->samples)) + " spp";
     if (!picture->preview && picture->fraction > 0)
         samples += format(", next %.0f %%", 100 * picture->fraction);
-    items.push_back({samples, "samples per pixel", text, 8});
+    // The strip of a coarse picture says how far it is; that it has no whole sample goes without.
+    if (!picture->preview || picture->samples > 0)
+        items.push_back({samples, "samples per pixel", text, 8});
     items.push_back(
         {secondsText(picture->seconds), "of rendering, since this picture began", text, 5});
     errorItem(*picture, c.session.reference().get(), luminanceOf(c, picture), items);
