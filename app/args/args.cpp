@@ -126,7 +126,8 @@ Subcommand renderCommandLine(CLI::App& root)
              {1e-3, 1e9});
     addValue(app, stop, "--budget-ms", o->budgetMs,
              "milliseconds for each of --frames: as many whole samples as fit, at least one; a new "
-             "camera or pose counts, reading, writing and the first frame's compiling do not",
+             "camera and moving what has moved count, reading, writing and the first frame's "
+             "compiling do not",
              {1e-3, 1e9});
     addValue(app, stop, "--budget-rays", o->budgetRays,
              "rays per pixel for each of --frames, those to lights included: as many whole samples "

@@ -73,7 +73,7 @@ namespace app {
 inline constexpr size_t kWorks = core::EnumNames<Work>::names.size();
 
 /// The name of the loader's job that makes a pose of the scene's animation.
-inline constexpr const char* kPoseJob = "pose";
+inline constexpr const char* kPoseJob = "the animation's pose";
 /// ... and of the core thread's that renders a reference.
 inline constexpr const char* kReferenceJob = "reference";
 

@@ -2,8 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-
-#include <unistd.h>
+#include <sstream>
 
 #include "app/view/ui/plot.h"
 #include "app/view/ui/ui_parts.h"
@@ -124,12 +123,39 @@ void drawTarget(const UiContext& c)
                  c.session.convergence().past().empty() ? "there are no earlier curves" : "");
 }
 
-uint64_t residentBytes()
+/// What the host holds of the program in memory, in bytes.
+struct HostMemory {
+    uint64_t own = 0, files = 0;
+};
+
+/// From Linux's own account of the process; zeros elsewhere.
+HostMemory hostMemory()
 {
-    std::ifstream file("/proc/self/statm");
-    uint64_t total = 0, resident = 0;
-    file >> total >> resident;
-    return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+    HostMemory memory;
+    std::ifstream file("/proc/self/status");
+    for (std::string line; std::getline(file, line);) {
+        std::istringstream words(line);
+        std::string name;
+        uint64_t kibibytes = 0;
+        words >> name >> kibibytes;
+        if (name == "RssAnon:") memory.own = kibibytes * 1024;
+        if (name == "RssFile:" || name == "RssShmem:") memory.files += kibibytes * 1024;
+    }
+    return memory;
+}
+
+/// What the render thread does, in words.
+std::string stageText(const std::string& stage)
+{
+    if (stage == "render") return "taking samples";
+    if (stage == "idle") return "nothing: waiting";
+    return stage.empty() ? "-" : stage;
+}
+
+/// Of something that may not have happened yet.
+std::string onceText(double seconds)
+{
+    return seconds > 0 ? secondsText(seconds) : "not yet";
 }
 
 void figure(const char* name, const std::string& value, const char* help)
@@ -139,7 +165,7 @@ void figure(const char* name, const std::string& value, const char* help)
     dimText(name);
     tip(help);
     ImGui::TableNextColumn();
-    ImGui::TextUnformatted(value.c_str());
+    wrappedText(value);
     tip(help);
 }
 
@@ -153,37 +179,87 @@ void pictureFigures(const Picture& picture)
     for (const core::StatsDetail& detail : s.details) {
         const std::string* word = std::get_if<std::string>(&detail.value);
         const double* number = std::get_if<double>(&detail.value);
-        figure(detail.name.c_str(), word != nullptr ? *word : digitsText(*number),
-               "of this method");
+        std::string name = detail.name;
+        std::ranges::replace(name, '_', ' ');
+        figure(name.c_str(), word != nullptr ? *word : digitsText(*number), "of this method");
     }
-    figure("build", secondsText(s.buildSeconds) + (s.hierarchyCached ? ", from a file" : ""),
-           "the tree of boxes through which rays find triangles");
-    figure("compile", secondsText(s.compileSeconds), "kernels specialised on the scene");
-    figure("read back", secondsText(s.readbackSeconds), "from the device to where it can be shown");
-    figure("device memory", bytesText(s.peakDeviceBytes), "of the renderer, at its peak");
+    figure("hierarchy", secondsText(s.buildSeconds) + (s.hierarchyCached ? ", from a file" : ""),
+           "building the tree of boxes through which rays find triangles");
+    figure("kernels", secondsText(s.compileSeconds),
+           "compiling the device's programs, which are made for the scene");
+    figure("fetching", secondsText(s.readbackSeconds),
+           "pictures, from the device to where they can be shown");
+}
+
+void deviceFigure(const core::RenderStats& stats)
+{
+    figure("device", stats.peakDeviceBytes > 0 ? bytesText(stats.peakDeviceBytes) : "none",
+           "memory of the renderer's device, at its peak: the scene, its hierarchy, the picture's "
+           "samples; a software device has it within the program's");
+}
+
+void memoryFigures(const UiContext& c)
+{
+    const HostMemory memory = hostMemory();
+    figure("program", bytesText(memory.own + memory.files),
+           "all memory that the program holds on the host now");
+    figure("  its data", bytesText(memory.own),
+           "the scene, hierarchies, pictures; with a software device also the device's memory and "
+           "its compiler");
+    figure("  libraries", bytesText(memory.files),
+           "the program's own code, its libraries and drivers, files that are mapped");
+    figure("window", bytesText(c.frame.presentBytes),
+           "memory of the window's own device: the picture on show, letters");
 }
 
 void threadFigures(const UiContext& c)
 {
     const RenderThreadStatus status = c.session.rendering();
-    figure("renderer", status.stage.empty() ? "-" : status.stage, "what it does now");
-    figure("preview",
-           secondsText(status.previewSeconds) +
-               format(", scale %.2f", static_cast<double>(status.previewScale)),
-           "the last one while the camera moved: from the order to the picture, and the scale of "
-           "its sides");
-    figure("last stop", secondsText(status.lastStopSeconds),
+    figure("now", stageText(status.stage), "what the renderer does");
+    figure("in motion",
+           status.previewSeconds > 0 ? secondsText(status.previewSeconds) +
+                                           format(", %.0f %% of the sides",
+                                                  100 * static_cast<double>(status.previewScale))
+                                     : "not yet",
+           "the last picture while the camera moved: from the order to the picture, and how large "
+           "its sides were");
+    figure("stopping", onceText(status.lastStopSeconds),
            "from an edit to the end of the work that it overtook");
-    figure("input", secondsText(c.frame.inputSeconds),
+    figure("answer", onceText(c.frame.inputSeconds),
            "from the last input to the first picture that shows it");
-    figure("host memory", bytesText(residentBytes()), "of the whole program, resident");
-    figure("window's memory", bytesText(c.frame.presentBytes),
-           "device memory of the window's own device");
-    figure("window's device", c.frame.presentDevice.empty() ? "-" : c.frame.presentDevice,
-           "presents the picture");
+    figure("shown by", c.frame.presentDevice.empty() ? "-" : c.frame.presentDevice,
+           "the device that presents the window");
     if (c.frame.validationMessages)
         figure("validation", std::to_string(*c.frame.validationMessages) + " messages",
                "of the Vulkan validation layers, warnings and errors of both devices");
+}
+
+/// A line across the table that says what comes.
+void figureGroup(const char* title)
+{
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::Spacing();
+    ImGui::TextUnformatted(title);
+}
+
+void allFigures(const UiContext& c)
+{
+    figureGroup("Times");
+    figure("frame",
+           secondsText(quantile(c.frame.frameTimes, 0.5)) + ", slowest " +
+               secondsText(quantile(c.frame.frameTimes, 0.99)),
+           "of the window: half of the last ones were quicker, and all but one in a hundred than "
+           "the slowest");
+    threadFigures(c);
+    const auto picture = shownPicture(c);
+    if (picture) {
+        figureGroup("Picture");
+        pictureFigures(*picture);
+    }
+    figureGroup("Memory");
+    if (picture) deviceFigure(picture->stats);
+    memoryFigures(c);
 }
 
 }  // namespace
@@ -230,7 +306,7 @@ void drawProfilerWindow(const UiContext& c)
 {
     bool& open = c.session.settings.panels.profiler;
     if (!open) return;
-    if (beginFloating(c, "Profiler###profiler", &open, ImVec2(24 * c.em, 26 * c.em),
+    if (beginFloating(c, "Times and memory###profiler", &open, ImVec2(25 * c.em, 38 * c.em),
                       ImVec2(1, 0))) {
         const double budget =
             1 / static_cast<double>(std::max(c.session.settings.view.frameLimit, 1.0f));
@@ -239,11 +315,7 @@ void drawProfilerWindow(const UiContext& c)
         if (ImGui::BeginTable("##figures", 2)) {
             ImGui::TableSetupColumn("##name", ImGuiTableColumnFlags_WidthFixed, 9 * c.em);
             ImGui::TableSetupColumn("##value", ImGuiTableColumnFlags_WidthStretch);
-            const std::string frames = secondsText(quantile(c.frame.frameTimes, 0.5)) + ", p99 " +
-                                       secondsText(quantile(c.frame.frameTimes, 0.99));
-            figure("frame", frames, "of the window: median and 99th percentile of the last ones");
-            if (const auto picture = shownPicture(c)) pictureFigures(*picture);
-            threadFigures(c);
+            allFigures(c);
             ImGui::EndTable();
         }
     }

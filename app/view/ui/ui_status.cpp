@@ -37,9 +37,11 @@ StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThr
     }
     if (picture->preview && picture->fraction > 0) {
         const bool full = picture->mean.width == picture->fullSize.x;
-        return {
-            format(full ? "first sample, %.0f %%" : "half size, %.0f %%", 100 * picture->fraction),
-            "what has no sample yet shows the smaller picture before it", kWarningColour, 9};
+        return {format(full ? "first sample, %.0f %%" : "coarse picture, %.0f %%",
+                       100 * picture->fraction),
+                "the first sample of each pixel, or of every other one along a side where that "
+                "takes more than a second; what has none yet shows the smaller picture before it",
+                kWarningColour, 9};
     }
     if (picture->preview) {
         const std::string help =
