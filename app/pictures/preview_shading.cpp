@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/pictures/pixel_rays.h"
 #include "core/base/parallel.h"
 #include "shared/tonemap.h"
 
@@ -21,30 +22,8 @@ glm::vec3 vectorAt(const core::Image& image, uint32_t x, uint32_t y)
     return {v[0], v[1], v[2]};
 }
 
-/// Directions of pixels.
-class Rays {
-public:
-    Rays(const core::Camera& camera, uint32_t width, uint32_t height) : camera_(camera)
-    {
-        const double half = camera.orthographic ? 0 : std::tan(0.5 * camera.yfov);
-        up_ = half * camera.up;
-        right_ = half * width / height * glm::cross(camera.forward, camera.up);
-        pixel_ = {2.0 / width, 2.0 / height};
-    }
-    glm::vec3 direction(uint32_t x, uint32_t y) const
-    {
-        const double u = (x + 0.5) * pixel_.x - 1, v = 1 - (y + 0.5) * pixel_.y;
-        return glm::vec3(glm::normalize(camera_.forward + u * right_ + v * up_));
-    }
-
-private:
-    const core::Camera& camera_;
-    glm::dvec3 right_, up_;
-    glm::dvec2 pixel_;
-};
-
 /// What a lamp at the camera makes of the surface in a pixel.
-glm::vec3 lit(const core::Aovs& aovs, const Rays& rays, uint32_t x, uint32_t y)
+glm::vec3 lit(const core::Aovs& aovs, const PixelRays& rays, uint32_t x, uint32_t y)
 {
     const float facing = std::abs(glm::dot(vectorAt(aovs.normal, x, y), rays.direction(x, y)));
     return (kDarkest + (1 - kDarkest) * facing) *
@@ -102,7 +81,7 @@ bool fits(const core::Aovs& aovs, const core::Image& image)
 core::Image litFromCamera(const core::Aovs& aovs, const core::Camera& camera)
 {
     core::Image image(aovs.depth.width, aovs.depth.height, 3);
-    const Rays rays(camera, image.width, image.height);
+    const PixelRays rays(camera, image.width, image.height);
     for (uint32_t y = 0; y < image.height; ++y)
         for (uint32_t x = 0; x < image.width; ++x) {
             const bool nothing = !(*aovs.depth.at(x, y) > 0);
@@ -123,7 +102,7 @@ void fillUnlit(core::Image& mean, const core::Aovs& aovs, const core::Camera& ca
     }
     const auto level = static_cast<float>(sum / static_cast<double>(count));
     if (!(level > 0)) return;
-    const Rays rays(camera, mean.width, mean.height);
+    const PixelRays rays(camera, mean.width, mean.height);
     for (uint32_t y = 0; y < mean.height; ++y)
         for (uint32_t x = 0; x < mean.width; ++x)
             if (*aovs.depth.at(x, y) > 0 && vectorAt(mean, x, y) == glm::vec3(0))
