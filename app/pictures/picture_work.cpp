@@ -10,6 +10,7 @@
 
 #include "app/pictures/error_point.h"
 #include "app/pictures/preview_shading.h"
+#include "app/pictures/spread_light.h"
 #include "core/base/time.h"
 #include "core/image/metrics.h"
 #include "core/methods/method.h"
@@ -159,10 +160,11 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     core::Budget budget{.samples = nextCount(request)};
     if (!quick()) budget.seconds = kCallSeconds;
     renderer.advance(budget, stop);
-    if (coarse_ == Coarse::moving && renderer.progress().samples > 0)
+    const core::RenderProgress now = renderer.progress();
+    const bool some = now.samples > 0 || (now.fraction > 0 && coarse_ == Coarse::half);
+    if (some && !aovs_ && (coarse_ == Coarse::moving || spreads(request)))
         aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
     const double seconds = core::secondsSince(start);
-    const core::RenderProgress now = renderer.progress();
     if (now.version == version_) return;
     version_ = now.version;
     fraction_ = now.fraction;
@@ -191,6 +193,15 @@ void PictureWork::advanceShaded(core::Renderer& renderer, ResolutionControl& con
     version_ = publishedVersion_ + 1;
 }
 
+/// Whether the light of a coarse picture's few samples is averaged over surfaces: not for who wants
+/// paths alone, nor where pictures have detail of their own.
+bool PictureWork::spreads(const RenderRequest& request) const
+{
+    return coarse_ != Coarse::no && !shaded_ && request.movingShows != Moving::path &&
+           core::methodNamed(request.params.method.id()).traits.radiance &&
+           !MovingDetail::wanted(request);
+}
+
 /// What makes a coarse picture easier to read than its few pixels are.
 void PictureWork::addPreview(Picture& picture, const RenderRequest& request)
 {
@@ -198,6 +209,8 @@ void PictureWork::addPreview(Picture& picture, const RenderRequest& request)
     if (shaded_) {
         picture.mean = litFromCamera(*aovs_, request.camera);
         picture.shaded = true;
+    } else if (spreads(request)) {
+        spreadLight(picture.mean, *aovs_, request.camera);
     } else if (request.movingShows != Moving::path && coarse_ == Coarse::moving &&
                core::methodNamed(request.params.method.id()).traits.radiance) {
         fillUnlit(picture.mean, *aovs_, request.camera);

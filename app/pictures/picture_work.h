@@ -78,6 +78,7 @@ private:
     void readEverything(core::Renderer& renderer);
     void fillFromBackdrop(core::Estimate& estimate) const;
     void advanceShaded(core::Renderer& renderer, ResolutionControl& control);
+    bool spreads(const RenderRequest& request) const;
     void describe(Picture& picture, const core::Renderer& renderer,
                   const RenderRequest& request) const;
     void addPreview(Picture& picture, const RenderRequest& request);

@@ -108,6 +108,29 @@ TEST_P(PictureWorkInMotion, PathsAloneHaveNone)
     EXPECT_NE(picture->guide, nullptr);
 }
 
+/// Few pixels are averaged over surfaces while the camera moves and when it rests, for who does not
+/// want paths alone, and where pictures have no detail of their own.
+TEST_P(PictureWorkInMotion, CoarsePicturesShowLightByItsSurfaces)
+{
+    const auto asItHasCome = [&](const app::Picture& picture) {
+        return picture.mean.pixels == renderer_->read(core::Reading::mean).mean.pixels;
+    };
+    setMethod(core::PathParams{});
+    for (const app::Coarse coarse : {app::Coarse::moving, app::Coarse::first, app::Coarse::half}) {
+        request_.movingShows = app::Moving::filled;
+        const auto filled = show(coarse, core::Start::anew, 0.5, 1);
+        EXPECT_FALSE(asItHasCome(*filled));
+        EXPECT_NE(filled->guide, nullptr);
+        EXPECT_TRUE(filled->preview);
+        request_.movingShows = app::Moving::path;
+        EXPECT_TRUE(asItHasCome(*show(coarse, core::Start::anew, 0.5, 1)));
+    }
+    request_.movingShows = app::Moving::filled;
+    EXPECT_TRUE(asItHasCome(*show(app::Coarse::no, core::Start::anew, 0.5, 1)));
+    setMethod(core::ReuseParams{});
+    EXPECT_TRUE(asItHasCome(*show(app::Coarse::first, core::Start::anew, 0.5, 1)));
+}
+
 INSTANTIATE_TEST_SUITE_P(Device, PictureWorkInMotion,
                          testing::Values(app::DeviceKind::cpu, app::DeviceKind::vulkan),
                          DeviceName());
