@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/report/text.h"
+#include "shared/tonemap.h"
 
 namespace app {
 
@@ -45,7 +46,7 @@ double meanLuminance(const core::Image& picture)
     size_t count = 0;
     for (size_t i = 0; i + 2 < picture.pixels.size(); i += picture.channels) {
         const float* p = &picture.pixels[i];
-        const float luminance = 0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2];
+        const float luminance = shared::luminance({p[0], p[1], p[2]});
         if (!std::isfinite(luminance)) continue;
         sum += static_cast<double>(luminance);
         ++count;

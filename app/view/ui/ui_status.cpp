@@ -142,8 +142,10 @@ std::vector<StatusItem> statusItems(const UiContext& c)
     // The strip of a coarse picture says how far it is; that it has no whole sample goes without.
     if (!picture->preview || picture->samples > 0)
         items.push_back({samples, "samples per pixel", text, 8});
-    items.push_back(
-        {secondsText(picture->seconds), "of rendering, since this picture began", text, 5});
+    items.push_back({secondsText(picture->seconds),
+                     picture->preview ? "of rendering this small picture; the full one counts anew"
+                                      : "of rendering, since this picture began",
+                     text, 5});
     errorItem(*picture, c.session.reference().get(), luminanceOf(c, picture), items);
     for (const std::string& name : biases(picture->params)) {
         items.push_back({"biased: " + name,
