@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/pictures/edge_cuts.h"
 #include "app/pictures/pixel_rays.h"
 #include "core/base/parallel.h"
 #include "shared/tonemap.h"
@@ -111,8 +112,10 @@ void fillUnlit(core::Image& mean, const core::Aovs& aovs, const core::Camera& ca
 
 core::Image surfaceGuide(const core::Aovs& aovs)
 {
-    return guideOf({aovs.depth.width, aovs.depth.height},
-                   [&](glm::uvec2 p, glm::uvec2 q) { return oneSurface(aovs, p, q); });
+    core::Image guide = guideOf({aovs.depth.width, aovs.depth.height},
+                                [&](glm::uvec2 p, glm::uvec2 q) { return oneSurface(aovs, p, q); });
+    addCuts(guide);
+    return guide;
 }
 
 core::Image smoothGuide(glm::uvec2 size)

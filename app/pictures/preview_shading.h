@@ -17,7 +17,8 @@ void fillUnlit(core::Image& mean, const core::Aovs& aovs, const core::Camera& ca
 
 /// Which neighbours of each pixel show the surface that it shows, as bits, for the display: see
 /// shared::displayGuided. Equal normals within 25 degrees and distances within a quarter are one
-/// surface, and so is nothing hit beside nothing hit.
+/// surface, and so is nothing hit beside nothing hit. Beside the bits: where edges aslant cut
+/// pixels (edge_cuts.h).
 core::Image surfaceGuide(const core::Aovs& aovs);
 
 /// The guide to a picture of that size of which all pixels may be smoothed over.

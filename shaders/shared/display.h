@@ -195,15 +195,35 @@ SHARED_FN vec3 displayEncoded(DisplaySettings s, vec3 radiance)
 }
 
 /// Of kShowPreview: whether b is a guide to a. Bit 3 (dy + 1) + dx + 1 of its values says whether
-/// the pixel and its neighbour at (dx, dy) show one surface.
+/// the pixel and its neighbour at (dx, dy) show one surface. The bits above are a cut, see
+/// displayCut(); none at all: there is none.
 SHARED_FN bool displayGuided(DisplaySettings s)
 {
     return s.channelsA == 3u && s.channelsB == 1u && s.widthA == s.widthB && s.heightA == s.heightB;
 }
 
+SHARED_CONST uint kCutBits = 9u;  // of a guide's values: where those of the cut begin
+SHARED_CONST uint kMostCutRun = 7u;
+
+/// An edge that is aslant in few pixels is a row of steps; a line from the middle of one step to
+/// that of the next takes a part of each pixel beside them for the neighbour across the edge. Of a
+/// step of `run` pixels, 1 to kMostCutRun: the pixel is the one `away` from its end, less than half
+/// of it. `side`: where the neighbour is, 0 right, 1 left, 2 below, 3 above. `back`: the end is to
+/// the left or above, not to the right or below. What is stored is the line itself, as x and y of
+/// its normal, four bits each with a sign, and how far from the pixel's middle it is, less a half.
+SHARED_FN uint displayCut(uint run, uint away, uint side, bool back)
+{
+    int to = (side & 1u) == 0u ? int(run) : -int(run);
+    int along = back ? -1 : 1;
+    uint x = uint(side < 2u ? to : along) & 15u;
+    uint y = uint(side < 2u ? along : to) & 15u;
+    return (x | (y << 4u) | (away << 8u)) << kCutBits;
+}
+
 /// Of kShowPreview: the four pixels of a around (x, y) of the output, the one that it lies in
 /// first, and their bilinear weights, which sum up to one. `alike` is the guide there: who is of
-/// another surface leaves its weight to the first.
+/// another surface leaves its weight to the first. Beyond the pixel's cut all of the weight is that
+/// of the neighbour across the edge and the one next to it.
 SHARED_FN void displayCorners(DisplaySettings s, uint x, uint y, uint alike, OUT(uvec4) pixels,
                               OUT(vec4) weights)
 {
@@ -215,8 +235,13 @@ SHARED_FN void displayCorners(DisplaySettings s, uint x, uint y, uint alike, OUT
     float ty = at.y - float(row) - 0.5f;
     int dx = tx < 0.0f ? -1 : 1;
     int dy = ty < 0.0f ? -1 : 1;
-    tx = min(abs(tx), 0.5f);
-    ty = min(abs(ty), 0.5f);
+    float kx = float(int(alike << 19u) >> 28);
+    float ky = float(int(alike << 15u) >> 28);
+    bool beyond = kx * tx + ky * ty > float(alike >> 17u) + 0.5f;
+    bool upright = abs(kx) > 1.0f;  // the edge, so that the neighbour is beside the pixel
+    alike = beyond ? 0x1ffu : alike;
+    tx = beyond && upright ? 1.0f : min(abs(tx), 0.5f);
+    ty = beyond && !upright ? 1.0f : min(abs(ty), 0.5f);
     uint pixel = row * s.widthA + column;
     int down = dy * int(s.widthA);
     bool aside = ((alike >> uint(4 + dx)) & 1u) != 0u;
