@@ -14,6 +14,7 @@ namespace {
 constexpr double kPi = glm::pi<double>();
 constexpr double kSteepest = 0.5 * kPi - kPi / 360;  // of orbits and looks, half a degree left
 constexpr double kLargestInput = 1000;               // picture heights, steps of the wheel
+constexpr double kLongestArc = kPi / 16;             // that counts as straight
 constexpr double kStep = 0.9;                        // of the distance that is left per step
 // In scene radii.
 constexpr double kNearest = 1e-5, kFarthest = 1e4;          // of the pivot
@@ -154,6 +155,7 @@ void Navigation::setAspect(double aspect)
 void Navigation::go(const Viewpoint& viewpoint)
 {
     take(repaired(viewpoint.camera), viewpoint.pivot);
+    beginWay();
 }
 
 void Navigation::set(const core::Camera& camera, double sceneRadius)
@@ -170,6 +172,7 @@ void Navigation::set(const core::Camera& camera, double sceneRadius)
     }
     if (!(ahead >= nearest && ahead <= kFarthest * radius_)) ahead = radius_;
     pivot_ = camera_.position + ahead * camera_.forward;
+    beginWay();
 }
 
 void Navigation::take(const core::Camera& camera, glm::dvec3 pivot)
@@ -179,6 +182,13 @@ void Navigation::take(const core::Camera& camera, glm::dvec3 pivot)
         return;
     camera_ = camera;
     pivot_ = pivot;
+}
+
+/// By hand, on the straight way.
+void Navigation::move(const core::Camera& camera, glm::dvec3 pivot)
+{
+    take(camera, pivot);
+    way_.go(camera_.position);
 }
 
 double Navigation::pivotDepth() const
@@ -207,14 +217,18 @@ void Navigation::orbit(double dx, double dy)
     if (!saneInput(dx, dy) || (dx == 0 && dy == 0)) return;
     const Direction before = directionOf(camera_);
     const glm::dvec2 drag = upright({dx, dy}, before.roll);
-    const Direction after = turned(before, kPi * drag.x, -kPi * drag.y);
-    const glm::dvec3 offset = camera_.position - pivot_;
     // In the camera's own axes the pivot stays where it is, so it stays under the cursor.
-    const glm::dmat3 from = axes(before), to = axes(after);
+    const glm::dvec3 offset = glm::transpose(axes(before)) * (camera_.position - pivot_);
+    const double turns = std::min(glm::length(drag), 2.0) * kPi;
+    const int parts = std::max(static_cast<int>(std::ceil(turns / kLongestArc)), 1);
     core::Camera camera = camera_;
-    camera.position = pivot_ + to * (glm::transpose(from) * offset);
-    point(camera, to);
-    take(camera, pivot_);
+    for (int i = 1; i <= parts; ++i) {
+        const glm::dvec2 turn = kPi * (double(i) / parts) * drag;
+        const glm::dmat3 to = axes(turned(before, turn.x, -turn.y));
+        camera.position = pivot_ + to * offset;
+        point(camera, to);
+        move(camera, pivot_);
+    }
 }
 
 void Navigation::pan(double dx, double dy)
@@ -225,7 +239,7 @@ void Navigation::pan(double dx, double dy)
     const glm::dvec3 shift = height * (-dx * rightOf(camera_) + dy * camera_.up);
     core::Camera camera = camera_;
     camera.position += shift;
-    take(camera, pivot_ + shift);
+    move(camera, pivot_ + shift);
 }
 
 void Navigation::dolly(double steps)
@@ -236,7 +250,7 @@ void Navigation::dolly(double steps)
     if (camera.orthographic) {
         camera.ymag = clampFrom(camera.ymag, factor * camera.ymag, kSmallestView * radius_,
                                 kLargestView * radius_);
-        take(camera, pivot_);
+        move(camera, pivot_);
         return;
     }
     const glm::dvec3 offset = camera_.position - pivot_;
@@ -246,7 +260,7 @@ void Navigation::dolly(double steps)
         clampFrom(before, factor * before, kNearest * radius_, kFarthest * radius_);
     camera.position = pivot_ + (after / before) * offset;
     if (focusedAt(camera_, pivotDepth())) camera.focusDistance *= after / before;
-    take(camera, pivot_);
+    move(camera, pivot_);
 }
 
 glm::dvec3 Navigation::pointAt(glm::dvec2 position) const
@@ -272,7 +286,7 @@ void Navigation::dollyTo(glm::dvec3 point, double steps)
         const glm::dvec3 aside = offset - glm::dot(offset, camera.forward) * camera.forward;
         const glm::dvec3 shift = (1 - camera.ymag / camera_.ymag) * aside;
         camera.position += shift;
-        take(camera, pivot_ + shift);
+        move(camera, pivot_ + shift);
         return;
     }
     const double before = glm::distance(camera.position, point);
@@ -282,7 +296,7 @@ void Navigation::dollyTo(glm::dvec3 point, double steps)
     const double share = after / before;
     camera.position = point + share * (camera.position - point);
     if (focusedAt(camera_, pivotDepth())) camera.focusDistance *= share;
-    take(camera, point + share * (pivot_ - point));
+    move(camera, point + share * (pivot_ - point));
 }
 
 void Navigation::look(double dx, double dy)
@@ -311,7 +325,7 @@ void Navigation::fly(const FlyInput& input, double seconds)
         (wish.x * rightOf(camera_) + wish.y * glm::dvec3(0, 1, 0) + wish.z * camera_.forward);
     core::Camera camera = camera_;
     camera.position += shift;
-    take(camera, pivot_ + shift);
+    move(camera, pivot_ + shift);
 }
 
 double Navigation::framingDistance(double radius) const
@@ -336,6 +350,7 @@ void Navigation::frame(glm::dvec3 centre, double radius)
     }
     if (camera.apertureRadius > 0) camera.focusDistance = distance;
     take(camera, centre);
+    beginWay();
 }
 
 void Navigation::stand(glm::dvec3 position, glm::dvec3 target)
@@ -353,6 +368,7 @@ void Navigation::stand(glm::dvec3 position, glm::dvec3 target)
     const double distance = glm::distance(position, target);
     if (camera.apertureRadius > 0) camera.focusDistance = std::max(distance, kNearest * radius_);
     take(camera, position + distance * camera.forward);
+    beginWay();
 }
 
 }  // namespace app

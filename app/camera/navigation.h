@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include "app/camera/way.h"
 #include "core/scene/camera.h"
 
 namespace app {
@@ -40,6 +41,11 @@ public:
     /// Back to where one has been.
     void go(const Viewpoint& viewpoint);
     Viewpoint viewpoint() const { return {camera_, pivot_}; }
+
+    /// Where the eye has gone by hand (orbit, pan, dolly, fly) since it was put somewhere, or since
+    /// the way began anew. Straight between its points; arcs have one each eleven degrees.
+    const Way& way() const { return way_; }
+    void beginWay() { way_.begin(camera_.position); }
 
     /// The shape of the picture, width over height; 0: the camera's own.
     void setAspect(double aspect);
@@ -99,8 +105,10 @@ public:
 
 private:
     void take(const core::Camera& camera, glm::dvec3 pivot);
+    void move(const core::Camera& camera, glm::dvec3 pivot);
 
     core::Camera camera_;
+    Way way_;
     glm::dvec3 pivot_{0};
     double radius_ = 1, speed_ = 0.25, aspect_ = 0;
 };

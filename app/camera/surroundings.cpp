@@ -67,6 +67,17 @@ bool insideSolid(const core::World& world, glm::dvec3 position, std::stop_token 
     return true;
 }
 
+bool leadsThrough(const core::World& world, std::span<const glm::dvec3> way, std::stop_token stop)
+{
+    for (size_t i = 1; i < way.size() && !stop.stop_requested(); ++i) {
+        const double length = glm::distance(way[i - 1], way[i]);
+        if (!(length > 0)) continue;
+        const auto hit = look(world, way[i - 1], (way[i] - way[i - 1]) / length);
+        if (hit && glm::distance(hit->position, way[i - 1]) < length) return true;
+    }
+    return false;
+}
+
 std::optional<Room> roomAround(const core::World& world, glm::dvec3 position, std::stop_token stop)
 {
     const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);

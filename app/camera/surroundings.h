@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <stop_token>
 
 #include <glm/glm.hpp>
@@ -28,6 +29,12 @@ std::optional<double> distanceAlong(const core::World& world, glm::dvec3 positio
 /// the open.
 /// A stop ends it early, with whatever answer.
 bool insideSolid(const core::World& world, glm::dvec3 position, std::stop_token stop = {});
+
+/// Whether the line through these points leads through a surface: not if it goes through an open
+/// door. Alpha is not looked at, nor that glass can be seen through. A stop ends it early, with
+/// whatever answer.
+bool leadsThrough(const core::World& world, std::span<const glm::dvec3> way,
+                  std::stop_token stop = {});
 
 /// A room as it is seen from within.
 struct Room {

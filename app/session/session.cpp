@@ -32,8 +32,9 @@ Session::Session(const SessionOptions& options)
       loadedBox_(std::make_shared<core::Mailbox<Loaded>>()),
       referenceBox_(std::make_shared<core::Mailbox<Reference>>()),
       saves_(std::make_shared<SaveQueue>()), foundBox_(std::make_shared<core::Mailbox<Found>>()),
-      insideBox_(std::make_shared<core::Mailbox<bool>>()), loader_("loader", 5), core_("core", 10),
-      saver_("saver", 5), lookout_("lookout", 5), renderThread_(options.factory, options.onPicture)
+      aroundBox_(std::make_shared<core::Mailbox<LookedAround>>()), loader_("loader", 5),
+      core_("core", 10), saver_("saver", 5), lookout_("lookout", 5),
+      renderThread_(options.factory, options.onPicture)
 {
     notices.quiet = options.quiet;
     render = options.render;

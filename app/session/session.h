@@ -235,6 +235,11 @@ private:
     /// What rays find for the hand: where to stand in a room, or the surface at a point.
     using Found = std::variant<std::optional<Standpoint>, std::optional<glm::dvec3>>;
 
+    /// What rays find around a camera at rest, and on the way to it.
+    struct LookedAround {
+        bool inside = false, through = false;
+    };
+
     /// A picture that is to be the reference, without its variance when `until` has come.
     struct KeptPicture {
         std::shared_ptr<const Picture> picture;
@@ -269,6 +274,7 @@ private:
     void stand(const std::optional<Standpoint>& standpoint);
     void takeLookout();
     void lookAround();
+    void learn(const LookedAround& found);
     void keepCameras();
     Settings settingsToKeep();
     void recallCameras();
@@ -294,7 +300,7 @@ private:
     size_t homeCamera_ = 0;
     std::optional<core::Camera> home_;  // where it began, when that is no camera of the scene
     ViewHistory history_;
-    bool insideSolid_ = false;
+    bool insideSolid_ = false, toldOfWall_ = false;
     std::shared_ptr<const core::World> probedWorld_;  // for insideSolid_
     glm::dvec3 probedAt_{0};
     core::Camera soughtFrom_;             // the view that is to be left for what is found
@@ -341,7 +347,7 @@ private:
     std::shared_ptr<core::Mailbox<Reference>> referenceBox_;
     std::shared_ptr<SaveQueue> saves_;
     std::shared_ptr<core::Mailbox<Found>> foundBox_;
-    std::shared_ptr<core::Mailbox<bool>> insideBox_;
+    std::shared_ptr<core::Mailbox<LookedAround>> aroundBox_;
     core::Worker loader_, core_, saver_, lookout_;
     PictureJudge judge_;
     RenderThread renderThread_;

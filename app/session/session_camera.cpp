@@ -28,6 +28,7 @@ void Session::takeCamera(const core::Camera& camera)
 {
     if (!document_) return;
     navigation.set(camera, static_cast<double>(document_->world->radius));
+    toldOfWall_ = false;
     sceneCamera_.reset();
     fixedSize_ = {};
 }
@@ -73,6 +74,7 @@ void Session::goTo(const std::optional<Viewpoint>& viewpoint)
     }
     track.stop();
     navigation.go(*viewpoint);
+    toldOfWall_ = false;
     sceneCamera_.reset();
     fixedSize_ = {};
 }
@@ -239,10 +241,21 @@ void Session::takeLookout()
             take(*found);
         }
     if (looking_ != 0)
-        if (const auto inside = insideBox_->get(looking_)) {
+        if (const auto found = aroundBox_->get(looking_)) {
             looking_ = 0;
-            insideSolid_ = *inside;
+            learn(*found);
         }
+}
+
+/// Of a wall that was gone through one is told once, until the camera is put elsewhere. Inside of
+/// something the status line tells. The way is done with but where the camera has moved on.
+void Session::learn(const LookedAround& found)
+{
+    const bool wasInside = std::exchange(insideSolid_, found.inside);
+    if (navigation.camera().position == probedAt_) navigation.beginWay();
+    if (!found.through || wasInside || found.inside || std::exchange(toldOfWall_, true)) return;
+    notices.tell(Severity::warning,
+                 "the camera has gone through a surface: Backspace leads back to the view before");
 }
 
 /// Rays are for a camera at rest, once for each place.
@@ -254,14 +267,22 @@ void Session::lookAround()
     const std::shared_ptr<const core::World> world = document_->world;
     const glm::dvec3 eye = navigation.camera().position;
     if (probedWorld_ == world && probedAt_ == eye) return;
+    // What an earlier pose of the scene had in the way is not known.
+    if (probedWorld_ != world) navigation.beginWay();
     probedWorld_ = world;
     probedAt_ = eye;
-    insideSolid_ = quickToLook(*world) && app::insideSolid(*world, eye);
     looking_ = 0;
-    if (quickToLook(*world)) return;
-    looking_ = lookout_.start("look around", [=, box = insideBox_](core::JobContext& job) {
-        const bool inside = app::insideSolid(*world, eye, job.stop());
-        if (!job.stopped()) box->publish(job.generation(), std::make_shared<bool>(inside));
+    const auto find = [world, eye, way = navigation.way().points(),
+                       orthographic =
+                           navigation.camera().orthographic](const std::stop_token& stop) {
+        return LookedAround{.inside = app::insideSolid(*world, eye, stop),
+                            .through = !orthographic && leadsThrough(*world, way, stop)};
+    };
+    if (quickToLook(*world)) return learn(find({}));
+    insideSolid_ = false;
+    looking_ = lookout_.start("look around", [find, box = aroundBox_](core::JobContext& job) {
+        const LookedAround found = find(job.stop());
+        if (!job.stopped()) box->publish(job.generation(), std::make_shared<LookedAround>(found));
     });
 }
 

@@ -87,6 +87,30 @@ TEST(Surroundings, DistancesAreThoseOfTheScene)
     EXPECT_FALSE(app::distanceAlong(*world, placed(*world, {0, 0, 3}), {0, 0, 1}));
 }
 
+TEST(Surroundings, WaysThroughWallsAreToldFromThoseThroughDoors)
+{
+    const auto world = ballAndRoom(true);
+    const auto through = [](const core::World& in, std::vector<dvec3> way) {
+        for (dvec3& point : way) point = placed(in, point);
+        return app::leadsThrough(in, way);
+    };
+    EXPECT_TRUE(through(*world, {{2, 0, 0}, {6, 0.4, 0}})) << "into the room";
+    EXPECT_TRUE(through(*world, {{6, 0.4, 0}, {2, 0, 0}})) << "and out of it";
+    EXPECT_TRUE(through(*world, {{2, 3, 0}, {2, 0, 0}, {-2, 0, 0}})) << "through the whole ball";
+    EXPECT_FALSE(through(*world, {{2, 0, 0}, {1.5, 1.5, 0}, {0, 2, 0}, {-2, 0, 0.1}, {-2, 0, 0}}))
+        << "about it";
+    EXPECT_FALSE(through(*world, {{7.5, 1.5, 1.5}, {4.5, 1.5, -1.5}, {6, 0, 0}})) << "in the room";
+    EXPECT_FALSE(through(*world, {{2, 0, 0}, {3.9, 0, 0}, {3.9, 0, 0}})) << "up to the wall";
+    EXPECT_FALSE(through(*world, {}));
+    tests::SceneBuilder builder;
+    const int material = builder.material(grey(true));
+    builder.box({-4, 0, -0.1}, {-0.5, 2, 0.1}, material, false);
+    builder.box({0.5, 0, -0.1}, {4, 2, 0.1}, material, false);
+    const auto wall = builder.world();
+    EXPECT_FALSE(through(*wall, {{0.2, 1, 2}, {0.1, 1, 0}, {-0.3, 1, -2}})) << "an open door";
+    EXPECT_TRUE(through(*wall, {{0.2, 1, 2}, {1, 1, -2}})) << "the wall beside it";
+}
+
 /// No false alarm from where the makers of scenes look.
 TEST(Surroundings, CamerasOfOurScenesAreInsideNothing)
 {

@@ -70,6 +70,39 @@ TEST(Session, LookingAtTheWholeRoomDoesNotLeaveIt)
     EXPECT_FALSE(inside(session.navigation.camera().position)) << "from outside all of it is seen";
 }
 
+TEST(Session, AWallThatWasGoneThroughIsToldOnce)
+{
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const auto tellings = [&] {
+        for (double now = 0; now < 1; now += 0.01) session.update(0.01, kArea);
+        uint64_t times = 0;
+        for (const app::Notice& notice : session.notices.list())
+            if (notice.text.find("gone through a surface") != std::string::npos)
+                times += notice.times;
+        return times;
+    };
+    const double radius = static_cast<double>(session.document()->world->radius);
+    const auto fly = [&](double radii) {
+        for (int i = 0; i < 20; ++i)
+            act(session, "fly",
+                {{"forward", radii < 0 ? -1 : 1},
+                 {"seconds", std::abs(radii) * radius / 20 / session.navigation.speed()}});
+    };
+    act(session, "orbit", {{"dx", 0.02}});
+    EXPECT_EQ(tellings(), 0u);
+    fly(5);
+    EXPECT_EQ(tellings(), 1u) << "the box's back";
+    fly(-5);
+    EXPECT_EQ(tellings(), 1u) << "it is known by now";
+    act(session, "home");
+    EXPECT_EQ(tellings(), 1u) << "a jump is no way";
+    fly(5);
+    EXPECT_EQ(tellings(), 2u);
+    act(session, "previous-view");
+    EXPECT_EQ(tellings(), 2u);
+}
+
 TEST(Session, TheWheelGoesWhereTheSettingSays)
 {
     Session session(options("cornell-diffuse.gltf"));
