@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/base/per_thread.h"
 #include "core/trace/scene_view.h"
 #include "shared/path.h"
 
@@ -223,7 +224,7 @@ uint64_t addLostLight(const ReceiverJob& frame, float clampDistance,
     const bool deltas = (world.features & shared::kFeatureDelta) != 0;
     ReceiverJob job = frame;
     job.settings.passesPanes = worldSettings(world).passesPanes;
-    static thread_local Wave wave;
+    Wave& wave = perThread<Wave>();
     uint64_t rays = 0;
     for (size_t first = 0; first < chosen.size(); first += kWave) {
         const size_t end = std::min(first + kWave, chosen.size());

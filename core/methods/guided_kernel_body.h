@@ -2,6 +2,7 @@
 // tracers. Included once by each guided_*.cpp, after REKINDLE_FEATURES is defined.
 #include <algorithm>
 
+#include "core/base/per_thread.h"
 #include "core/methods/guided_kernel.h"
 #include "core/methods/path_kernel_body.h"
 #include "shared/guided_path.h"
@@ -94,8 +95,7 @@ private:
 TileTally renderGuidedTile(const GuidedJob& job, const Tile& tile, Film& film,
                            guiding::PathRecords& records)
 {
-    static thread_local WaveRecords wave;
-    return renderTile(job.path, tile, film, GuidedVertices(job, wave, records));
+    return renderTile(job.path, tile, film, GuidedVertices(job, perThread<WaveRecords>(), records));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "core/base/per_thread.h"
 #include "core/methods/path_kernel.h"
 #include "shared/path.h"
 
@@ -240,7 +241,7 @@ template <class Vertices = PlainVertices>
 TileTally renderTile(const PathJob& job, const Tile& tile, Film& film, Vertices vertices = {})
 {
     TileTally tally;
-    static thread_local Wave wave;
+    Wave& wave = perThread<Wave>();
     for (uint32_t sample = 0; sample < job.sampleCount; ++sample) {
         beginWave(job, tile, job.firstSample + sample, wave, vertices);
         while (wave.activeCount > 0) {

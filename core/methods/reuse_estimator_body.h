@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "core/base/per_thread.h"
 #include "core/methods/reuse_competition_body.h"
 #include "core/methods/reuse_paths_body.h"
 #include "core/methods/tiled_film.h"
@@ -86,7 +87,7 @@ private:
     bool keepsMeans() const { return shared::keepsMeans(job_.settings.strategy); }
     bool keepsSamples() const { return shared::keepsSamples(job_.settings.strategy); }
 
-    static inline thread_local Work work_;
+    Work& work_ = perThread<Work>();
     const ReuseJob& job_;
     const Tile& tile_;
     std::span<shared::ReuseSums> sums_;

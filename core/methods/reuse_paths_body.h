@@ -3,6 +3,7 @@
 #include <array>
 #include <span>
 
+#include "core/base/per_thread.h"
 #include "core/methods/reuse_estimator.h"
 #include "shared/reuse_new.h"
 
@@ -191,7 +192,7 @@ private:
                comesThroughPanes(scene_, shadow, seed, tally_);
     }
 
-    static inline thread_local Wave wave_;
+    Wave& wave_ = perThread<Wave>();
     const TracedScene& scene_;
     const shared::ReuseSettings& settings_;
     shared::ReuseTally& tally_;
