@@ -14,6 +14,7 @@
 
 #include "app/gpu/base/device_choice.h"
 #include "app/gpu/base/memory.h"
+#include "core/base/memory.h"
 
 namespace gpu {
 
@@ -349,6 +350,7 @@ double Device::submit(const std::function<void(VkCommandBuffer)>& commands, std:
     const auto start = std::chrono::steady_clock::now();
     check(vk.QueueSubmit(queue_, 1, &submit, fence), "vkQueueSubmit");
     wait(fence);
+    if (std::exchange(compiles_, false)) core::giveBackMemory();
     if (timestamps_) {
         std::array<uint64_t, 2> ticks{};
         check(vk.GetQueryPoolResults(device_, timestamps_.get(), 0, 2, sizeof(ticks), ticks.data(),

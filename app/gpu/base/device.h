@@ -84,6 +84,10 @@ public:
     /// lost or does not answer in time; from then on every call throws at once, without the driver.
     double submit(const std::function<void(VkCommandBuffer)>& record, std::string_view work = {});
 
+    /// The next work holds a kernel that has not run before. A software device compiles it then,
+    /// and what its compiler has freed goes back to the system: a third of the program's memory.
+    void expectCompiling() { compiles_ = software_; }
+
     /// Waits for a fence of `work` that is submitted elsewhere, in the same steps and with the same
     /// end.
     void wait(VkFence fence, std::string_view work = {});
@@ -118,7 +122,8 @@ private:
     std::function<void(const std::string&)> notice_;
     std::filesystem::path cacheFolder_;
     bool lost_ = false;
-    std::string work_;  // what was submitted last
+    bool compiles_ = false;  // with the next work
+    std::string work_;       // what was submitted last
 
     VkInstance instance_ = VK_NULL_HANDLE;
     VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;

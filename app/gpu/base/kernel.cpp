@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "core/base/memory.h"
+
 namespace gpu {
 
 KernelBase::KernelBase(Device& device, std::span<const uint32_t> spirv,
@@ -63,7 +65,10 @@ void KernelBase::compileBeside(uint32_t first, std::span<const uint32_t> constan
     besideKey_ = key;
     beside_ = std::async(std::launch::async, [&device = device_, layout = layout_.get(),
                                               spirv = spirv_, first, key = std::move(key)] {
-        return Pipeline(device, layout, spirv, {first, key});
+        Pipeline made(device, layout, spirv, {first, key});
+        // Before the other half of compiling, which comes with the first dispatch (Device::submit).
+        if (device.isSoftware()) core::giveBackMemory();
+        return made;
     });
 }
 
@@ -76,6 +81,7 @@ void KernelBase::requireGroups(uint32_t groupsX, uint32_t groupsY) const
 void KernelBase::prepare(VkCommandBuffer commands, const Pipeline& pipeline, const KernelSets& sets,
                          const void* push) const
 {
+    if (pipeline.isFirstUse()) device_.expectCompiling();
     vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
     const auto bind = [&](uint32_t number, const DescriptorSet* set) {
         CHECK(set != nullptr);

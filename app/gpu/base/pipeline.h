@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 
 #include "app/gpu/base/device.h"
 
@@ -23,7 +24,11 @@ public:
              const ConstantValues& constants);
     VkPipeline get() const { return pipeline_.get(); }
 
+    /// True once, for the first work that it is recorded in.
+    bool isFirstUse() const { return !std::exchange(used_, true); }
+
 private:
+    mutable bool used_ = false;
     Handle<VkPipeline, &Api::DestroyPipeline> pipeline_;
 };
 
