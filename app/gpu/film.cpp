@@ -67,16 +67,14 @@ void Film::accumulate(VkCommandBuffer commands, const Frame& frame, const shared
     barrier(commands);
 }
 
-Film::Words Film::readWords() const
+void Film::readWords(uint64_t first, uint64_t count, Words& words) const
 {
-    Words words;
-    const auto read = [this](const Buffer& buffer, auto& values) {
-        values.resize(pixels_);
-        buffer.read(std::as_writable_bytes(std::span(values)));
+    const auto read = [&](const Buffer& buffer, auto& values) {
+        values.resize(count);
+        buffer.read(std::as_writable_bytes(std::span(values)), first * sizeof(values[0]));
     };
     for (size_t i = 0; i < 3; ++i) read(words_[i], words.vectors[i]);
     read(weights_, words.weights);
-    return words;
 }
 
 void Film::readMean(core::Image& mean)

@@ -1,6 +1,10 @@
 // The film on the device: sums over the samples of every pixel, as shared/film.h packs them.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <vector>
+
 #include "app/gpu/context.h"
 #include "app/gpu/frame.h"
 #include "core/image/image.h"
@@ -10,6 +14,9 @@ namespace gpu {
 
 class Film {
 public:
+    /// read() copies so many at once: enough for a graphics card to have few copies to make.
+    static constexpr uint64_t kPixelsRead = 1u << 18;
+
     explicit Film(Context& context);
 
     /// An empty film for the frame's image. What it holds is kept for larger images than needed.
@@ -28,10 +35,13 @@ public:
     /// Calls `store(pixel index, FilmPixel)` for every pixel.
     template <class Store> void read(Store&& store) const
     {
-        const Words words = readWords();
-        for (size_t i = 0; i < pixels_; ++i) {
-            store(i, shared::unpackFilm({words.vectors[0][i], words.vectors[1][i],
-                                         words.vectors[2][i], words.weights[i]}));
+        Words words;  // of a part: those of all would be another film
+        for (uint64_t first = 0; first < pixels_; first += kPixelsRead) {
+            readWords(first, std::min(kPixelsRead, pixels_ - first), words);
+            for (size_t i = 0; i < words.weights.size(); ++i) {
+                store(first + i, shared::unpackFilm({words.vectors[0][i], words.vectors[1][i],
+                                                     words.vectors[2][i], words.weights[i]}));
+            }
         }
     }
 
@@ -43,7 +53,7 @@ private:
         std::array<std::vector<glm::vec4>, 3> vectors;
         std::vector<glm::vec2> weights;
     };
-    Words readWords() const;
+    void readWords(uint64_t first, uint64_t count, Words& words) const;
 
     Context& context_;
     Kernel<shared::Batch> accumulate_;

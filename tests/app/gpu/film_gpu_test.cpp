@@ -223,6 +223,33 @@ TEST_F(FilmGpu, PixelsMayBeASampleAhead)
     }
 }
 
+/// Films are read in parts: every pixel once and in order, with what is its own.
+TEST_F(FilmGpu, PartsOfAFilmAreReadInOrder)
+{
+    constexpr uint32_t kWidth = 1032, kHeight = 512, kTiles = kWidth / 8 * (kHeight / 8);
+    constexpr size_t kPixels = size_t(kWidth) * kHeight;
+    static_assert(kPixels > 2 * gpu::Film::kPixelsRead && kPixels % gpu::Film::kPixelsRead != 0);
+    Batches batches(context, kWidth, kHeight);
+    gpu::Film film(context);
+    film.reset(batches.frame);
+    film.setRadiance(batches.radiance);
+    context.device.submit([&](VkCommandBuffer commands) {
+        film.accumulate(commands, batches.frame, {0, kTiles, 0, 1});
+    });
+    core::Image mean(kWidth, kHeight, 3);
+    film.readMean(mean);
+    size_t next = 0, right = 0;
+    film.read([&](size_t i, const FilmPixel& p) {
+        const float* const expected = mean.pixels.data() + 3 * i;
+        right += i == next++ && p.weight == 1 && p.sum.x == expected[0] && p.sum.y == expected[1] &&
+                         p.sum.z == expected[2]
+                     ? 1u
+                     : 0u;
+    });
+    EXPECT_EQ(next, kPixels);
+    EXPECT_EQ(right, kPixels);
+}
+
 /// Counters of 32 bits are read before they can come to their end, however long paths are.
 TEST(TiledFilm, CountersAreReadInTime)
 {
