@@ -46,6 +46,9 @@ static bool inSteps(const RenderParams& params)
     return traits.streams && !traits.sharesLight;
 }
 
+// Of a picture that is looked at: the hand that moved the camera has left it.
+constexpr uint64_t kSamplesAtRest = 16;
+
 class RenderThread::Loop {
 public:
     Loop(RendererFactory factory, std::function<void()> onPicture)
@@ -95,6 +98,7 @@ private:
     bool publishDue_ = false, errorDue_ = false, workLeft_ = false;
     bool retried_ = false;
     bool warm_ = false;  // first hits of this world have been found once
+    bool tidy_ = false;  // this picture has given back what others freed
     double paceFactor_ = 1;
 };
 
@@ -159,13 +163,19 @@ void RenderThread::Loop::step()
 
 /// The first camera motion needs first hits, whose kernel a software device compiles for seconds:
 /// better while a whole picture is on show. What its compiler has freed by then (a third of the
-/// program's memory, measured) goes back to the system.
+/// program's memory, measured) goes back to the system; so does, where a picture stays, what those
+/// in motion before it have freed (20 MiB).
 void RenderThread::Loop::warmUp()
 {
-    if (warm_ || work_.coarse() != Coarse::no || work_.published() == 0) return;
-    warm_ = true;
-    renderer_->prepareAovs();
-    core::giveBackMemory();
+    if (work_.coarse() != Coarse::no || work_.published() == 0) return;
+    if (!warm_) {
+        warm_ = true;
+        renderer_->prepareAovs();
+        core::giveBackMemory();
+    } else if (!tidy_ && work_.published() >= kSamplesAtRest) {
+        tidy_ = true;
+        core::giveBackMemory();
+    }
 }
 
 /// Brings the renderer to the request, whether there is a scene yet or not; false when that has
@@ -307,6 +317,7 @@ void RenderThread::Loop::beginPicture()
     if (coarse == Coarse::first) lookFirst();
     const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;
+    tidy_ = false;
     const bool shaded = coarse == Coarse::moving && request_.movingShows == Moving::shaded;
     work_.begin(*renderer_, request_, coarse, follows ? core::Start::moved : core::Start::anew,
                 controlOf(coarse, shaded), paceFactor_);
