@@ -18,7 +18,6 @@
 #include "app/commands/render_command.h"
 #include "app/view/view_command.h"
 #include "core/base/check.h"
-#include "core/base/memory.h"
 #include "core/base/text.h"
 
 namespace {
@@ -68,7 +67,6 @@ int fail(const char* message, core::ExitCode code)
 
 int main(int argc, char** argv)
 {
-    core::keepLittleFreeMemory();
     // A limit on file sizes then is an error of the write, with a message.
     std::signal(SIGXFSZ, SIG_IGN);
     try {

@@ -18,15 +18,4 @@ inline void giveBackMemory()
 #endif
 }
 
-/// Once, when a program begins: what is freed in large blocks (pictures, films, buffers of software
-/// devices) goes back to the system at once. glibc would learn from the first of them to keep as
-/// much as 32 MiB in each thread's arena, where blocks of other sizes do not fit in.
-inline void keepLittleFreeMemory()
-{
-#ifdef __GLIBC__
-    mallopt(M_MMAP_THRESHOLD, 4 << 20);
-    mallopt(M_TRIM_THRESHOLD, 8 << 20);
-#endif
-}
-
 }  // namespace core

@@ -1,12 +1,11 @@
-// What threads and freed blocks cost in memory.
-#include "core/base/memory.h"
+// What threads cost in memory.
+#include "core/base/per_thread.h"
 
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "core/base/per_thread.h"
 #include "tests/support/process/sanitized.h"
 
 #ifdef __GLIBC__
@@ -54,22 +53,6 @@ TEST(PerThread, threadsBeginWithLittle)
         &bytes);
     EXPECT_GT(bytes, 0u);
     EXPECT_LT(bytes, size_t(64) << 10);
-}
-
-/// glibc alone would take blocks of up to 16 MiB from an arena once one of 16 MiB has been freed.
-TEST(FreedMemory, largeBlocksGoBack)
-{
-    keepLittleFreeMemory();
-    const auto touched = [](size_t bytes) {
-        std::vector<char> block(bytes, 1);
-        return block;
-    };
-    const size_t before = mallinfo2().hblkhd;
-    for (const size_t mebibytes : {16u, 5u, 24u, 8u}) {
-        const std::vector<char> block = touched(mebibytes << 20);
-        EXPECT_GE(mallinfo2().hblkhd, before + (mebibytes << 20));
-    }
-    EXPECT_EQ(mallinfo2().hblkhd, before);
 }
 
 #endif
