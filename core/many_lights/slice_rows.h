@@ -27,6 +27,24 @@ struct Column {
     float radius = 0;   // of its extent
 };
 
+/// Asks for a column's light before it is read: the lights of a slice lie anywhere in memory, and
+/// to wait for one took a third of the time that weighing a thousand rows takes.
+inline void fetchLight(const Column& column)
+{
+    __builtin_prefetch(column.light);
+    __builtin_prefetch(&column.light->bothSides);
+}
+
+/// The same of what the light's detail says. The light itself has been fetched.
+inline void fetchDetail(const Column& column, const LightSet& lights)
+{
+    const VirtualLight& light = *column.light;
+    if (light.detail == shared::kNone || light.kind != LightKind::surface) return;
+    constexpr size_t kLine = 64;
+    const char* surface = reinterpret_cast<const char*>(&lights.surfaces[light.detail]);
+    for (size_t at = 0; at < sizeof(LightSurface); at += kLine) __builtin_prefetch(surface + at);
+}
+
 /// Light number `index` of a frame.
 inline Column columnOf(const VirtualLight& light, float scale, uint32_t index, uint32_t frame)
 {

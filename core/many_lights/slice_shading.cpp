@@ -98,6 +98,8 @@ bool SliceWorker::sum(const SliceJob& job, const std::stop_token& stop)
     const bool asSeen = completed.coefficients.empty() && residual_.empty();
     for (uint32_t j = 0; j < columns.size(); ++j) {
         if (j % 256 == 0 && stop.stop_requested()) return false;
+        if (j + 2 < columns.size()) fetchLight(columns[j + 2]);
+        if (j + 1 < columns.size()) fetchDetail(columns[j + 1], *job.lights);
         const std::span<const uint64_t> visible = completed.visible.column(j);
         if (asSeen) {
             addVisible(job, columns[j], visible);

@@ -77,9 +77,11 @@ bool SliceVisibility::makeColumns(const SliceJob& job, uint32_t slice, const std
     job.columns->choose(rows_, slice, cutMemory_, clusters_, stop);
     if (stop.stop_requested()) return false;
     columns_.clear();
-    for (const LightCluster& cluster : clusters_)
+    for (const LightCluster& cluster : clusters_) {
         columns_.push_back(columnOf(job.lights->lights[cluster.light], cluster.scale, cluster.light,
                                     job.receivers.frame));
+        fetchLight(columns_.back());
+    }
     if (job.shape != LightShape::point) setRadii(job.aloneRadius);
     return true;
 }
