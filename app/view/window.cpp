@@ -30,6 +30,15 @@ void onError(int, const char* text)
     lastError = text;
 }
 
+#ifdef GLFW_PLATFORM
+/// Whether a variable of the environment says something.
+bool isSet(const char* name)
+{
+    const char* const value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+}
+#endif
+
 /// glfwTerminate() undoes it.
 bool startGlfw()
 {
@@ -37,7 +46,7 @@ bool startGlfw()
     glfwSetErrorCallback(onError);
 #ifdef GLFW_PLATFORM
     // Since 3.4 GLFW tries Wayland first, whose library writes to stderr when there is none.
-    if (std::getenv("WAYLAND_DISPLAY") == nullptr && std::getenv("WAYLAND_SOCKET") == nullptr &&
+    if (!isSet("WAYLAND_DISPLAY") && !isSet("WAYLAND_SOCKET") &&
         glfwPlatformSupported(GLFW_PLATFORM_X11))
         glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
 #endif

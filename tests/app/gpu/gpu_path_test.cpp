@@ -1,6 +1,8 @@
 // The Vulkan path tracer against the Embree one (T18), against itself (T23, T24), its first hits
 // (T26), its counters (T25), rays that are cut short (V19), with validation and synchronization
 // validation on throughout (V1), and refusals with numbers (V13).
+#include <numeric>
+
 #include <gtest/gtest.h>
 
 #include "app/gpu/base/memory.h"
@@ -355,10 +357,25 @@ std::shared_ptr<const core::World> sliverRoom(uint32_t count)
     return b.world();
 }
 
-/// Mesa's software device leaves loops that turn too often, in all of a lane: a path that it cuts
-/// short is taken by bounces, whichever kernel is asked for.
+/// Whether the device leaves loops that turn too often, as Mesa's software device does on Debian 12
+/// (22.3; 25.0 on Debian 13 does not): then rays through many slivers are cut short, and counted.
+bool leavesLoops(const core::Estimate& ofManySlivers)
+{
+    return ofManySlivers.counters.stackOverflow > 0;
+}
+
+core::Estimate ofManySlivers(core::Renderer& renderer)
+{
+    const auto world = sliverRoom(40000);
+    renderer.setWorld(world, {});
+    return renderFilm(renderer, *world, 8, 8, 1, independentPaths(5, 1));
+}
+
+/// A software device may leave loops in all of a lane: a path that it cuts short is taken by
+/// bounces, whichever kernel is asked for.
 TEST_F(GpuPathAlone, PathsThatOneLaneCannotFollowAreTakenByBounces)
 {
+    const bool leaves = leavesLoops(ofManySlivers(gpuRenderer()));
     const auto world = sliverRoom(2000);
     gpuRenderer().setWorld(world, {});
     core::PathParams params = independentPaths(5, 32);
@@ -366,7 +383,7 @@ TEST_F(GpuPathAlone, PathsThatOneLaneCannotFollowAreTakenByBounces)
     params.kernel = core::Kernel::megakernel;
     const core::Estimate whole = renderFilm(gpuRenderer(), *world, 8, 8, 1, params);
     const uint64_t rays = gpuRenderer().stats().rays;
-    if (gpu::Device({}).isSoftware()) {
+    if (leaves) {
         EXPECT_EQ(std::get<std::string>(gpuRenderer().stats().details[0].value), "wavefront")
             << "the scene is no test";
     }
@@ -378,14 +395,20 @@ TEST_F(GpuPathAlone, PathsThatOneLaneCannotFollowAreTakenByBounces)
     EXPECT_TRUE(bounces.counters.clean());
 }
 
-/// And where it cannot even follow one ray, it is told.
+/// And where it cannot even follow one ray, it is told. Where nothing is told nothing is missing.
 TEST_F(GpuPathAlone, RaysThatAreCutShortAreCounted)
 {
-    const auto world = sliverRoom(40000);
-    gpuRenderer().setWorld(world, {});
-    const core::Estimate film = renderFilm(gpuRenderer(), *world, 8, 8, 1, independentPaths(5, 1));
-    EXPECT_EQ(film.counters.stackOverflow > 0, gpu::Device({}).isSoftware());
+    const core::Estimate film = ofManySlivers(gpuRenderer());
     EXPECT_EQ(film.counters.nan + film.counters.inf + film.counters.negative, 0u);
+    if (leavesLoops(film)) {
+        EXPECT_TRUE(gpu::Device({}).isSoftware());
+    } else {
+        const auto cpu = core::makePathTracer();
+        const auto mean = [](const core::Estimate& e) {
+            return std::accumulate(e.mean.pixels.begin(), e.mean.pixels.end(), 0.0);
+        };
+        EXPECT_NEAR(mean(film) / mean(ofManySlivers(*cpu)), 1, 0.01);
+    }
 }
 
 TEST_F(GpuPathAlone, DepthLimitsMeanWhatTheySay)
