@@ -148,11 +148,11 @@ void RenderExchange::publish(std::shared_ptr<const Picture> picture)
     status_.error.clear();
 }
 
-void RenderExchange::publishPreview(double seconds, float scale)
+void RenderExchange::publishMoving(double seconds, float scale)
 {
     const std::lock_guard lock(mutex_);
-    status_.previewSeconds = seconds;
-    status_.previewScale = scale;
+    status_.movingSeconds = seconds;
+    status_.movingScale = scale;
 }
 
 void RenderExchange::publishError(const std::string& error)

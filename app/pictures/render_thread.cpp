@@ -366,7 +366,8 @@ void RenderThread::Loop::publish()
 void RenderThread::Loop::handOut(std::shared_ptr<Picture> picture)
 {
     picture->generation = generation_;
-    if (picture->preview) exchange.publishPreview(secondsSince(postedAt_), work_.scale());
+    if (work_.coarse() == Coarse::moving)
+        exchange.publishMoving(secondsSince(postedAt_), work_.scale());
     exchange.publish(std::move(picture));
     if (onPicture_) onPicture_();
 }

@@ -22,8 +22,9 @@ struct RenderThreadStatus {
     std::string lastError;    // that one, also when a picture has come since
     // From the last request that interrupted work to the end of that work
     double lastStopSeconds = 0;
-    double previewSeconds = 0;  // of the last preview, from request to picture
-    float previewScale = 1;     // of its sides
+    // Of the last picture while the camera moved: from request to picture, and of its sides
+    double movingSeconds = 0;
+    float movingScale = 1;
 };
 
 /// Makes the renderer for a request.

@@ -217,10 +217,10 @@ void threadFigures(const UiContext& c)
     const RenderThreadStatus status = c.session.rendering();
     figure("now", stageText(status.stage), "what the renderer does");
     figure("in motion",
-           status.previewSeconds > 0 ? secondsText(status.previewSeconds) +
-                                           format(", %.0f %% of the sides",
-                                                  100 * static_cast<double>(status.previewScale))
-                                     : "not yet",
+           status.movingSeconds > 0
+               ? secondsText(status.movingSeconds) +
+                     format(", %.0f %% of the sides", 100 * static_cast<double>(status.movingScale))
+               : "not yet",
            "the last picture while the camera moved: from the order to the picture, and how large "
            "its sides were");
     figure("stopping", onceText(status.lastStopSeconds),

@@ -90,6 +90,7 @@ TEST_F(CoarsePictures, AVerySlowPictureComesByHalvesOfItsSides)
         return p->finished;
     }));
     EXPECT_EQ(widths, (std::vector<uint32_t>{64, 128, 256}));
+    EXPECT_EQ(thread->status().movingSeconds, 0) << "the camera has not moved";
     EXPECT_EQ(newest()->mean.pixels[0], 1.0f);
 }
 
@@ -131,8 +132,8 @@ TEST_F(CoarsePictures, WhileTheCameraMovesPicturesAreSmallAndNoneIsLost)
     EXPECT_LT(last.x, 640u);
     EXPECT_GE(last.x, 80u);
     EXPECT_NEAR(double(last.x) / last.y, 640.0 / 360, 0.05);
-    EXPECT_GT(thread->status().previewSeconds, 0);
-    EXPECT_NEAR(double(thread->status().previewScale), last.x / 640.0, 0.01);
+    EXPECT_GT(thread->status().movingSeconds, 0);
+    EXPECT_NEAR(double(thread->status().movingScale), last.x / 640.0, 0.01);
 
     order.moving = false;
     post();
