@@ -194,6 +194,10 @@ bool deviceRow(const UiContext& c, RenderParams& params);
 /// for in this run, whatever the settings keep; where it has no room at all a message says so.
 void togglePlot(const UiContext& c);
 
+/// What the status line's tool-tips say of a coarse picture, and of any picture's seconds.
+std::string previewMeans(const Picture& picture);
+std::string secondsMean(const Picture& picture);
+
 /// What the caption of a view of first hits says of what is black in it, or nothing.
 std::string blackMeans(Show show, const core::World* world);
 

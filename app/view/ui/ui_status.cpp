@@ -26,6 +26,12 @@ ImVec4 dimColour()
     return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
 }
 
+/// Whether it is a part of the full picture's first sample, and not a small one.
+bool isFirstSample(const Picture& picture)
+{
+    return picture.preview && picture.fraction > 0 && picture.mean.width == picture.fullSize.x;
+}
+
 StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThreadStatus& status)
 {
     if (!status.error.empty()) return {"stopped", status.error, kErrorColour, 9};
@@ -36,18 +42,16 @@ StatusItem stateItem(const UiContext& c, const Picture* picture, const RenderThr
                 9};
     }
     if (picture->preview && picture->fraction > 0) {
-        const bool full = picture->mean.width == picture->fullSize.x;
-        return {format(full ? "first sample, %.0f %%" : "coarse picture, %.0f %%",
-                       100 * picture->fraction),
-                "the first sample of each pixel, or of every other one along a side where that "
-                "takes more than a second; what has none yet shows the smaller picture before it",
-                kWarningColour, 9};
+        return {
+            format(isFirstSample(*picture) ? "first sample, %.0f %%" : "coarse picture, %.0f %%",
+                   100 * picture->fraction),
+            "the first sample of each pixel, or of every other one along a side where that "
+            "takes more than a second; what has none yet shows the smaller picture before it",
+            kWarningColour, 9};
     }
     if (picture->preview) {
-        const std::string help =
-            format("coarse while the camera moves: %u x %u pixels%s", picture->mean.width,
-                   picture->mean.height, picture->shaded ? ", lit from the camera" : "");
-        return {picture->shaded ? "preview, shaded" : "preview", help, kWarningColour, 9};
+        return {picture->shaded ? "preview, shaded" : "preview", previewMeans(*picture),
+                kWarningColour, 9};
     }
     if (picture->finished) return {"done", "a limit is reached", kGoodColour, 9};
     if (status.rendering) return {"rendering", "samples are being taken", textColour(), 9};
@@ -142,10 +146,7 @@ std::vector<StatusItem> statusItems(const UiContext& c)
     // The strip of a coarse picture says how far it is; that it has no whole sample goes without.
     if (!picture->preview || picture->samples > 0)
         items.push_back({samples, "samples per pixel", text, 8});
-    items.push_back({secondsText(picture->seconds),
-                     picture->preview ? "of rendering this small picture; the full one counts anew"
-                                      : "of rendering, since this picture began",
-                     text, 5});
+    items.push_back({secondsText(picture->seconds), secondsMean(*picture), text, 5});
     errorItem(*picture, c.session.reference().get(), luminanceOf(c, picture), items);
     for (const std::string& name : biases(picture->params)) {
         items.push_back({"biased: " + name,
@@ -230,6 +231,21 @@ void drawStatusLine(const UiContext& c)
     }
     ImGui::End();
     ImGui::PopStyleVar(4);
+}
+
+std::string previewMeans(const Picture& picture)
+{
+    return format("coarse, while the camera moves or until there is more of the full picture: "
+                  "%u x %u pixels%s",
+                  picture.mean.width, picture.mean.height,
+                  picture.shaded ? ", lit from the camera" : "");
+}
+
+std::string secondsMean(const Picture& picture)
+{
+    return picture.preview && !isFirstSample(picture)
+               ? "of rendering this small picture; the full one counts anew"
+               : "of rendering, since this picture began";
 }
 
 std::string blackMeans(Show show, const core::World* world)

@@ -234,6 +234,25 @@ TEST(Ui, ViewsOfFirstHitsSayWhatIsBlack)
     EXPECT_EQ(app::blackMeans(Show::emitter, &world), "; black: no emitter");
 }
 
+TEST(Ui, SaysWhatTheSecondsOfAPictureCount)
+{
+    app::Picture picture;
+    picture.fullSize = {640, 360};
+    picture.mean = core::Image(160, 90, 3);
+    picture.preview = true;
+    const std::string small = app::secondsMean(picture);
+    EXPECT_NE(small.find("the full one counts anew"), std::string::npos);
+    EXPECT_NE(app::previewMeans(picture).find("160 x 90"), std::string::npos);
+    EXPECT_NE(app::previewMeans(picture).find("or until"), std::string::npos)
+        << "small pictures come before a full one at rest, too";
+    picture.fraction = 0.4;
+    EXPECT_EQ(app::secondsMean(picture), small);
+    picture.mean = core::Image(640, 360, 3);  // a part of the first sample
+    EXPECT_NE(app::secondsMean(picture), small);
+    picture.fraction = 0;  // in motion, with the detail of those before
+    EXPECT_EQ(app::secondsMean(picture), small);
+}
+
 TEST(Ui, TheColourBarIsNotUnderThePlot)
 {
     Desk desk(deskOptions("animated.gltf"), {1000, 700});
