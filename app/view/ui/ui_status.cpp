@@ -66,11 +66,12 @@ double luminanceOf(const UiContext& c, const std::shared_ptr<const Picture>& pic
     return known.luminance;
 }
 
-void errorItem(const Picture& picture, const Reference* reference, double mean,
+void errorItem(const UiContext& c, const std::shared_ptr<const Picture>& picture,
                std::vector<StatusItem>& items)
 {
-    if (picture.curve.empty()) return;
-    const ErrorPoint& last = picture.curve.back();
+    if (picture->curve.empty()) return;
+    const auto reference = c.session.reference();
+    const ErrorPoint& last = picture->curve.back();
     if (last.rmse > 0 && reference != nullptr) {
         std::string help = "root mean square error against the reference (" + reference->origin +
                            ") at " + std::to_string(last.samples) + " spp, with its standard error";
@@ -81,6 +82,7 @@ void errorItem(const Picture& picture, const Reference* reference, double mean,
         }
         items.push_back({errorText(last, noise), help, textColour(), 7});
     } else if (last.estimated > 0) {
+        const double mean = luminanceOf(c, picture);
         items.push_back({errorText(last, 0, mean),
                          "root of the mean variance, " + digitsText(last.estimated) +
                              ", in parts of the mean luminance, " + digitsText(mean) +
@@ -147,7 +149,7 @@ std::vector<StatusItem> statusItems(const UiContext& c)
     if (!picture->preview || picture->samples > 0)
         items.push_back({samples, "samples per pixel", text, 8});
     items.push_back({secondsText(picture->seconds), secondsMean(*picture), text, 5});
-    errorItem(*picture, c.session.reference().get(), luminanceOf(c, picture), items);
+    errorItem(c, picture, items);
     for (const std::string& name : biases(picture->params)) {
         items.push_back({"biased: " + name,
                          "this parameter keeps the picture from converging to the right one",
