@@ -28,7 +28,7 @@ struct Column {
 };
 
 /// Asks for a column's light before it is read: the lights of a slice lie anywhere in memory, and
-/// to wait for one took a third of the time that weighing a thousand rows takes.
+/// waiting for one took up to a third of the time (beside other work) that weighing its rows takes.
 inline void fetchLight(const Column& column)
 {
     __builtin_prefetch(column.light);
