@@ -179,7 +179,9 @@ TEST(SpreadLight, LampsAndWhatIsBehindEverythingKeepTheirValues)
     for (uint32_t y = 11; y < 19; ++y)
         for (uint32_t x = 10; x < 19; ++x) {
             EXPECT_EQ(after.at(x, y)[0], 40) << "also at its rim";
-            if (x > 10) EXPECT_EQ(after.at(x + 30, y)[0], mean.at(x + 30, y)[0]);
+            if (x > 10) {
+                EXPECT_EQ(after.at(x + 30, y)[0], mean.at(x + 30, y)[0]);
+            }
         }
     EXPECT_LT(after.at(9, 15)[0], 10) << "no light of it spreads";
 }
@@ -190,7 +192,7 @@ TEST(SpreadLight, WhatIsNoNumberStaysAlone)
     mean.at(30, 30)[1] = std::numeric_limits<float>::quiet_NaN();
     const core::Image after = spread(mean, wall());
     size_t none = 0;
-    for (const float v : after.pixels) none += std::isnan(v) ? 1 : 0;
+    for (const float v : after.pixels) none += std::isnan(v);
     EXPECT_EQ(none, 1u);
     const core::Image black(kWide, kHigh, 3);
     EXPECT_EQ(spread(black, wall()).pixels, black.pixels) << "nobody knows how bright it is";

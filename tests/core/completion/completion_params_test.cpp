@@ -41,7 +41,7 @@ private:
     const tests::BitMatrix &truth_, &matters_;
 };
 
-constexpr uint32_t kSide = 20, kColumns = 60;
+constexpr uint32_t kSide = 20, kSceneColumns = 60;
 
 struct Scene {
     tests::BitMatrix truth, matters;
@@ -54,11 +54,12 @@ const std::vector<Scene>& scenes()
         Pcg32 random(7);
         const uint32_t rows = kSide * kSide;
         std::vector<Scene> made;
-        for (tests::BitMatrix truth : {tests::spheresMatrix(kSide, kColumns, 6, 0.12, 0.5, random),
-                                       tests::edgesMatrix(rows, kColumns, random),
-                                       tests::dictionaryMatrix(rows, kColumns, 6, random),
-                                       tests::foliageMatrix(rows, kColumns, 10, random)})
-            made.push_back({std::move(truth), tests::facingMask(rows, kColumns, 0.8, random)});
+        for (tests::BitMatrix truth :
+             {tests::spheresMatrix(kSide, kSceneColumns, 6, 0.12, 0.5, random),
+              tests::edgesMatrix(rows, kSceneColumns, random),
+              tests::dictionaryMatrix(rows, kSceneColumns, 6, random),
+              tests::foliageMatrix(rows, kSceneColumns, 10, random)})
+            made.push_back({std::move(truth), tests::facingMask(rows, kSceneColumns, 0.8, random)});
         return made;
     }();
     return all;
@@ -80,8 +81,8 @@ std::vector<Found> foundBy(const CompletionParams& params)
         if (params.method == CompletionMethod::svt && !all.empty()) break;  // which takes long
         UnevenOracle oracle(scene.truth, scene.matters);
         CompletedSlice slice;
-        complete(oracle, scene.truth.rows(), std::vector<ColumnRange>{{0, kColumns}}, params, 1,
-                 slice);
+        complete(oracle, scene.truth.rows(), std::vector<ColumnRange>{{0, kSceneColumns}}, params,
+                 1, slice);
         const auto words = [](const tests::BitMatrix& m) {
             return std::vector<uint64_t>(m.words().begin(), m.words().end());
         };

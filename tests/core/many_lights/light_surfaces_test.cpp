@@ -121,7 +121,7 @@ TEST(VirtualLights, StandForWhatPathsSeeOnRims)
             vec3 sent = light.intensity;
             if (light.detail != shared::kNone) {
                 sent *= set.surfaces[light.detail].scattered(out);
-                litBehind += set.surfaces[light.detail].incident.z < 0 ? 1 : 0;
+                litBehind += set.surfaces[light.detail].incident.z < 0;
             }
             seenBehind += bent && expected.x > 0 ? 1 : 0;
             EXPECT_NEAR(sent.x, expected.x, 0.01f * expected.x + 2e-4f * flux.x) << i;
