@@ -126,6 +126,11 @@ core::Camera repaired(core::Camera camera)
     return camera;
 }
 
+double reachOf(const Reach& reach, const glm::dvec3& from, const glm::dvec3& to)
+{
+    return reach && from != to ? std::clamp(reach(from, to), 0.0, 1.0) : 1.0;
+}
+
 bool focusedAt(const core::Camera& camera, double depth)
 {
     return camera.apertureRadius > 0 && std::abs(camera.focusDistance - depth) <= 1e-6 * depth;
@@ -212,9 +217,9 @@ void Navigation::setSpeed(double perSecond)
     speed_ = std::clamp(perSecond, kSlowest * radius_, kFastest * radius_);
 }
 
-void Navigation::orbit(double dx, double dy)
+bool Navigation::orbit(double dx, double dy, const Reach& reach)
 {
-    if (!saneInput(dx, dy) || (dx == 0 && dy == 0)) return;
+    if (!saneInput(dx, dy) || (dx == 0 && dy == 0)) return false;
     const Direction before = directionOf(camera_);
     const glm::dvec2 drag = upright({dx, dy}, before.roll);
     // In the camera's own axes the pivot stays where it is, so it stays under the cursor.
@@ -224,43 +229,60 @@ void Navigation::orbit(double dx, double dy)
     core::Camera camera = camera_;
     for (int i = 1; i <= parts; ++i) {
         const glm::dvec2 turn = kPi * (double(i) / parts) * drag;
-        const glm::dmat3 to = axes(turned(before, turn.x, -turn.y));
-        camera.position = pivot_ + to * offset;
+        glm::dmat3 to = axes(turned(before, turn.x, -turn.y));
+        const glm::dvec3 from = camera_.position, wanted = pivot_ + to * offset;
+        const double free = reachOf(reach, from, wanted);
+        camera.position = free < 1 ? glm::mix(from, wanted, free) : wanted;
+        if (free < 1) to = axes(turned(before, kPi * drag.x, -kPi * drag.y));
         point(camera, to);
-        move(camera, pivot_);
+        move(camera, free < 1 ? camera.position - to * offset : pivot_);
+        if (free < 1) return true;
     }
+    return false;
 }
 
-void Navigation::pan(double dx, double dy)
+bool Navigation::pan(double dx, double dy, const Reach& reach)
 {
-    if (!saneInput(dx, dy)) return;
+    if (!saneInput(dx, dy)) return false;
     const double height =
         2 * (camera_.orthographic ? std::abs(view().ymag) : pivotDepth() * tangent(view()));
-    const glm::dvec3 shift = height * (-dx * rightOf(camera_) + dy * camera_.up);
+    const glm::dvec3 wanted = height * (-dx * rightOf(camera_) + dy * camera_.up);
+    const double free = reachOf(reach, camera_.position, camera_.position + wanted);
     core::Camera camera = camera_;
-    camera.position += shift;
-    move(camera, pivot_ + shift);
+    camera.position += free * wanted;
+    move(camera, pivot_ + free * wanted);
+    return free < 1;
 }
 
-void Navigation::dolly(double steps)
+bool Navigation::dolly(double steps, const Reach& reach)
 {
-    if (!saneInput(steps)) return;
+    if (!saneInput(steps)) return false;
     core::Camera camera = camera_;
     const double factor = std::pow(kStep, steps);
     if (camera.orthographic) {
         camera.ymag = clampFrom(camera.ymag, factor * camera.ymag, kSmallestView * radius_,
                                 kLargestView * radius_);
         move(camera, pivot_);
-        return;
+        return false;
     }
-    const glm::dvec3 offset = camera_.position - pivot_;
+    return approach(pivot_, factor, reach);
+}
+
+/// Goes to `factor` of the distance to a point, of which the pivot goes to the same share.
+bool Navigation::approach(glm::dvec3 point, double factor, const Reach& reach)
+{
+    core::Camera camera = camera_;
+    const glm::dvec3 offset = camera_.position - point;
     const double before = glm::length(offset);
-    if (!(before > 0)) return;
+    if (!(before > 0)) return false;
     const double after =
         clampFrom(before, factor * before, kNearest * radius_, kFarthest * radius_);
-    camera.position = pivot_ + (after / before) * offset;
-    if (focusedAt(camera_, pivotDepth())) camera.focusDistance *= after / before;
-    move(camera, pivot_);
+    const double free = reachOf(reach, camera_.position, point + (after / before) * offset);
+    const double share = glm::mix(1.0, after / before, free);
+    camera.position = point + share * offset;
+    if (focusedAt(camera_, pivotDepth())) camera.focusDistance *= share;
+    move(camera, point + share * (pivot_ - point));
+    return free < 1;
 }
 
 glm::dvec3 Navigation::pointAt(glm::dvec2 position) const
@@ -274,9 +296,9 @@ glm::dvec3 Navigation::pointAt(glm::dvec2 position) const
                ((2 * position.x - 1) * aspect * rightOf(camera) + (1 - 2 * position.y) * camera.up);
 }
 
-void Navigation::dollyTo(glm::dvec3 point, double steps)
+bool Navigation::dollyTo(glm::dvec3 point, double steps, const Reach& reach)
 {
-    if (!saneInput(steps) || !finite(point)) return;
+    if (!saneInput(steps) || !finite(point)) return false;
     core::Camera camera = camera_;
     const double factor = std::pow(kStep, steps);
     if (camera.orthographic) {
@@ -287,16 +309,9 @@ void Navigation::dollyTo(glm::dvec3 point, double steps)
         const glm::dvec3 shift = (1 - camera.ymag / camera_.ymag) * aside;
         camera.position += shift;
         move(camera, pivot_ + shift);
-        return;
+        return false;
     }
-    const double before = glm::distance(camera.position, point);
-    if (!(before > 0)) return;
-    const double after =
-        clampFrom(before, factor * before, kNearest * radius_, kFarthest * radius_);
-    const double share = after / before;
-    camera.position = point + share * (camera.position - point);
-    if (focusedAt(camera_, pivotDepth())) camera.focusDistance *= share;
-    move(camera, point + share * (pivot_ - point));
+    return approach(point, factor, reach);
 }
 
 void Navigation::look(double dx, double dy)

@@ -4,6 +4,8 @@
 // core::Placement.
 #pragma once
 
+#include <functional>
+
 #include <glm/glm.hpp>
 
 #include "app/camera/way.h"
@@ -29,6 +31,10 @@ struct Viewpoint {
 
     friend bool operator==(const Viewpoint&, const Viewpoint&) = default;
 };
+
+/// How much of the straight way between two points is free, from 0 to 1: where the eye stops.
+/// Empty: all of every way.
+using Reach = std::function<double(const glm::dvec3& from, const glm::dvec3& to)>;
 
 class Navigation {
 public:
@@ -70,19 +76,21 @@ public:
     /// Turns about the pivot. The drag, here and below, is in fractions of the picture's height
     /// with y down; one height is half a turn. What is under the hand goes where the hand goes,
     /// also when the camera is rolled or upside down, and its roll stays. Stops half a degree short
-    /// of the poles.
-    void orbit(double dx, double dy);
+    /// of the poles. Where something is in the way the eye stays before it and turns on the spot;
+    /// the pivot stays where it is in the picture. Returns whether something was; so do pan, dolly
+    /// and dollyTo, which stop before it.
+    bool orbit(double dx, double dy, const Reach& reach = {});
 
     /// Shifts camera and pivot: the point under the cursor at the pivot's depth follows the cursor.
-    void pan(double dx, double dy);
+    bool pan(double dx, double dy, const Reach& reach = {});
 
     /// The wheel: a tenth nearer to the pivot per step, never through it; orthographic: magnifies.
     /// A lens that was focused on the pivot stays so.
-    void dolly(double steps);
+    bool dolly(double steps, const Reach& reach = {});
 
     /// The same towards `point`, which stays where it is in the picture and is never reached. The
     /// pivot comes along.
-    void dollyTo(glm::dvec3 point, double steps);
+    bool dollyTo(glm::dvec3 point, double steps, const Reach& reach = {});
 
     /// The point at the pivot's depth that is seen at `position` in [0,1]^2 of the picture, y down.
     glm::dvec3 pointAt(glm::dvec2 position) const;
@@ -106,6 +114,7 @@ public:
 private:
     void take(const core::Camera& camera, glm::dvec3 pivot);
     void move(const core::Camera& camera, glm::dvec3 pivot);
+    bool approach(glm::dvec3 point, double factor, const Reach& reach);
 
     core::Camera camera_;
     Way way_;

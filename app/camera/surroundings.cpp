@@ -40,10 +40,11 @@ std::optional<core::Picked> look(const core::World& world, glm::dvec3 position, 
 
 }  // namespace
 
-bool quickToLook(const core::World& world)
+bool quickToLook(const core::World& world, size_t rays)
 {
-    constexpr size_t kFew = 50'000;  // triangles and instances; a ray takes about .15 ms
-    return world.triangles.size() + world.instances.size() < kFew || core::bvhIfMade(world);
+    constexpr size_t kFew = 3'200'000;  // triangles and instances; 50,000 take about .15 ms
+    return rays * (world.triangles.size() + world.instances.size()) < kFew ||
+           core::bvhIfMade(world);
 }
 
 std::optional<double> distanceAlong(const core::World& world, glm::dvec3 position,
@@ -76,6 +77,16 @@ bool leadsThrough(const core::World& world, std::span<const glm::dvec3> way, std
         if (hit && glm::distance(hit->position, way[i - 1]) < length) return true;
     }
     return false;
+}
+
+double freeShare(const core::World& world, glm::dvec3 from, glm::dvec3 to, double margin)
+{
+    const double length = glm::distance(from, to);
+    if (!(length > 0)) return 1;
+    const glm::dvec3 along = (to - from) / length;
+    const std::optional<core::Picked> hit = look(world, from, along);
+    if (!hit || glm::dot(hit->normal, along) > 0) return 1;
+    return std::clamp((glm::distance(hit->position, from) - margin) / length, 0.0, 1.0);
 }
 
 std::optional<Room> roomAround(const core::World& world, glm::dvec3 position, std::stop_token stop)

@@ -12,9 +12,9 @@
 
 namespace app {
 
-/// Whether dozens of rays are answered within a frame: through a hierarchy, or because there is not
+/// Whether so many rays are answered within a frame: through a hierarchy, or because there is not
 /// much to look through. Else a window leaves them to a thread of their own.
-bool quickToLook(const core::World& world);
+bool quickToLook(const core::World& world, size_t rays = 64);
 
 /// Metres from `position` along `direction` (of length 1) to the first surface; nothing when there
 /// is none. Alpha is not looked at.
@@ -41,6 +41,11 @@ struct Room {
     glm::dvec3 middle{0};  // mean of what is seen in all directions
     double radius = 0;     // mean distance of that from the middle, metres
 };
+
+/// How much of the straight way, from 0 to 1, can be gone without coming closer than `margin` to
+/// the front of the first surface. Its back stops nobody, so that what one is inside of can be
+/// left. Alpha is not looked at.
+double freeShare(const core::World& world, glm::dvec3 from, glm::dvec3 to, double margin);
 
 /// The room around the place; nothing when it is not in the scene's bounds or more than a quarter
 /// of 64 directions lead out into the open, or when it is stopped.

@@ -41,6 +41,9 @@ enum class Moving : uint32_t { path, filled, shaded };
 /// What the wheel goes towards.
 enum class Wheel : uint32_t { cursor, pivot };
 
+/// What the camera does at surfaces when it is dragged or the wheel leads it away.
+enum class Walls : uint32_t { stop, pass };
+
 /// The edge of the window that the panel stands at.
 enum class PanelSide : uint32_t { left, right };
 
@@ -55,6 +58,9 @@ template <> struct EnumNames<app::Moving> {
 };
 template <> struct EnumNames<app::Wheel> {
     static constexpr std::array<std::string_view, 2> names{"cursor", "pivot"};
+};
+template <> struct EnumNames<app::Walls> {
+    static constexpr std::array<std::string_view, 2> names{"stop", "pass"};
 };
 template <> struct EnumNames<app::PanelSide> {
     static constexpr std::array<std::string_view, 2> names{"left", "right"};
@@ -94,6 +100,7 @@ struct ViewParams {
     Moving moving = Moving::filled;
     bool movingDetail = true;
     Wheel wheel = Wheel::cursor;
+    Walls walls = Walls::stop;
 
     template <class Self, class V> static void visit(Self& p, V&& v)
     {
@@ -140,6 +147,9 @@ struct ViewParams {
         v(Field{"wheel", "the wheel goes towards what is under the cursor, or towards the point "
                          "that the view turns about"},
           p.wheel);
+        v(Field{"walls", "what is dragged, or led back by the wheel, stops before a wall and turns "
+                         "on the spot, or passes through it. Flying (G) always passes"},
+          p.walls);
     }
     friend bool operator==(const ViewParams&, const ViewParams&) = default;
 };

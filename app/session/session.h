@@ -167,7 +167,11 @@ public:
     void pasteCamera(const std::string& json);  // a failure is a notice
     /// in [0,1]^2 of the picture's area: pivot and focus go to what is there
     void focusAt(glm::dvec2 position);
-    /// The wheel with the cursor at `position`, in [0,1]^2 of the picture's area.
+    /// A drag by hand, as Navigation has them: walls may stop it (settings.view.walls).
+    void orbit(glm::dvec2 drag);
+    void pan(glm::dvec2 drag);
+    /// The wheel with the cursor at `position`, in [0,1]^2 of the picture's area; led back, the
+    /// same.
     void dolly(double steps, glm::dvec2 position);
     /// The whole scene; from within a room as much of it as can be seen without leaving it.
     void frameScene();
@@ -273,6 +277,8 @@ private:
     void take(const Found& found);
     void stand(const std::optional<Standpoint>& standpoint);
     void takeLookout();
+    Reach reach() const;
+    void noteStop(bool stopped);
     void lookAround();
     void learn(const LookedAround& found);
     void keepCameras();
@@ -300,7 +306,7 @@ private:
     size_t homeCamera_ = 0;
     std::optional<core::Camera> home_;  // where it began, when that is no camera of the scene
     ViewHistory history_;
-    bool insideSolid_ = false, toldOfWall_ = false;
+    bool insideSolid_ = false, toldOfWall_ = false, toldOfStop_ = false;
     std::shared_ptr<const core::World> probedWorld_;  // for insideSolid_
     glm::dvec3 probedAt_{0};
     core::Camera soughtFrom_;             // the view that is to be left for what is found

@@ -168,11 +168,45 @@ void Session::focusAt(glm::dvec2 position)
          });
 }
 
+/// Empty where walls do not stop the camera. A drag waits for nothing: where a ray takes longer
+/// than a frame it goes on, and one is told afterwards what has been gone through.
+Reach Session::reach() const
+{
+    constexpr size_t kRays = 2;       // of one motion
+    constexpr double kMargin = 0.01;  // of the scene's radius
+    if (settings.view.walls == Walls::pass || insideSolid_ || navigation.camera().orthographic ||
+        !quickToLook(*document_->world, kRays))
+        return {};
+    return [&world = *document_->world](const glm::dvec3& from, const glm::dvec3& to) {
+        return freeShare(world, from, to, kMargin * static_cast<double>(world.radius));
+    };
+}
+
+void Session::noteStop(bool stopped)
+{
+    if (!stopped || std::exchange(toldOfStop_, true)) return;
+    notices.tell(Severity::news,
+                 "a wall stops the camera, which turns on the spot; G flies through it, and View, "
+                 "walls: pass lets all motions through");
+}
+
+void Session::orbit(glm::dvec2 drag)
+{
+    if (document_) noteStop(navigation.orbit(drag.x, drag.y, reach()));
+}
+
+void Session::pan(glm::dvec2 drag)
+{
+    if (document_) noteStop(navigation.pan(drag.x, drag.y, reach()));
+}
+
 void Session::dolly(double steps, glm::dvec2 position)
 {
     if (!document_ || ordered_.size.x == 0) return;
+    // What is ahead is approached and never reached.
+    const Reach back = steps < 0 ? reach() : Reach();
     if (settings.view.wheel == Wheel::pivot) {
-        navigation.dolly(steps);
+        noteStop(navigation.dolly(steps, back));
     } else {
         const glm::dvec2 at = inPicture(position);
         // A wheel that turns waits for nothing: what would take longer than a frame is not looked
@@ -181,7 +215,8 @@ void Session::dolly(double steps, glm::dvec2 position)
             quickToLook(*document_->world)
                 ? core::pick(*document_->world, navigation.view(), ordered_.size, at)
                 : std::nullopt;
-        navigation.dollyTo(picked ? picked->position : navigation.pointAt(at), steps);
+        noteStop(
+            navigation.dollyTo(picked ? picked->position : navigation.pointAt(at), steps, back));
     }
     moved();
 }

@@ -125,16 +125,15 @@ glm::dvec2 draggedBy(Session& session, ImGuiMouseButton button, double height)
 bool drag(Session& session, double height)
 {
     constexpr glm::dvec2 kNone(0);
-    Navigation& navigation = session.navigation;
     const glm::dvec2 left = draggedBy(session, ImGuiMouseButton_Left, height);
     const glm::dvec2 middle = draggedBy(session, ImGuiMouseButton_Middle, height);
     const glm::dvec2 right = draggedBy(session, ImGuiMouseButton_Right, height);
     const glm::dvec2 turn = left != kNone ? left : middle;  // both held turn once
     if (left != kNone && session.flying)
-        navigation.look(left.x, left.y);
+        session.navigation.look(left.x, left.y);
     else if (turn != kNone)
-        navigation.orbit(turn.x, turn.y);
-    if (right != kNone) navigation.pan(right.x, right.y);
+        session.orbit(turn);
+    if (right != kNone) session.pan(right);
     const bool any = turn != kNone || right != kNone;
     if (any) session.moved();
     return any;

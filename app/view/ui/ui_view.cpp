@@ -64,7 +64,7 @@ void drawViewSection(const UiContext& c)
     some(
         {"picture-scale", "moving", "moving-detail", "moving-rate", "moving-depth", "frame-limit"});
     group("Mouse");
-    some({"wheel"});
+    some({"wheel", "walls"});
     group("Window");
     editParams(c.session.settings.panels, options, [](const core::Field& field) {
         return among(field, {"panel-side", "ui-scale", "opacity"});  // others have buttons

@@ -19,7 +19,7 @@ std::vector<KeyGroup> keyGroups()
 {
     std::vector<KeyGroup> groups{
         {"Mouse",
-         {{"left", "orbit; while flying, look around"},
+         {{"left", "orbit, up to walls (View, walls); while flying, look around"},
           {"middle", "orbit, while flying, too"},
           {"right", "pan"},
           {"wheel", "towards what is under the cursor (or the pivot: View, wheel); while flying, "

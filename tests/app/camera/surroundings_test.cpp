@@ -36,6 +36,24 @@ dvec3 placed(const core::World& world, dvec3 point)
     return world.placement.toWorld(point);
 }
 
+TEST(Surroundings, TheWayIsFreeUpToTheFrontOfAWall)
+{
+    const auto world = ballAndRoom(false);
+    const auto share = [&](dvec3 from, dvec3 to, double margin) {
+        const double unit = glm::distance(placed(*world, {1, 0, 0}), placed(*world, {0, 0, 0}));
+        return app::freeShare(*world, placed(*world, from), placed(*world, to), margin * unit);
+    };
+    EXPECT_EQ(share({6, 0.5, 0}, {7, 0.5, 0}, 0.1), 1);
+    EXPECT_NEAR(share({6, 0.5, 0}, {8.5, 0.5, 0}, 0), 0.8, 1e-5);
+    EXPECT_NEAR(share({6, 0.5, 0}, {8.5, 0.5, 0}, 0.25), 0.7, 1e-5);
+    EXPECT_NEAR(share({6, 0.5, 0}, {7.9, 0.5, 0}, 0.29), 0.9, 1e-5) << "short of it, and too near";
+    EXPECT_EQ(share({7.9, 0.5, 0}, {7.95, 0.5, 0}, 0.2), 0) << "too near already";
+    EXPECT_EQ(share({7.9, 0.5, 0}, {7.5, 0.5, 0}, 0.2), 1) << "away from it";
+    EXPECT_NEAR(share({0, 0, 5}, {0, 0, 0}, 0), 0.8, 1e-5) << "into the ball";
+    EXPECT_EQ(share({0, 0, 0.1}, {0, 0, 5}, 0), 1) << "out of it";
+    EXPECT_EQ(share({0, 0, 5}, {0, 0, 5}, 0.1), 1);
+}
+
 TEST(Surroundings, InsideASolidIsToldFromRoomsAndTheOpen)
 {
     for (const bool doubleSided : {true, false}) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/session/losses.h"
+#include "core/base/pcg32.h"
 #include "tests/support/files/temporary_folder.h"
 #include "tests/support/session/session_steps.h"
 
@@ -101,6 +102,41 @@ TEST(Session, AWallThatWasGoneThroughIsToldOnce)
     EXPECT_EQ(tellings(), 2u);
     act(session, "previous-view");
     EXPECT_EQ(tellings(), 2u);
+}
+
+/// Drags and a wheel led back, from within a closed box whose sides are one from the origin.
+TEST(Session, DragsStayWithinARoom)
+{
+    for (const bool pass : {false, true}) {
+        Session session(options("furnace-80.gltf"));
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        const core::World& world = *session.document()->world;
+        const glm::dvec3 high(world.boundsHigh), low(world.boundsLow);
+        const auto inside = [&] {
+            const glm::dvec3 at = session.navigation.camera().position;
+            return glm::all(glm::lessThan(at, high)) && glm::all(glm::greaterThan(at, low));
+        };
+        ASSERT_TRUE(inside());
+        if (pass) act(session, "set", {{"name", "walls"}, {"value", "pass"}});
+        core::Pcg32 random(7);
+        const auto uniform = [&] { return random() - 0.5; };
+        int left = 0;
+        for (int i = 0; i < 200; ++i) {
+            const glm::dvec3 forward = session.navigation.camera().forward;
+            session.orbit({uniform(), 0.3 * uniform()});
+            EXPECT_NE(session.navigation.camera().forward, forward) << "it always turns";
+            session.pan({uniform(), uniform()});
+            session.dolly(-5 * std::abs(uniform()), {0.5, 0.5});
+            left += !inside();
+            if (!inside()) act(session, "home");
+        }
+        EXPECT_EQ(left > 0, pass) << left;
+        uint64_t times = 0;
+        for (const app::Notice& notice : session.notices.list())
+            if (notice.text.find("a wall stops the camera") != std::string::npos)
+                times += notice.times;
+        EXPECT_EQ(times, pass ? 0u : 1u);
+    }
 }
 
 TEST(Session, TheWheelGoesWhereTheSettingSays)

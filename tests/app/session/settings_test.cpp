@@ -43,7 +43,8 @@ Settings someSettings()
               .movingDepth = 5,
               .moving = app::Moving::shaded,
               .movingDetail = false,
-              .wheel = app::Wheel::pivot};
+              .wheel = app::Wheel::pivot,
+              .walls = app::Walls::pass};
     s.panels = {.panel = false,
                 .help = true,
                 .log = true,

@@ -492,4 +492,36 @@ TEST(Ui, AHandThatTremblesMovesNoCamera)
     EXPECT_EQ(hand(60, false), session.navigation.viewpoint());
 }
 
+/// A closed box, within which a drag of its width would lead far outside.
+TEST(Ui, AMouseLeadsThroughNoWall)
+{
+    Desk desk(deskOptions("furnace-80.gltf"));
+    ASSERT_TRUE(desk.framesUntil([&] { return desk.hasPicture(); }));
+    app::Session& session = desk.session;
+    const core::World& world = *session.document()->world;
+    const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);
+    for (const app::Walls walls : {app::Walls::stop, app::Walls::pass})
+        for (const int button : {0, 1, 2}) {
+            session.settings.view.walls = walls;
+            session.goHome();
+            const core::Camera& camera = session.navigation.camera();
+            session.navigation.setPivot(camera.position + 3.0 * camera.forward);
+            ImGuiIO& io = ImGui::GetIO();
+            const app::Area& picture = desk.loop.layout.picture;
+            for (int i = 0; i <= 20; ++i) {
+                app::AppRequests requests;
+                io.MousePos = {picture.corner.x + picture.size.x * (0.5f + 0.05f * float(i)),
+                               picture.corner.y + 0.5f * picture.size.y};
+                io.MouseDown[button] = i > 0 && i < 20;
+                ImGui::NewFrame();
+                app::handleInput(session, requests, picture, 1 / 60.0);
+                ImGui::Render();
+            }
+            const glm::dvec3 at = session.navigation.camera().position;
+            const bool inside =
+                glm::all(glm::lessThan(at, high)) && glm::all(glm::greaterThan(at, low));
+            EXPECT_EQ(inside, walls == app::Walls::stop) << button;
+        }
+}
+
 }  // namespace
