@@ -2,7 +2,9 @@
 #include "app/pictures/preview_shading.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "app/pictures/edge_cuts.h"
 #include "app/pictures/pixel_rays.h"
@@ -31,37 +33,111 @@ glm::vec3 lit(const core::Aovs& aovs, const PixelRays& rays, uint32_t x, uint32_
            glm::mix(vectorAt(aovs.albedo, x, y), glm::vec3(0.5f), kGrey);
 }
 
-bool oneSurface(const core::Aovs& aovs, glm::uvec2 p, glm::uvec2 q)
-{
-    const float a = *aovs.depth.at(p.x, p.y), b = *aovs.depth.at(q.x, q.y);
-    if (!(a > 0) || !(b > 0)) return !(a > 0) && !(b > 0);
-    const float turn = glm::dot(vectorAt(aovs.normal, p.x, p.y), vectorAt(aovs.normal, q.x, q.y));
-    const float *idsA = aovs.ids.at(p.x, p.y), *idsB = aovs.ids.at(q.x, q.y);
-    const bool oneMaterial = idsA[1] == idsB[1] && (idsA[2] < 0) == (idsB[2] < 0);
-    return oneMaterial && std::max(a, b) < 1.25f * std::min(a, b) && turn > 0.9f;
-}
+/// Whether pixels and those after them, in the four directions, show one surface, one byte each.
+/// Rows have a pixel more on either side, and there is one row more above: what is beside the image
+/// is like nothing.
+class Links {
+public:
+    explicit Links(glm::uvec2 size) : size_(size), stride_(size.x + 2)
+    {
+        for (Bytes& of : alike_) of.resize(stride_ * (size_t(size.y) + 1));
+    }
 
-/// Bits of the neighbours of each pixel that there are and are `alike`.
-template <class Alike> core::Image guideOf(glm::uvec2 size, const Alike& alike)
-{
-    const glm::ivec2 end(size);
-    core::Image guide(size.x, size.y, 1);
-    const auto bitsOf = [&](glm::ivec2 p) {
-        uint32_t bits = 0;
-        for (int i = 0; i < 9; ++i) {
-            const glm::ivec2 q = p + glm::ivec2(i % 3 - 1, i / 3 - 1);
-            if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) continue;
-            if (alike(p, q)) bits |= 1u << i;
+    /// `tell` says of `count` pixels from the index `first` on whether they are alike with those
+    /// `offset` behind them.
+    template <class Tell> void makeRow(uint32_t y, const Tell& tell)
+    {
+        const size_t first = size_t(y) * size_.x, at = index(0, y), w = size_.x;
+        tell(first, w, size_t(0), &alike_[kSelf][at]);
+        tell(first, w - 1, size_t(1), &alike_[kRight][at]);
+        if (y + 1 == size_.y) return;
+        tell(first + 1, w - 1, w - 1, &alike_[kBelowLeft][at + 1]);
+        tell(first, w, w, &alike_[kBelow][at]);
+        tell(first, w - 1, w + 1, &alike_[kBelowRight][at]);
+    }
+
+    /// Bit 3 (dy + 1) + dx + 1 tells of the neighbour at (dx, dy).
+    void bitsOfRow(uint32_t y, float* bits) const
+    {
+        const auto from = [&](Direction d, size_t back) {
+            return alike_[d].data() + index(0, y) - back;
+        };
+        const uint8_t *self = from(kSelf, 0), *right = from(kRight, 0), *left = from(kRight, 1),
+                      *belowLeft = from(kBelowLeft, 0), *below = from(kBelow, 0),
+                      *belowRight = from(kBelowRight, 0),
+                      *aboveRight = from(kBelowLeft, stride_ - 1), *above = from(kBelow, stride_),
+                      *aboveLeft = from(kBelowRight, stride_ + 1);
+        for (size_t x = 0; x < size_.x; ++x) {
+            bits[x] = static_cast<float>(aboveLeft[x] | above[x] << 1 | aboveRight[x] << 2 |
+                                         left[x] << 3 | self[x] << 4 | right[x] << 5 |
+                                         belowLeft[x] << 6 | below[x] << 7 | belowRight[x] << 8);
         }
-        return bits;
-    };
-    core::parallelFor(size.y, 8, [&](size_t begin, size_t last) {
-        for (size_t y = begin; y < last; ++y)
-            for (uint32_t x = 0; x < size.x; ++x)
-                *guide.at(x, static_cast<uint32_t>(y)) = static_cast<float>(bitsOf({x, y}));
+    }
+
+private:
+    enum Direction { kSelf, kRight, kBelowLeft, kBelow, kBelowRight, kDirections };
+    using Bytes = std::vector<uint8_t>;
+
+    size_t index(uint32_t x, uint32_t y) const { return (size_t(y) + 1) * stride_ + 1 + x; }
+
+    glm::uvec2 size_;
+    size_t stride_;
+    std::array<Bytes, kDirections> alike_;
+};
+
+/// Which neighbours of each pixel are alike; see Links::makeRow.
+template <class Tell> core::Image guideOf(glm::uvec2 size, const Tell& tell)
+{
+    constexpr size_t kRows = 16;
+    core::Image guide(size.x, size.y, 1);
+    if (guide.pixels.empty()) return guide;
+    Links links(size);
+    core::parallelFor(size.y, kRows, [&](size_t begin, size_t end) {
+        for (size_t y = begin; y < end; ++y) links.makeRow(static_cast<uint32_t>(y), tell);
+    });
+    core::parallelFor(size.y, kRows, [&](size_t begin, size_t end) {
+        for (size_t y = begin; y < end; ++y)
+            links.bitsOfRow(static_cast<uint32_t>(y), guide.at(0, static_cast<uint32_t>(y)));
     });
     return guide;
 }
+
+/// What first hits tell of surfaces, a number to a plane, so that eight pairs are compared at a
+/// time.
+class Seen {
+public:
+    explicit Seen(const core::Aovs& aovs) : depth_(aovs.depth.pixels)
+    {
+        const size_t count = depth_.size();
+        kind_.resize(count);
+        for (auto& plane : normal_) plane.resize(count);
+        for (size_t i = 0; i < count; ++i) {
+            const float *ids = &aovs.ids.pixels[3 * i], *n = &aovs.normal.pixels[3 * i];
+            kind_[i] = ids[2] < 0 ? ids[1] : -3 - ids[1];
+            for (size_t c = 0; c < 3; ++c) normal_[c][i] = n[c];
+        }
+    }
+
+    void operator()(size_t first, size_t count, size_t offset, uint8_t* alike) const
+    {
+        const auto from = [first](const std::vector<float>& plane) { return plane.data() + first; };
+        const float *d = from(depth_), *k = from(kind_), *nx = from(normal_[0]),
+                    *ny = from(normal_[1]), *nz = from(normal_[2]);
+        for (size_t i = 0; i < count; ++i) {
+            const size_t j = i + offset;
+            const float low = std::min(d[i], d[j]), high = std::max(d[i], d[j]),
+                        turn = nx[i] * nx[j] + ny[i] * ny[j] + nz[i] * nz[j];
+            const int near = high<1.25f * low, level = turn> 0.9f, one = k[i] == k[j],
+                      nothing = !(d[i] > 0) & !(d[j] > 0), both = (d[i] > 0) & (d[j] > 0);
+            alike[i] = static_cast<uint8_t>(nothing | (both & near & level & one));
+        }
+    }
+
+private:
+    const std::vector<float>& depth_;
+    std::vector<float> kind_;  // the material, and whether it emits
+    std::array<std::vector<float>, 3> normal_;
+};
 
 void store(core::Image& image, uint32_t x, uint32_t y, glm::vec3 value)
 {
@@ -112,15 +188,16 @@ void fillUnlit(core::Image& mean, const core::Aovs& aovs, const core::Camera& ca
 
 core::Image surfaceGuide(const core::Aovs& aovs)
 {
-    core::Image guide = guideOf({aovs.depth.width, aovs.depth.height},
-                                [&](glm::uvec2 p, glm::uvec2 q) { return oneSurface(aovs, p, q); });
+    core::Image guide = guideOf({aovs.depth.width, aovs.depth.height}, Seen(aovs));
     addCuts(guide);
     return guide;
 }
 
 core::Image smoothGuide(glm::uvec2 size)
 {
-    return guideOf(size, [](glm::uvec2, glm::uvec2) { return true; });
+    return guideOf(size, [](size_t, size_t count, size_t, uint8_t* alike) {
+        std::fill_n(alike, count, uint8_t(1));
+    });
 }
 
 }  // namespace app
