@@ -28,7 +28,7 @@ core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, double sec
     const uint64_t bytes = uint64_t(width) * std::min(8 * band, height) * sizeof(shared::FirstHit);
     makeRoom(bytes);
     compile(scene, frame);
-    pace_.restart();
+    if (seconds < BatchPace::kLongest) pace_.again();
     std::vector<shared::FirstHit> hits;
     for (uint32_t row = 0; row < frame.tileRows(); row += band) {
         const uint32_t end = std::min(row + band, frame.tileRows());

@@ -13,6 +13,9 @@ class FirstHits {
 public:
     explicit FirstHits(Context& context);
 
+    /// Another scene: nothing is known of its speed.
+    void forgetScene() { pace_.restart(); }
+
     /// Finds them all, in pieces that hold the device no longer than `seconds`.
     core::Aovs find(const GpuScene& scene, const Frame& frame, double seconds);
 

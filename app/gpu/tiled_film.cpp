@@ -46,6 +46,12 @@ TiledFilm::TiledFilm(Context& context)
 
 void TiledFilm::drop()
 {
+    clear();
+    firstHits_.forgetScene();
+}
+
+void TiledFilm::clear()
+{
     ready_ = false;
     samples_ = 0;
     roundSamples_ = nextTile_ = 0;
@@ -54,7 +60,7 @@ void TiledFilm::drop()
 
 void TiledFilm::reset(const shared::FrameData& data)
 {
-    drop();
+    clear();
     frame_.write(data);
     film_.reset(frame_);
     counts_ = {};

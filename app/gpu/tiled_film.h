@@ -35,7 +35,7 @@ public:
 
     explicit TiledFilm(Context& context);
 
-    /// Nothing is rendered, and nothing can be until begin().
+    /// Another scene: nothing is rendered, and nothing can be until begin().
     void drop();
 
     /// An empty film for a view.
@@ -74,6 +74,7 @@ public:
     const Then& accumulate() const { return accumulate_; }
 
 private:
+    void clear();
     bool advanceRound(const std::function<bool()>& over, const std::function<uint32_t()>& lanes,
                       const Trace& trace);
 

@@ -195,6 +195,26 @@ TEST_F(GpuPace, WholePicturesAreNotCutUpBySoftware)
     EXPECT_LE(longest(), 0.0081);
 }
 
+/// Nor are first hits, of a coarse view or asked for alone.
+TEST_F(GpuPace, FirstHitsOfKnownSpeedAreNotCutUpBySoftware)
+{
+    if (!gpu::Device({}).isSoftware()) GTEST_SKIP() << "for devices of software";
+    renderer->setPace({.dispatchSeconds = 0.008, .whole = true});
+    const auto submissions = [] {
+        view(192, 128);
+        renderer->aovs();
+        return submissionSeconds.size();
+    };
+    EXPECT_GT(submissions(), 2u) << "nothing was known";
+    EXPECT_EQ(submissions(), 1u);
+    // The same world again would be a pose of it, whose speed is known.
+    renderer->setWorld(asset("cornell-diffuse"), {});
+    renderer->setView({world->cameras.at(0), {192, 128}, core::PathParams{}}, core::Start::anew);
+    submissionSeconds.clear();
+    renderer->aovs();
+    EXPECT_GT(submissionSeconds.size(), 2u) << "nothing is known of another scene";
+}
+
 /// `full` takes one path for each sample that its history stands for: a moved view after one at
 /// rest, whose passes take one path each, has batches of so many pixels less.
 TEST_F(GpuPace, BatchesOfManyPathsHaveFewPixels)
