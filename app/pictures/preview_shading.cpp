@@ -127,9 +127,10 @@ public:
             const size_t j = i + offset;
             const float low = std::min(d[i], d[j]), high = std::max(d[i], d[j]),
                         turn = nx[i] * nx[j] + ny[i] * ny[j] + nz[i] * nz[j];
-            const int near = high<1.25f * low, level = turn> 0.9f, one = k[i] == k[j],
-                      nothing = !(d[i] > 0) & !(d[j] > 0), both = (d[i] > 0) & (d[j] > 0);
-            alike[i] = static_cast<uint8_t>(nothing | (both & near & level & one));
+            const int near = (high < 1.25f * low), level = (turn > 0.9f), one = (k[i] == k[j]);
+            const int seen = (d[i] > 0), seenToo = (d[j] > 0);
+            alike[i] = static_cast<uint8_t>(((seen | seenToo) ^ 1) |
+                                            (seen & seenToo & near & level & one));
         }
     }
 
