@@ -48,6 +48,7 @@ public:
     template <class Tell> void makeRow(uint32_t y, const Tell& tell)
     {
         const size_t first = size_t(y) * size_.x, at = index(0, y), w = size_.x;
+        if (w == 0) return;
         tell(first, w, size_t(0), &alike_[kSelf][at]);
         tell(first, w - 1, size_t(1), &alike_[kRight][at]);
         if (y + 1 == size_.y) return;

@@ -246,6 +246,8 @@ std::span<const Action> actions()
         Action{"brighter", "E", "", "exposure up by half a stop", [](C c) { exposure(c, 0.5f); }},
         Action{"darker", "Shift+E", "", "exposure down by half a stop",
                [](C c) { exposure(c, -0.5f); }},
+        Action{"expose", "Ctrl+E", "", "expose for the picture: its middle becomes mid-grey",
+               [](C c) { c.session.expose(); }},
         Action{"tone", "T", "", "next tone curve", tone},
         // camera
         Action{"focus", "F", "x, y", "look at the whole scene; within a room at the room",

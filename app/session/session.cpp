@@ -4,8 +4,10 @@
 #include "app/session/session.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/files/load.h"
+#include "app/pictures/metering.h"
 #include "app/pictures/save_picture.h"
 #include "app/session/pending_saves.h"
 #include "app/session/replay.h"
@@ -186,10 +188,33 @@ void Session::takePicture()
         if (equalTime_.running()) takeEqualTime();
     }
     if (picture_ && isWhole(*picture_)) whole_ = picture_;
+    noteBrightness();
     if (pendingReference_) takeReferencePicture();
     pendingSaves_->offer(whole_);
     handOver(pendingSaves_->takeReady(now_));
     completeSlots();
+}
+
+void Session::expose()
+{
+    const std::optional<float> stops = picture_ ? meteredStops(picture_->mean) : std::nullopt;
+    if (stops) settings.view.exposure = *stops;
+}
+
+/// Who sees white or black alone at first may not know that there is a picture. Told once a scene.
+void Session::noteBrightness()
+{
+    constexpr float kMostOff = 3;  // stops; the curves show two or three more either way
+    if (metered_ || !document_ || !picture_ || picture_->preview || picture_->samples == 0 ||
+        picture_->world.lock() != document_->world)
+        return;
+    metered_ = true;
+    const std::optional<float> stops = meteredStops(picture_->mean);
+    const float off = stops ? settings.view.exposure - *stops : 0;
+    if (std::abs(off) < kMostOff) return;
+    notices.tell(Severity::news, "the picture is " + std::to_string(std::lround(std::abs(off))) +
+                                     (off > 0 ? " stops too bright" : " stops too dark") +
+                                     ": Ctrl+E exposes for it");
 }
 
 void Session::restart()

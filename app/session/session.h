@@ -179,6 +179,8 @@ public:
 
     // --- pictures
     void restart();
+    /// Exposes for the picture on show: see metering.h. One without light changes nothing.
+    void expose();
     std::shared_ptr<const Picture> picture() const { return picture_; }
     /// Where a picture stands in the picture's area, in fractions of it.
     Area placeOf(const Picture& picture) const;
@@ -262,6 +264,7 @@ private:
     void keepPicture();
     void takeReference();
     void takePicture();
+    void noteBrightness();
     void handOver(std::vector<SaveItem> items);
     void endSaves(const char* why);
     uint64_t runOf(Work work) const;
@@ -307,6 +310,7 @@ private:
     std::optional<core::Camera> home_;  // where it began, when that is no camera of the scene
     ViewHistory history_;
     bool insideSolid_ = false, toldOfWall_ = false, toldOfStop_ = false;
+    bool metered_ = false;  // the first picture of this scene
     std::shared_ptr<const core::World> probedWorld_;  // for insideSolid_
     glm::dvec3 probedAt_{0};
     core::Camera soughtFrom_;             // the view that is to be left for what is found

@@ -109,6 +109,7 @@ void Session::show(const Document& document)
     equalTime_.cancel();
     slots = {};
     comparing = false;
+    metered_ = stays;
     if (!stays) enter();
     if (!options_.settings.empty()) settings.addRecent(document_->file);
     notices.tell(Severity::news,

@@ -50,7 +50,10 @@ void drawViewSection(const UiContext& c)
         editParams(view, options, [&](const core::Field& field) { return among(field, names); });
     };
     const Show before = view.show;
-    some({"show", "exposure", "tone"});
+    some({"show", "exposure"});
+    rowLabel("expose for", "what is on show");
+    actionButton(c, "The picture", "expose", c.session.picture() ? "" : "there is no picture yet");
+    some({"tone"});
     if (view.show != before) c.session.comparing = false;  // as the keys of views do
     if (view.show == Show::methodMap) editMethodMap(c, view);
     if (!c.frame.problem.empty()) {

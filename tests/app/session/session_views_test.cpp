@@ -11,6 +11,7 @@
 #include "app/session/losses.h"
 #include "core/base/pcg32.h"
 #include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/desk.h"
 #include "tests/support/session/session_steps.h"
 
 namespace {
@@ -136,6 +137,58 @@ TEST(Session, DragsStayWithinARoom)
             if (notice.text.find("a wall stops the camera") != std::string::npos)
                 times += notice.times;
         EXPECT_EQ(times, pass ? 0u : 1u);
+    }
+}
+
+/// Flat, of a brightness that is given.
+class FlatRenderer : public tests::GreyRenderer {
+public:
+    explicit FlatRenderer(float value) : value_(value) {}
+    void setView(const core::View& view, core::Start start) override
+    {
+        GreyRenderer::setView(view, start);
+        size_ = view.size;
+    }
+    core::Estimate read(core::Reading) override
+    {
+        return tests::flatEstimate(size_, value_, 0.01f, std::max<uint64_t>(progress().samples, 2));
+    }
+
+private:
+    float value_;
+    glm::uvec2 size_{1};
+};
+
+TEST(Session, APictureFarTooBrightIsToldOnceAndExposedFor)
+{
+    for (const int stops : {0, 2, 5, -6}) {
+        app::SessionOptions with = options("cornell-diffuse.gltf");
+        with.factory = [stops](const app::RenderParams&, bool) {
+            return std::make_unique<FlatRenderer>(0.18f * std::exp2(static_cast<float>(stops)));
+        };
+        Session session(with);
+        const auto whole = [&] {
+            return settled(session) && session.picture() && !session.picture()->preview &&
+                   session.picture()->samples > 1;
+        };
+        ASSERT_TRUE(until(session, whole));
+        act(session, "restart");
+        for (int i = 0; i < 50; ++i) session.update(0.01, kArea);
+        std::vector<std::string> told;
+        for (const app::Notice& notice : session.notices.list())
+            if (notice.text.find("Ctrl+E") != std::string::npos) told.push_back(notice.text);
+        if (std::abs(stops) > 3) {
+            ASSERT_EQ(told.size(), 1u);
+            EXPECT_EQ(told[0], "the picture is " + std::to_string(std::abs(stops)) +
+                                   (stops > 0 ? " stops too bright" : " stops too dark") +
+                                   ": Ctrl+E exposes for it");
+        } else {
+            EXPECT_TRUE(told.empty()) << stops;
+        }
+        EXPECT_EQ(session.settings.view.exposure, 0);
+        ASSERT_TRUE(until(session, whole));
+        act(session, "expose");
+        EXPECT_NEAR(session.settings.view.exposure, -stops, 1e-3);
     }
 }
 
