@@ -1,10 +1,14 @@
 // Faults planted for the sanitizers: tests/sanitizers/run.sh runs each alone and demands that it be
 // reported. Disabled everywhere else.
+#include <atomic>
+#include <chrono>
 #include <limits>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "core/base/parallel.h"
 
 namespace {
 
@@ -42,6 +46,40 @@ TEST(DISABLED_Canary, RacesForANumber)
     });
     for (int i = 0; i < 100000; ++i) *shared = *shared + opaque(1);
     other.join();
+    EXPECT_GT(number, 0);
+}
+
+/// One body of a loop writes and ends; then another thread begins a body that writes. What
+/// core/base/handoff.h tells of TBB must not order the two.
+TEST(DISABLED_Canary, RacesInALoop)
+{
+    int number = 0;
+    int* shared = opaque(&number);
+    static thread_local int bodies = 0;  // of this thread; its address stands for the thread
+    // Relaxed, so that they order nothing either.
+    constexpr auto kRelaxed = std::memory_order_relaxed;
+    std::atomic<const int*> writer{nullptr};
+    std::atomic<bool> written{false}, again{false};
+    const auto wait = [](const std::atomic<bool>& flag) {
+        for (int i = 0; i < 20000 && !flag.load(kRelaxed); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    };
+    core::parallelFor(64, 1, [&](size_t, size_t) {
+        const bool isFirst = bodies++ == 0;
+        const int* who = nullptr;
+        if (writer.compare_exchange_strong(who, &bodies, kRelaxed)) {
+            *shared = *shared + opaque(1);
+            written.store(true, kRelaxed);
+        } else if (who == &bodies) {
+            wait(again);  // leaves other bodies to other threads
+        } else if (isFirst) {
+            wait(written);  // it may have begun before the writer's ended, the next one does not
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        } else {
+            *shared = *shared + opaque(1);
+            again.store(true, kRelaxed);
+        }
+    });
     EXPECT_GT(number, 0);
 }
 
