@@ -310,7 +310,7 @@ private:
     std::optional<core::Camera> home_;  // where it began, when that is no camera of the scene
     ViewHistory history_;
     bool insideSolid_ = false, toldOfWall_ = false, toldOfStop_ = false;
-    bool metered_ = false;  // the first picture of this scene
+    bool metered_ = false;                            // the first picture of this scene
     std::shared_ptr<const core::World> probedWorld_;  // for insideSolid_
     glm::dvec3 probedAt_{0};
     core::Camera soughtFrom_;             // the view that is to be left for what is found
