@@ -41,13 +41,11 @@ enum class OnMismatch : uint32_t {
 /// Row numbers and rates refer to the rows of a slice.
 struct CompletionParams {
     CompletionMethod method = CompletionMethod::matching;
-    // A fifth less than the thesis's of the first and the third: 2 to 7 % fewer rays in five rooms,
-    // errors against all lights within 1 %.
-    float rowRate = 0.02f;           // alpha, to begin with in every octant
-    float rowIncrement = 0.025f;     // of alpha at a failed verification
-    float verificationRate = 0.02f;  // beta
-    float rowCap = 0.4f;             // of alpha
-    uint32_t rowMinimum = 24;        // and as many for verification
+    float rowRate = 0.025f;           // alpha, to begin with in every octant
+    float rowIncrement = 0.025f;      // of alpha at a failed verification
+    float verificationRate = 0.025f;  // beta
+    float rowCap = 0.4f;              // of alpha
+    uint32_t rowMinimum = 24;         // and as many for verification
     bool rowsByLight = true;
     uint32_t smallSlice = 64;  // up to so many rows everything is traced
     bool adaptiveRows = true;
@@ -70,7 +68,6 @@ struct CompletionParams {
     static CompletionParams authorPreset()
     {
         CompletionParams params;
-        params.rowRate = params.rowIncrement = params.verificationRate = 0.025f;
         params.rowMinimum = 1;
         params.smallSlice = 0;
         params.onMismatch = OnMismatch::full;

@@ -109,7 +109,7 @@ TEST(Completion, SlicesTracedInFullHaveNoRate)
         sum += slice.stats;
     }
     EXPECT_EQ(sum.columns, 100u);
-    EXPECT_NEAR(sum.meanRate(), 0.02, 1e-7);
+    EXPECT_NEAR(sum.meanRate(), 0.025, 1e-7);
     EXPECT_EQ(CompletionStats{}.meanRate(), 0);
 }
 

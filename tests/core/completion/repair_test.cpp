@@ -25,10 +25,7 @@ TEST(Repair, MendsTheBordersOfShadows)
         return tests::spheresMatrix(32, 1000, 2, 0.05, 0.03, random);
     };
     CompletionParams params = tests::wholeColumns(), repair, recursion;
-    for (CompletionParams* p : {&params, &repair, &recursion}) {
-        p->rowRate = p->verificationRate = 0.025f;
-        p->bailOut = 1;
-    }
+    params.bailOut = repair.bailOut = recursion.bailOut = 1;
     recursion.onMismatch = OnMismatch::recursion;
     const Mean plain = meanOf(params, edges), mended = meanOf(repair, edges);
     EXPECT_LT(mended.error, 0.05 * plain.error);
