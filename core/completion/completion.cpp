@@ -1,8 +1,6 @@
 // Completion: the loop over octants, and full sampling.
 #include "core/completion/completion.h"
 
-#include <algorithm>
-
 #include "core/completion/amc.h"
 #include "core/completion/gauss_jordan.h"
 #include "core/completion/matching.h"
@@ -74,7 +72,6 @@ void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRan
               const std::stop_token& stop)
 {
     const Clock::time_point start = Clock::now();
-    const uint64_t startTicks = ticks();
     uint32_t columns = 0;
     for (const ColumnRange& octant : octants) {
         CHECK(octant.begin == columns && octant.end >= octant.begin);
@@ -109,8 +106,6 @@ void complete(VisibilityOracle& oracle, uint32_t rows, std::span<const ColumnRan
         for (uint32_t j = 0; j < columns; ++j)
             bitsToFloats(out.visible.column(j), {&out.coefficients[size_t(j) * rows], rows});
     out.stats.seconds = secondsSince(start);
-    const uint64_t all = std::max<uint64_t>(ticks() - startTicks, 1);
-    out.stats.traceSeconds = out.stats.seconds * double(tracer.ticks()) / double(all);
 }
 
 }  // namespace core::many_lights

@@ -29,9 +29,9 @@ public:
     /// Traces requests, which ask for each row once. Returns the rays.
     uint32_t trace(std::span<const TraceRequest> requests)
     {
-        const uint64_t start = core::ticks();
+        const Clock::time_point start = Clock::now();
         oracle_.trace(requests);
-        ticks_ += core::ticks() - start;
+        stats_.traceSeconds += secondsSince(start);
         uint32_t rays = 0;
         for (const TraceRequest& request : requests) rays += countBits({request.rows, all_.size()});
         stats_.rays += rays;
@@ -45,15 +45,11 @@ public:
 
     CompletionStats& stats() { return stats_; }
 
-    /// What tracing has taken so far, as core::ticks counts.
-    uint64_t ticks() const { return ticks_; }
-
 private:
     VisibilityOracle& oracle_;
     bool dontCare_;
     CompletionStats& stats_;
     Words all_;
-    uint64_t ticks_ = 0;
 };
 
 }  // namespace core::many_lights
