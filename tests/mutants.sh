@@ -43,7 +43,7 @@ reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInS
 reuse-remainder-whole@core/methods/reuse_competition_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
 detail-untold-lost@app/pictures/temporal_upsampling.cpp@if (!certain && findUntold(here, told.look, place)) return place;@@TemporalUps*
-detail-guide-beyond@app/pictures/preview_shading.cpp@if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) continue;@if (q.x < 0 || q.y < 0 || q.x >= end.x || q.y >= end.y) { bits |= 1u << i; continue; }@MovingDetail*
+detail-guide-beyond@app/pictures/preview_shading.cpp@of.resize(stride_ * (size_t(size.y) + 1));@of.resize(stride_ * (size_t(size.y) + 1), 1);@MovingDetail*:PreviewShading*
 reuse-rest-blotches@shaders/shared/reuse_sums.h@min(s.nominal * inversesqrt(max(magnified, 1.0f)), kReuseMostAtRest)@s.nominal@*ReuseRest.Small*cpu*
 reuse-rim-of-blocks@shaders/shared/reuse_history.h@if (magnified < 2.0f || !inside) {@if (true) {@*ReuseRest.Larger*cpu*
 reuse-rest-variance@shaders/shared/reuse_sums.h@s.part * weight / (s.nominal + s.rays);@s.part;@ReuseShared*

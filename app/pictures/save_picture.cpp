@@ -61,9 +61,10 @@ void savePicture(const std::filesystem::path& file, const Picture& picture, cons
 {
     core::requireWritable(file);
     if (picture.preview)
-        throw core::Error(file.string() +
-                          ": not saved: the picture is a preview of few pixels — save it again when "
-                          "the camera is at rest and each pixel has a sample");
+        throw core::Error(
+            file.string() +
+            ": not saved: the picture is a preview of few pixels — save it again when "
+            "the camera is at rest and each pixel has a sample");
     if (picture.samples == 0 || picture.mean.pixels.empty())
         throw core::Error(file.string() + ": not saved: there is no picture yet");
     const core::Metadata metadata = imageMetadata(factsOf(picture, scene));

@@ -200,15 +200,16 @@ void openUp(const Light& light, float worth, Plane& open)
     }
 }
 
-/// The light after all steps.
-void average(const Surfaces& surfaces, uint32_t width, uint32_t height, Light& light)
+/// The light after the steps up to that distance.
+void average(const Surfaces& surfaces, uint32_t width, uint32_t height, uint32_t farthest,
+             Light& light)
 {
     Light next = light;
     Plane open(surfaces.kind.size(), 1), shares(open.size());
-    for (uint32_t pixels = 1; pixels <= kFarthest; pixels *= 2) {
+    for (uint32_t pixels = 1; pixels <= farthest; pixels *= 2) {
         for (const bool down : {false, true})
             exchange(surfaces, open, {width, height, pixels, down}, shares, light, next);
-        if (pixels < kFarthest) openUp(light, worthOf(2 * pixels), open);
+        if (pixels < farthest) openUp(light, worthOf(2 * pixels), open);
     }
 }
 
@@ -290,11 +291,26 @@ private:
 
 }  // namespace
 
+void smoothLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera)
+{
+    const Surfaces surfaces = surfacesOf(mean, aovs, camera);
+    Light light = lightOf(mean, aovs, surfaces);
+    average(surfaces, mean.width, mean.height, 1, light);
+    forRows(mean.height, [&](uint32_t y) {
+        for (size_t i = size_t(y) * mean.width; i < size_t(y + 1) * mean.width; ++i) {
+            if (std::isnan(surfaces.kind[i])) continue;
+            const glm::vec3 albedo = albedoAt(aovs, i);
+            for (size_t c = 0; c < 3; ++c)
+                mean.pixels[3 * i + c] = light[c][i] * albedo[static_cast<int>(c)];
+        }
+    });
+}
+
 void spreadLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera)
 {
     const Surfaces surfaces = surfacesOf(mean, aovs, camera);
     Light light = lightOf(mean, aovs, surfaces);
-    average(surfaces, mean.width, mean.height, light);
+    average(surfaces, mean.width, mean.height, kFarthest, light);
     const core::Image lamp = litFromCamera(aovs, camera);
     const float level = kLamp * lampOf(mean, surfaces, lamp);
     if (!(level > 0)) return;

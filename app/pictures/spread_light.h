@@ -15,4 +15,8 @@ namespace app {
 /// everything keep their values, but for single pixels at their rims that show something else.
 void spreadLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera);
 
+/// The same over the eight pixels around alone, by weights 1/4, 1/2, 1/4 along either side: for
+/// pictures each of whose pixels has kept samples, but not enough of them.
+void smoothLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera);
+
 }  // namespace app

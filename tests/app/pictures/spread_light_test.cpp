@@ -218,4 +218,57 @@ TEST(SpreadLight, PicturesOfAnySizeAreTaken)
     }
 }
 
+core::Image smooth(core::Image mean, const core::Aovs& aovs)
+{
+    app::smoothLight(mean, aovs, ahead());
+    return mean;
+}
+
+TEST(SmoothLight, OneLitPixelBecomesNine)
+{
+    core::Image mean(kWide, kHigh, 3);
+    setLight(mean, 20, 30, 16);
+    const core::Image after = smooth(mean, wall());
+    for (int dy = -3; dy <= 3; ++dy)
+        for (int dx = -3; dx <= 3; ++dx) {
+            const auto weight = [](int d) {
+                return d == 0 ? 2.0f : std::abs(d) == 1 ? 1.0f : 0.0f;
+            };
+            EXPECT_NEAR(after.at(uint32_t(20 + dx), uint32_t(30 + dy))[1], weight(dx) * weight(dy),
+                        1e-5f);
+        }
+}
+
+TEST(SmoothLight, TakesTheNoiseThatNineWeightsTake)
+{
+    const core::Image before = fewLit(4), after = smooth(before, wall());
+    const double mean = meanOf(before);
+    EXPECT_NEAR(meanOf(after), mean, 1e-4 * mean);
+    double was = 0, is = 0;
+    for (size_t i = 0; i < after.pixels.size(); ++i) {
+        was += std::pow(double(before.pixels[i]) - mean, 2);
+        is += std::pow(double(after.pixels[i]) - mean, 2);
+    }
+    EXPECT_NEAR(is / was, std::pow(0.375, 2), 0.03) << "(1/16 + 1/4 + 1/16) along either side";
+}
+
+/// Textures, other surfaces, emitters and the open; what is dark stays dark.
+TEST(SmoothLight, StaysOnItsSurface)
+{
+    core::Aovs aovs = core::emptyAovs(kWide, kHigh);
+    addWall(aovs, 0, 3, 0, glm::vec3(0.5f));
+    addWall(aovs, 40, 3, 1, glm::vec3(0.5f));
+    for (uint32_t y = 0; y < kHigh; ++y)
+        for (uint32_t x = 0; x < 20; ++x)
+            for (int c = 0; c < 3; ++c) aovs.albedo.at(x, y)[c] = (x + y) % 2 == 0 ? 0.8f : 0.2f;
+    for (uint32_t y = 0; y < kHigh; ++y) aovs.ids.at(70, y)[2] = 0;  // a lamp
+    core::Image mean(kWide, kHigh, 3);
+    for (uint32_t y = 0; y < kHigh; ++y)
+        for (uint32_t x = 0; x < 40; ++x) setLight(mean, x, y, *aovs.albedo.at(x, y));
+    for (uint32_t y = 0; y < kHigh; ++y) setLight(mean, 70, y, 9);
+    const core::Image after = smooth(mean, aovs);
+    for (size_t i = 0; i < after.pixels.size(); ++i)
+        ASSERT_NEAR(after.pixels[i], mean.pixels[i], 1e-5f) << i;
+}
+
 }  // namespace
