@@ -215,7 +215,8 @@ void PictureWork::addPreview(Picture& picture, const RenderRequest& request)
                core::methodNamed(request.params.method.id()).traits.radiance) {
         fillUnlit(picture.mean, *aovs_, request.camera);
     }
-    if (detailed_ && !core::methodNamed(request.params.method.id()).traits.sharesLight)
+    const core::Traits& traits = core::methodNamed(request.params.method.id()).traits;
+    if (detailed_ && request.movingShows != Moving::path && !traits.sharesLight)
         smoothLight(picture.mean, *aovs_, request.camera);
     picture.guide = std::make_shared<const core::Image>(surfaceGuide(*aovs_));
     if (detailed_) detail_->addTo(picture, *aovs_);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/methods/many_lights_params.h"
 #include "core/methods/path_params.h"
 #include "core/methods/reuse_params.h"
 #include "tests/support/methods/reuse_flights.h"
@@ -129,6 +130,24 @@ TEST_P(PictureWorkInMotion, CoarsePicturesShowLightByItsSurfaces)
     EXPECT_TRUE(asItHasCome(*show(app::Coarse::no, core::Start::anew, 0.5, 1)));
     setMethod(core::ReuseParams{});
     EXPECT_TRUE(asItHasCome(*show(app::Coarse::first, core::Start::anew, 0.5, 1)));
+}
+
+/// Over those around, but for who wants paths alone; the light of many lights has no grain.
+TEST_P(PictureWorkInMotion, KeptSamplesAreAveragedOverAFewPixels)
+{
+    truth_ = show(app::Coarse::no, core::Start::anew, 0.5, 512)->mean;
+    const auto first = [&](app::Moving shows) {
+        request_.movingShows = shows;
+        return firstInMotion(4);
+    };
+    const auto kept = first(app::Moving::path), averaged = first(app::Moving::filled);
+    EXPECT_NE(averaged->mean.pixels, kept->mean.pixels);
+    EXPECT_LT(error(*averaged), error(*kept));
+    core::ManyLightsParams lights;
+    lights.lights = 200;
+    lights.clusters = 20;
+    setMethod(lights);
+    EXPECT_EQ(first(app::Moving::filled)->mean.pixels, first(app::Moving::path)->mean.pixels);
 }
 
 INSTANTIATE_TEST_SUITE_P(Device, PictureWorkInMotion,
