@@ -74,6 +74,13 @@ double meanOf(const core::Image& image, uint32_t x0 = 0, uint32_t x1 = kWide)
     return sum / (double(kHigh) * (x1 - x0));
 }
 
+double squaresAbout(double mean, const core::Image& image)
+{
+    double sum = 0;
+    for (const float v : image.pixels) sum += std::pow(double(v) - mean, 2);
+    return sum;
+}
+
 core::Image spread(core::Image mean, const core::Aovs& aovs)
 {
     app::spreadLight(mean, aovs, ahead());
@@ -92,11 +99,7 @@ TEST(SpreadLight, FewLitPixelsBecomeAnEvenWallOfTheSameLight)
     const core::Image before = fewLit(16), after = spread(before, wall());
     const double mean = meanOf(before);
     EXPECT_NEAR(meanOf(after), mean, 1e-4 * mean);
-    double was = 0, is = 0;
-    for (size_t i = 0; i < after.pixels.size(); ++i) {
-        was += std::pow(double(before.pixels[i]) - mean, 2);
-        is += std::pow(double(after.pixels[i]) - mean, 2);
-    }
+    const double was = squaresAbout(mean, before), is = squaresAbout(mean, after);
     EXPECT_LT(is, 0.02 * was) << "a standard deviation of 3.9 times the mean becomes one of 0.5";
 }
 
@@ -244,11 +247,7 @@ TEST(SmoothLight, TakesTheNoiseThatNineWeightsTake)
     const core::Image before = fewLit(4), after = smooth(before, wall());
     const double mean = meanOf(before);
     EXPECT_NEAR(meanOf(after), mean, 1e-4 * mean);
-    double was = 0, is = 0;
-    for (size_t i = 0; i < after.pixels.size(); ++i) {
-        was += std::pow(double(before.pixels[i]) - mean, 2);
-        is += std::pow(double(after.pixels[i]) - mean, 2);
-    }
+    const double was = squaresAbout(mean, before), is = squaresAbout(mean, after);
     EXPECT_NEAR(is / was, std::pow(0.375, 2), 0.03) << "(1/16 + 1/4 + 1/16) along either side";
 }
 
