@@ -89,6 +89,13 @@ double freeShare(const core::World& world, glm::dvec3 from, glm::dvec3 to, doubl
     return std::clamp((glm::distance(hit->position, from) - margin) / length, 0.0, 1.0);
 }
 
+double wallMargin(const core::World& world)
+{
+    constexpr double kOfRadius = 0.01, kMostMetres = 0.05;
+    return std::min(kOfRadius * static_cast<double>(world.radius),
+                    kMostMetres * world.placement.scale);
+}
+
 std::optional<Room> roomAround(const core::World& world, glm::dvec3 position, std::stop_token stop)
 {
     const glm::dvec3 low(world.boundsLow), high(world.boundsHigh);

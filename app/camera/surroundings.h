@@ -47,6 +47,10 @@ struct Room {
 /// left. Alpha is not looked at.
 double freeShare(const core::World& world, glm::dvec3 from, glm::dvec3 to, double margin);
 
+/// The margin of a camera that is moved by hand, in the world's units: a hundredth of the scene's
+/// radius, but no more than five centimetres, for rooms may stand in a wide landscape.
+double wallMargin(const core::World& world);
+
 /// The room around the place; nothing when it is not in the scene's bounds or more than a quarter
 /// of 64 directions lead out into the open, or when it is stopped.
 std::optional<Room> roomAround(const core::World& world, glm::dvec3 position,

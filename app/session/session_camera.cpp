@@ -172,13 +172,12 @@ void Session::focusAt(glm::dvec2 position)
 /// than a frame it goes on, and one is told afterwards what has been gone through.
 Reach Session::reach() const
 {
-    constexpr size_t kRays = 2;       // of one motion
-    constexpr double kMargin = 0.01;  // of the scene's radius
+    constexpr size_t kRays = 2;  // of one motion
     if (settings.view.walls == Walls::pass || insideSolid_ || navigation.camera().orthographic ||
         !quickToLook(*document_->world, kRays))
         return {};
     return [&world = *document_->world](const glm::dvec3& from, const glm::dvec3& to) {
-        return freeShare(world, from, to, kMargin * static_cast<double>(world.radius));
+        return freeShare(world, from, to, wallMargin(world));
     };
 }
 

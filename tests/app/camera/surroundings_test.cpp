@@ -54,6 +54,25 @@ TEST(Surroundings, TheWayIsFreeUpToTheFrontOfAWall)
     EXPECT_EQ(share({0, 0, 5}, {0, 0, 5}, 0.1), 1);
 }
 
+TEST(Surroundings, TheMarginFitsIntoRoomsOfWideLandscapes)
+{
+    for (const float size : {0.01f, 1.0f, 5000.0f}) {
+        tests::SceneBuilder builder;
+        const int material = builder.material(grey());
+        builder.box({-size, -3, -size}, {size, -2, size}, material, false);
+        builder.box({-2, -2, -2}, {2, 2, 2}, material, true);
+        const auto world = builder.world();
+        const double metre = world->placement.scale;
+        EXPECT_LE(app::wallMargin(*world), 0.05 * metre);
+        EXPECT_GT(app::wallMargin(*world), 0.02 * metre);
+    }
+    tests::SceneBuilder small;
+    small.sphere({0, 0, 0}, 0.01f, 4, small.material(grey()));
+    const auto world = small.world();
+    EXPECT_NEAR(app::wallMargin(*world), 0.01 * double(world->radius),
+                1e-6 * double(world->radius));
+}
+
 TEST(Surroundings, InsideASolidIsToldFromRoomsAndTheOpen)
 {
     for (const bool doubleSided : {true, false}) {
