@@ -229,14 +229,18 @@ bool Navigation::orbit(double dx, double dy, const Reach& reach)
     core::Camera camera = camera_;
     for (int i = 1; i <= parts; ++i) {
         const glm::dvec2 turn = kPi * (double(i) / parts) * drag;
-        glm::dmat3 to = axes(turned(before, turn.x, -turn.y));
+        const glm::dmat3 to = axes(turned(before, turn.x, -turn.y));
         const glm::dvec3 from = camera_.position, wanted = pivot_ + to * offset;
-        const double free = reachOf(reach, from, wanted);
-        camera.position = free < 1 ? glm::mix(from, wanted, free) : wanted;
-        if (free < 1) to = axes(turned(before, kPi * drag.x, -kPi * drag.y));
+        if (const double free = reachOf(reach, from, wanted); free < 1) {
+            const glm::dmat3 end = axes(turned(before, kPi * drag.x, -kPi * drag.y));
+            camera.position = glm::mix(from, wanted, free);
+            point(camera, end);
+            move(camera, camera.position - end * offset);
+            return true;
+        }
+        camera.position = wanted;
         point(camera, to);
-        move(camera, free < 1 ? camera.position - to * offset : pivot_);
-        if (free < 1) return true;
+        move(camera, pivot_);
     }
     return false;
 }

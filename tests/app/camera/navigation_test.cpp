@@ -1,6 +1,7 @@
 // Cameras moved by hand: what follows the cursor does so exactly, what is undone is undone, and
 // nothing breaks the axes.
 #include "app/camera/navigation.h"
+#include "tests/support/session/cameras.h"
 #include "tests/support/statistics/no_numbers.h"
 
 #include <cmath>
@@ -16,17 +17,9 @@ namespace {
 using app::Navigation;
 using glm::dvec2, glm::dvec3;
 using std::numbers::pi;
-using tests::kDoubleNan;
+using tests::kDoubleNan, tests::someCamera, tests::shown, tests::axisError;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-core::Camera someCamera(bool orthographic = false)
-{
-    core::Camera camera = core::lookAt({3, 1.5, 4}, {0.2, 0.5, -0.3}, {0, 1, 0}, 0.8);
-    camera.orthographic = orthographic;
-    camera.ymag = 1.7;
-    return camera;
-}
 
 /// Turned about its direction of view, to the right.
 core::Camera rolled(core::Camera camera, double angle)
@@ -43,16 +36,6 @@ Navigation navigation(const core::Camera& camera, double radius = 5)
     return n;
 }
 
-/// Where a point appears: fractions of the picture's height from its middle, y down.
-dvec2 shown(const core::Camera& camera, dvec3 point)
-{
-    const dvec3 offset = point - camera.position, right = glm::cross(camera.forward, camera.up);
-    const double half = camera.orthographic
-                            ? camera.ymag
-                            : glm::dot(offset, camera.forward) * std::tan(0.5 * camera.yfov);
-    return {0.5 * glm::dot(offset, right) / half, -0.5 * glm::dot(offset, camera.up) / half};
-}
-
 void expectSame(const core::Camera& a, const core::Camera& b, double tolerance)
 {
     EXPECT_LE(glm::distance(a.position, b.position), tolerance);
@@ -60,13 +43,6 @@ void expectSame(const core::Camera& a, const core::Camera& b, double tolerance)
     EXPECT_LE(glm::distance(a.up, b.up), tolerance);
     EXPECT_NEAR(a.ymag, b.ymag, tolerance);
     EXPECT_NEAR(a.focusDistance, b.focusDistance, tolerance);
-}
-
-double axisError(const core::Camera& camera)
-{
-    return std::max({std::abs(glm::length(camera.forward) - 1),
-                     std::abs(glm::length(camera.up) - 1),
-                     std::abs(glm::dot(camera.forward, camera.up))});
 }
 
 double elevation(const core::Camera& camera)
@@ -270,70 +246,6 @@ TEST(Navigation, TheWheelKeepsWhatIsUnderTheCursorThere)
             n.dollyTo(point, kDoubleNan);
             EXPECT_LE(axisError(n.camera()), 1e-9);
         }
-}
-
-/// A wall at x = .5 stops what comes from below.
-double beforeTheWall(const dvec3& from, const dvec3& to)
-{
-    return to.x > 0.5 && from.x <= 0.5 ? (0.5 - from.x) / (to.x - from.x) : 1;
-}
-
-TEST(Navigation, AWallStopsAnOrbitWhichGoesOnTurning)
-{
-    for (const double roll : {0.0, 0.6}) {
-        core::Camera camera = core::lookAt({0, 0, 4}, {0, 0, 0}, {std::sin(roll), 1, 0}, 0.8);
-        Navigation free, stopped;
-        for (Navigation* n : {&free, &stopped}) {
-            n->set(camera, 5);
-            n->setPivot({0, 0, 0});
-        }
-        const dvec2 seen = shown(camera, {0, 0, 0});
-        for (const double dx : {-0.3, -0.02, 0.3, 0.6}) {
-            const double x = stopped.camera().position.x;
-            const bool was = stopped.orbit(dx, 0.05, beforeTheWall);
-            EXPECT_FALSE(free.orbit(dx, 0.05));
-            const core::Camera& now = stopped.camera();
-            EXPECT_LE(now.position.x, 0.5 + 1e-12);
-            if (was) {
-                EXPECT_NEAR(now.position.x, 0.5, 1e-12) << "from " << x;
-            }
-            EXPECT_LE(axisError(now), 1e-12);
-            EXPECT_LE(glm::distance(now.forward, free.camera().forward), 1e-12) << "turns alike";
-            EXPECT_LE(glm::distance(shown(now, stopped.pivot()), seen), 1e-12);
-            EXPECT_NEAR(glm::distance(now.position, stopped.pivot()), 4, 1e-12);
-        }
-        EXPECT_GT(glm::distance(free.camera().position, stopped.camera().position), 0.5);
-    }
-}
-
-TEST(Navigation, AWallStopsPansAndTheWheel)
-{
-    for (const double part : {0.25, 1.0}) {
-        const auto reach = [part](const dvec3&, const dvec3&) { return part; };
-        Navigation free = navigation(someCamera()), stopped = free;
-        const dvec3 from = free.camera().position, pivot = free.pivot();
-        const auto goesAsFar = [&](bool was) {
-            EXPECT_EQ(was, part < 1);
-            const auto along = [part](const dvec3& a, const dvec3& b) {
-                return a + part * (b - a);
-            };
-            EXPECT_LE(glm::distance(stopped.camera().position, along(from, free.camera().position)),
-                      1e-9);
-            EXPECT_LE(glm::distance(stopped.pivot(), along(pivot, free.pivot())), 1e-9);
-            EXPECT_LE(axisError(stopped.camera()), 1e-12);
-            free.go({someCamera(), pivot});
-            stopped = free;
-        };
-        EXPECT_FALSE(free.pan(0.3, -0.2));
-        goesAsFar(stopped.pan(0.3, -0.2, reach));
-        EXPECT_FALSE(free.dolly(-3));
-        goesAsFar(stopped.dolly(-3, reach));
-        EXPECT_FALSE(free.dollyTo({1, 2, 0}, -3));
-        goesAsFar(stopped.dollyTo({1, 2, 0}, -3, reach));
-        EXPECT_FALSE(stopped.pan(kDoubleNan, 0, reach));
-        EXPECT_FALSE(stopped.dollyTo({1, 2, 0}, kDoubleNan, reach));
-        EXPECT_EQ(stopped.camera(), free.camera());
-    }
 }
 
 TEST(Navigation, GoesBackToAViewAndStandsWhereItIsTold)
