@@ -48,7 +48,7 @@ room(app/bench SEES ${base} core/image core/scene core/trace app/base app/versio
      FOREIGN nlohmann/)
 room(app/bench/throughput SEES ${bench} core/trace app/methods app/gpu FOREIGN nlohmann/)
 room(app/bench/window SEES ${bench} app/methods app/session)
-room(app/bench/flythrough SEES ${bench} core/trace app/methods app/session app/bench/window FOREIGN nlohmann/)
+room(app/bench/flythrough SEES ${bench} core/trace app/methods app/pictures app/session app/bench/window FOREIGN nlohmann/)
 room(app/bench/guiding SEES ${bench} app/methods app/session app/bench/window FOREIGN nlohmann/)
 room(app/bench/light SEES ${bench} FOREIGN nlohmann/)
 room(app/bench/many_lights SEES ${bench} core/completion core/many_lights app/version FOREIGN nlohmann/)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/base/parallel.h"
 #include "core/methods/first_hits.h"
 #include "spirv/first_hits.h"
 
@@ -10,7 +11,8 @@ namespace gpu {
 
 namespace {
 
-constexpr uint32_t kBandTiles = 1u << 12;  // of first hits on their way back: 10 MiB
+constexpr size_t kStoredAtOnce = 1u << 13;
+constexpr uint32_t kBandTiles = 1u << 12;  // of first hits on their way back: 13 MiB
 
 }  // namespace
 
@@ -36,7 +38,10 @@ core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, double sec
         trace(scene, frame, row * tilesPerRow, end * tilesPerRow, firstPixel, seconds);
         hits.resize(std::min(8 * end, height) * size_t(width) - firstPixel);
         found_.read(std::as_writable_bytes(std::span(hits)));
-        for (size_t i = 0; i < hits.size(); ++i) core::storeFirstHit(hits[i], firstPixel + i, aovs);
+        core::parallelFor(hits.size(), kStoredAtOnce, [&](size_t begin, size_t stop) {
+            for (size_t i = begin; i < stop; ++i)
+                core::storeFirstHit(hits[i], firstPixel + i, aovs);
+        });
     }
     return aovs;
 }

@@ -16,6 +16,7 @@ shared::FrameData frameOf(const core::World& world, const GpuScene& scene, const
     frame.settings.imageHeight = view.size.y;
     frame.settings.skyRegions = (scene.features() & shared::kFeatureSkyRegions) != 0 ? 1 : 0;
     frame.camera = core::cameraData(view.camera, view.size.x, view.size.y);
+    frame.camera.centred = view.centred ? 1 : 0;
     frame.gridLow = scene.gridLow();
     frame.gridScale = scene.gridScale();
     frame.tilesPerRow = (view.size.x + 7) / 8;
@@ -165,6 +166,17 @@ core::Aovs TiledFilm::aovs(const GpuScene& scene, double seconds)
 {
     CHECK(ready_);
     return firstHits_.find(scene, frame_, seconds);
+}
+
+core::Aovs TiledFilm::firstHits(const GpuScene& scene, const shared::FrameData& data,
+                                double seconds)
+{
+    CHECK(ready_);
+    const shared::FrameData own = frame_.data();
+    frame_.write(data);
+    core::Aovs found = firstHits_.find(scene, frame_, seconds);
+    frame_.write(own);
+    return found;
 }
 
 void TiledFilm::prepareAovs(const GpuScene& scene)

@@ -58,6 +58,8 @@ public:
     core::RenderProgress progress() const;
     core::Estimate read(core::Reading what);
     core::Aovs aovs(const GpuScene& scene, double seconds);
+    /// Those of another view of the scene; the film stays.
+    core::Aovs firstHits(const GpuScene& scene, const shared::FrameData& data, double seconds);
     void prepareAovs(const GpuScene& scene);
 
     /// First hits of a view, as aovs(), for which there is no film and will be none before reset().

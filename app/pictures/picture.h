@@ -105,7 +105,7 @@ struct ErrorPoint {
 struct Picture {
     uint64_t generation = 0;
     std::weak_ptr<const core::World> world;  // that it shows; a kept picture keeps no scene
-    // RGB radiance; while moving smaller than asked for, or made from few pixels (MovingDetail)
+    // RGB radiance; while moving smaller than asked for
     core::Image mean;
     std::shared_ptr<const core::Image> variance;           // of the mean, RGB; when wanted
     std::shared_ptr<const core::Aovs> aovs;                // when wanted
@@ -121,8 +121,7 @@ struct Picture {
     bool preview = false;   // coarse: rendered while the camera moved
     bool shaded = false;    // first hits lit from the camera, for the display at exposure 0
     std::shared_ptr<const core::Image> guide;  // to the pixels of a preview: see surfaceGuide()
-    // To those that samples were taken at, where these were fewer (MovingDetail)
-    std::shared_ptr<const core::Image> sampledGuide;
+    glm::uvec2 sampled{0};  // pixels that have had samples, where these are fewer (MovingDetail)
     bool follows = false;   // began with what the views before had left: see PictureFacts
     bool finished = false;  // a limit is reached
     bool black = false;     // every pixel has had a sample, and none has brought any light
@@ -135,8 +134,7 @@ struct Picture {
 /// How many pixels a picture's samples were taken at.
 inline glm::uvec2 sampledSize(const Picture& p)
 {
-    const core::Image& of = p.sampledGuide ? *p.sampledGuide : p.mean;
-    return {of.width, of.height};
+    return p.sampled.x > 0 ? p.sampled : glm::uvec2(p.mean.width, p.mean.height);
 }
 
 /// Whether every pixel has had as many samples, of the picture's full size: only that can be

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/pictures/error_point.h"
+#include "app/pictures/fine_light.h"
 #include "app/pictures/preview_shading.h"
 #include "app/pictures/spread_light.h"
 #include "core/base/time.h"
@@ -24,9 +25,6 @@ constexpr double kCallSeconds = 0.1;                        // of one call of th
 constexpr double kFirstLookSeconds = 0.05;                  // of the small sample that comes first
 constexpr double kOverhead = 0.15;
 constexpr double kLeastForPaths = 0.5;  // of the time of a picture in motion
-// A flight may begin with pictures at rest of so many samples, if these take no longer than that.
-constexpr uint64_t kSettledSamples = 8;
-constexpr double kSettledSeconds = 0.25;
 constexpr double kGrowthBetweenPoints = 1.2;
 
 }  // namespace
@@ -48,13 +46,12 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
                         core::Start start, ResolutionControl& control, double paceFactor)
 {
     std::shared_ptr<const core::Image> backdrop = std::move(backdrop_);
-    std::unique_ptr<MovingDetail> detail = std::move(detail_);
+    const MovingDetail detail = detail_;
     *this = {};
-    detail_ = detail ? std::move(detail) : std::make_unique<MovingDetail>();
+    detail_ = detail;
     coarse_ = coarse;
     if (!quick()) backdrop_ = std::move(backdrop);
     shaded_ = coarse == Coarse::moving && request.movingShows == Moving::shaded;
-    detailed_ = coarse == Coarse::moving && MovingDetail::wanted(request);
     core::AnyParams params = request.params.method;
     const core::MethodInfo& method = core::methodNamed(params.id());
     if (coarse == Coarse::moving && method.whileMoving != nullptr)
@@ -73,12 +70,14 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         else if (coarse == Coarse::moving && !keeps)
             depth_ = std::min(depth_, request.movingDepth);
         double target = coarse == Coarse::moving ? request.targetFrameSeconds : kFirstLookSeconds;
-        if (detailed_) {
-            target = MovingDetail::secondsOfPicture(request);
-            target = std::max(target - detail_->seconds(), kLeastForPaths * target);
+        const bool detailed = !shaded_ && MovingDetail::wanted(request);
+        if (detailed) {
+            fineSize_ = detail_.affordable(request.size, target);
+            target = std::max(target - detail_.seconds(fineSize_), kLeastForPaths * target);
         }
-        const PreviewSize preview = control.choose(request.size, depth_, target, keeps);
+        const PreviewSize preview = control.choose(request.size, depth_, target, {keeps, detailed});
         size_ = preview.size;
+        detailed_ = detailed && fineSize_.x > size_.x;
         scale_ = preview.scale;
         depth_ = preview.depth;
     }
@@ -87,10 +86,8 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     pace_ = {.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor,
              .whole = quick()};
     renderer.setPace(pace_);
-    std::optional<core::Camera> shifted;
-    if (detailed_) shifted = detail_->next(request, size_, start == core::Start::moved);
-    detailed_ = shifted.has_value();
-    renderer.setView({shifted.value_or(request.camera), size_, params}, start);
+    const bool centred = quick() && request.movingShows != Moving::path;
+    renderer.setView({request.camera, size_, params, centred}, start);
     follows_ = start == core::Start::moved && method.traits.keepsOnMove;
     version_ = publishedVersion_ = renderer.progress().version;
     nextPoint_ = 2;
@@ -162,7 +159,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     renderer.advance(budget, stop);
     const core::RenderProgress now = renderer.progress();
     const bool some = now.samples > 0 || (now.fraction > 0 && coarse_ == Coarse::half);
-    if (some && !aovs_ && (coarse_ == Coarse::moving || spreads(request)))
+    if (some && !aovs_ && (coarse_ == Coarse::moving || detailed_ || spreads(request)))
         aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
     const double seconds = core::secondsSince(start);
     if (now.version == version_) return;
@@ -194,16 +191,17 @@ void PictureWork::advanceShaded(core::Renderer& renderer, ResolutionControl& con
 }
 
 /// Whether the light of a coarse picture's few samples is averaged over surfaces: not for who wants
-/// paths alone, nor where pictures have detail of their own.
+/// paths alone, nor where all pixels have the light of all.
 bool PictureWork::spreads(const RenderRequest& request) const
 {
+    const core::Traits& traits = core::methodNamed(request.params.method.id()).traits;
     return coarse_ != Coarse::no && !shaded_ && request.movingShows != Moving::path &&
-           core::methodNamed(request.params.method.id()).traits.radiance &&
-           !MovingDetail::wanted(request);
+           traits.radiance && !traits.sharesLight;
 }
 
 /// What makes a coarse picture easier to read than its few pixels are.
-void PictureWork::addPreview(Picture& picture, const RenderRequest& request)
+void PictureWork::addPreview(core::Renderer& renderer, Picture& picture,
+                             const RenderRequest& request)
 {
     if (!aovs_ || !fits(*aovs_, picture.mean)) return;
     if (shaded_) {
@@ -215,23 +213,12 @@ void PictureWork::addPreview(Picture& picture, const RenderRequest& request)
                core::methodNamed(request.params.method.id()).traits.radiance) {
         fillUnlit(picture.mean, *aovs_, request.camera);
     }
-    const core::Traits& traits = core::methodNamed(request.params.method.id()).traits;
-    if (detailed_ && request.movingShows != Moving::path && !traits.sharesLight)
-        smoothLight(picture.mean, *aovs_, request.camera);
-    picture.guide = std::make_shared<const core::Image>(surfaceGuide(*aovs_));
-    if (detailed_) detail_->addTo(picture, *aovs_);
-}
-
-/// A picture at rest that has come so far is what the next flight begins with. Its first hits take
-/// a part of the time of a sample.
-void PictureWork::settle(core::Renderer& renderer, const RenderRequest& request,
-                         const std::shared_ptr<const Picture>& picture)
-{
-    if (coarse_ != Coarse::no || samples_ < kSettledSamples || !MovingDetail::wanted(request) ||
-        seconds_ > kSettledSeconds * static_cast<double>(samples_))
-        return;
-    if (!aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
-    detail_->settle(picture, aovs_);
+    if (detailed_) {
+        if (!fine_) fine_ = detail_.find(renderer, request.camera, fineSize_);
+        picture.mean = lightOnSurfaces(picture.mean, *aovs_, *fine_, request.camera);
+        picture.sampled = size_;
+    }
+    picture.guide = std::make_shared<const core::Image>(surfaceGuide(fine_ ? *fine_ : *aovs_));
 }
 
 void PictureWork::readEverything(core::Renderer& renderer)
@@ -308,11 +295,11 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     picture->counters = estimate.counters;
     if (request.wantVariance)
         picture->variance = std::make_shared<core::Image>(std::move(estimate.variance));
-    if (coarse_ != Coarse::no) addPreview(*picture, request);
+    if (coarse_ != Coarse::no) addPreview(renderer, *picture, request);
     if (coarse_ != Coarse::no && !shaded_ && !holes)
         backdrop_ = std::make_shared<core::Image>(picture->mean);
     if (request.wantAovs && !aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
-    if (request.wantAovs) picture->aovs = aovs_;
+    if (request.wantAovs) picture->aovs = fine_ ? fine_ : aovs_;
     if (request.wantMaps) {
         picture->maps = std::make_shared<const std::vector<core::Image>>(renderer.maps());
         picture->probe = renderer.probe();
@@ -328,7 +315,6 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     picture->curve = curve_;
     published_ = samples_;
     publishedVersion_ = version_;
-    settle(renderer, request, picture);
     publishedAt_ = Clock::now();
     publishSeconds_ = core::secondsSince(start);
     return picture;

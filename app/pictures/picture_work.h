@@ -81,17 +81,15 @@ private:
     bool spreads(const RenderRequest& request) const;
     void describe(Picture& picture, const core::Renderer& renderer,
                   const RenderRequest& request) const;
-    void addPreview(Picture& picture, const RenderRequest& request);
-    void settle(core::Renderer& renderer, const RenderRequest& request,
-                const std::shared_ptr<const Picture>& picture);
+    void addPreview(core::Renderer& renderer, Picture& picture, const RenderRequest& request);
     bool limitReached(const RenderRequest& request) const;
 
     bool begun_ = false, finished_ = false;
     Coarse coarse_ = Coarse::no;
-    bool shaded_ = false;  // first hits alone
-    bool detailed_ = false;
-    bool follows_ = false;  // see Picture
-    glm::uvec2 size_{0};
+    bool shaded_ = false;    // first hits alone
+    bool detailed_ = false;  // its surfaces are finer than its light
+    bool follows_ = false;   // see Picture
+    glm::uvec2 size_{0}, fineSize_{0};
     float scale_ = 1;
     uint32_t depth_ = 0;
     core::Pace pace_;
@@ -103,9 +101,9 @@ private:
     uint64_t version_ = 0, publishedVersion_ = 0;
     std::optional<core::Estimate>
         estimate_;  // with everything, as it stands, when it has been read
-    std::shared_ptr<const core::Image> backdrop_;  // the small picture that came before this one
-    std::shared_ptr<const core::Aovs> aovs_;       // of this view
-    std::unique_ptr<MovingDetail> detail_;         // of the pictures before
+    std::shared_ptr<const core::Image> backdrop_;    // the small picture that came before this one
+    std::shared_ptr<const core::Aovs> aovs_, fine_;  // of this view; of fineSize_
+    MovingDetail detail_;
 };
 
 }  // namespace app

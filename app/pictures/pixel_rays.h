@@ -9,7 +9,6 @@
 
 namespace app {
 
-/// Of a camera, without its shift.
 class PixelRays {
 public:
     PixelRays(const core::Camera& camera, uint32_t width, uint32_t height)

@@ -195,11 +195,4 @@ core::Image surfaceGuide(const core::Aovs& aovs)
     return guide;
 }
 
-core::Image smoothGuide(glm::uvec2 size)
-{
-    return guideOf(size, [](size_t, size_t count, size_t, uint8_t* alike) {
-        std::fill_n(alike, count, uint8_t(1));
-    });
-}
-
 }  // namespace app

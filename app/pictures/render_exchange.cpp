@@ -148,11 +148,12 @@ void RenderExchange::publish(std::shared_ptr<const Picture> picture)
     status_.error.clear();
 }
 
-void RenderExchange::publishMoving(double seconds, float scale)
+void RenderExchange::publishMoving(double seconds, float scale, float surfaceScale)
 {
     const std::lock_guard lock(mutex_);
     status_.movingSeconds = seconds;
     status_.movingScale = scale;
+    status_.movingSurfaceScale = surfaceScale;
 }
 
 void RenderExchange::publishError(const std::string& error)

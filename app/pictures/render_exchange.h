@@ -60,7 +60,7 @@ public:
     core::Progress progress();
 
     void publish(std::shared_ptr<const Picture> picture);
-    void publishMoving(double seconds, float scale);
+    void publishMoving(double seconds, float scale, float surfaceScale);
     void publishError(const std::string& error);
 
 private:

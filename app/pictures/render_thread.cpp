@@ -366,8 +366,11 @@ void RenderThread::Loop::publish()
 void RenderThread::Loop::handOut(std::shared_ptr<Picture> picture)
 {
     picture->generation = generation_;
-    if (work_.coarse() == Coarse::moving)
-        exchange.publishMoving(secondsSince(postedAt_), work_.scale());
+    if (work_.coarse() == Coarse::moving) {
+        const float full = static_cast<float>(picture->fullSize.x);
+        exchange.publishMoving(secondsSince(postedAt_), work_.scale(),
+                               static_cast<float>(picture->mean.width) / full);
+    }
     exchange.publish(std::move(picture));
     if (onPicture_) onPicture_();
 }

@@ -24,7 +24,7 @@ struct RenderThreadStatus {
     double lastStopSeconds = 0;
     // Of the last picture while the camera moved: from request to picture, and of its sides
     double movingSeconds = 0;
-    float movingScale = 1;
+    float movingScale = 1, movingSurfaceScale = 1;
 };
 
 /// Makes the renderer for a request.

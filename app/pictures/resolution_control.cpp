@@ -11,7 +11,7 @@ namespace app {
 namespace {
 
 constexpr double kRoomForFiner = 0.7;  // of the target: a finer step has to leave the rest
-constexpr float kSmallest = 0.25f;
+constexpr float kSmallest = 0.25f, kSmallestLight = 0.125f;
 // Where samples are kept. Sides are less than an eighth only where a picture of that size takes
 // kPatience times as long as asked for: as quick, smaller ones show more error (staircase in
 // 640x360 at a sixteenth: a tenth more), but a hand waits for the slow ones.
@@ -48,23 +48,25 @@ double ResolutionControl::predict(double pixels, uint32_t depth) const
     return secondsPerWork_ * pixels * workOf(depth);
 }
 
-std::vector<ResolutionControl::Step> ResolutionControl::steps(uint32_t depth, bool keepsDepth)
+std::vector<ResolutionControl::Step> ResolutionControl::steps(uint32_t depth, PreviewRules rules)
 {
     std::vector<Step> steps;
-    const float smallest = keepsDepth ? kSmallestKept : kSmallest;
+    const float smallest = rules.keepsDepth  ? kSmallestKept
+                           : rules.fineEdges ? kSmallestLight
+                                             : kSmallest;
     for (int halves = 0; halves <= 7; ++halves) {
         const float scale = std::exp2(-0.5f * static_cast<float>(halves));
         if (scale >= 0.99f * smallest) steps.push_back({scale, depth});
     }
-    if (!keepsDepth)
+    if (!rules.keepsDepth)
         for (uint32_t d = depth; d > 1;) steps.push_back({smallest, --d});
     return steps;
 }
 
 PreviewSize ResolutionControl::choose(glm::uvec2 full, uint32_t depth, double targetSeconds,
-                                      bool keepsDepth)
+                                      PreviewRules rules)
 {
-    const std::vector<Step> all = steps(depth, keepsDepth);
+    const std::vector<Step> all = steps(depth, rules);
     const auto picture = [&](size_t i) {
         return PreviewSize{scaled(full, all[i].scale), all[i].scale, all[i].depth};
     };
@@ -73,19 +75,21 @@ PreviewSize ResolutionControl::choose(glm::uvec2 full, uint32_t depth, double ta
         return predict(double(p.size.x) * p.size.y, p.depth);
     };
     const auto most = [&](size_t i) {
-        return all[i].scale < 1.01f * kSmallKept ? kPatience * targetSeconds : targetSeconds;
+        const bool small = rules.keepsDepth && all[i].scale < 1.01f * kSmallKept;
+        return small ? kPatience * targetSeconds : targetSeconds;
     };
     size_t wanted = 4;  // a quarter
     last_ = std::min(last_, all.size() - 1);
     if (secondsPerWork_ > 0) {
         wanted = 0;
         while (wanted + 1 < all.size() && expected(wanted) > most(wanted)) ++wanted;
-        if (depth == lastDepth_) {
+        if (depth == lastDepth_ && rules == lastRules_) {
             while (wanted < last_ && expected(wanted) > kRoomForFiner * most(wanted)) ++wanted;
         }
     }
     last_ = wanted;
     lastDepth_ = depth;
+    lastRules_ = rules;
     return picture(wanted);
 }
 

@@ -13,6 +13,7 @@
 
 #include "app/pictures/pixel_rays.h"
 #include "app/pictures/preview_shading.h"
+#include "app/pictures/same_surface.h"
 #include "core/base/parallel.h"
 #include "shared/tonemap.h"
 
@@ -21,14 +22,9 @@ namespace app {
 namespace {
 
 constexpr size_t kBlock = 64;
-constexpr size_t kRows = 16;           // of a block of a loop
-constexpr uint32_t kFarthest = 16;     // the last step, in pixels
-constexpr float kLeastAlbedo = 0.05f;  // light on what is darker cannot be told
-constexpr float kSameTurn = 0.9f;      // cosine between normals of one surface
-// A line between two points of a plane or a sphere is normal to the sum of their normals; of one
-// surface may be what leaves it by less than 11 degrees.
-constexpr float kSameBend = 0.16f;
-constexpr float kQuiet = 0.15f;  // relative standard error from which nothing is averaged
+constexpr size_t kRows = 16;        // of a block of a loop
+constexpr uint32_t kFarthest = 16;  // the last step, in pixels
+constexpr float kQuiet = 0.12f;     // relative standard error from which nothing is averaged
 // Of the mean brightness: what is shown where as good as no light has come. With more of it
 // pictures become flat, with less what few scattering events leave dark is black: a quarter is best
 // for the error on show in three rooms with three events, a half with one.
@@ -65,19 +61,13 @@ void forRows(uint32_t height, const auto& body)
     });
 }
 
-glm::vec3 albedoAt(const core::Aovs& aovs, size_t pixel)
-{
-    const float* a = &aovs.albedo.pixels[3 * pixel];
-    return glm::max(glm::vec3(a[0], a[1], a[2]), glm::vec3(kLeastAlbedo));
-}
-
 /// Whether the pixel's light comes from elsewhere, and is of a size that has a square.
 bool reflects(const core::Image& mean, const core::Aovs& aovs, size_t pixel)
 {
     constexpr float kMost = 1e15f;
     const float* p = &mean.pixels[3 * pixel];
     return aovs.depth.pixels[pixel] > 0 && aovs.ids.pixels[3 * pixel + 2] < 0 &&
-           std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < kMost;
+           !emits(aovs, pixel) && std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < kMost;
 }
 
 Surfaces surfacesOf(const core::Image& mean, const core::Aovs& aovs, const core::Camera& camera)
@@ -290,21 +280,6 @@ private:
 };
 
 }  // namespace
-
-void smoothLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera)
-{
-    const Surfaces surfaces = surfacesOf(mean, aovs, camera);
-    Light light = lightOf(mean, aovs, surfaces);
-    average(surfaces, mean.width, mean.height, 1, light);
-    forRows(mean.height, [&](uint32_t y) {
-        for (size_t i = size_t(y) * mean.width; i < size_t(y + 1) * mean.width; ++i) {
-            if (std::isnan(surfaces.kind[i])) continue;
-            const glm::vec3 albedo = albedoAt(aovs, i);
-            for (size_t c = 0; c < 3; ++c)
-                mean.pixels[3 * i + c] = light[c][i] * albedo[static_cast<int>(c)];
-        }
-    });
-}
 
 void spreadLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera)
 {

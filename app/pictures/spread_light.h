@@ -9,14 +9,10 @@ namespace app {
 
 /// Replaces the light that surfaces reflect (radiance by albedo, so that textures stay) by its
 /// average over the pixels around that show the same surface: as many as take its own standard
-/// error to 15 %, 32 to each side at most. Averages give every pixel's light away whole: the sum
+/// error to 12 %, 32 to each side at most. Averages give every pixel's light away whole: the sum
 /// over pixels of one albedo stays. Where most pixels have had none and the average is dark, what a
 /// lamp at the camera would show is added, less than fillUnlit() adds. Emitters and what is behind
 /// everything keep their values, but for single pixels at their rims that show something else.
 void spreadLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera);
-
-/// The same over the eight pixels around alone, by weights 1/4, 1/2, 1/4 along either side: for
-/// pictures each of whose pixels has kept samples, but not enough of them.
-void smoothLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& camera);
 
 }  // namespace app

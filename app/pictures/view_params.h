@@ -126,8 +126,7 @@ struct ViewParams {
           p.pictureScale);
         v(Field{"frame-limit", "frames of the window per second, at most", {5, 240}}, p.frameLimit);
         v(Field{"moving-rate",
-                "pictures per second wanted while the camera moves; fewer pixels are the price "
-                "(at least 30 where pictures keep the detail of those before)",
+                "pictures per second wanted while the camera moves; fewer pixels are the price",
                 {1, 120}},
           p.movingRate);
         v(Field{"moving-depth",
@@ -140,9 +139,8 @@ struct ViewParams {
                           "samples meanwhile"},
           p.moving);
         v(Field{"moving-detail",
-                "pictures of a moving camera keep the detail of those before them, "
-                "where their samples lie at the centres of pixels: reuse, but for "
-                "its strategy discard, and many lights"},
+                "what is seen directly in pictures of a moving camera (edges, textures, lamps) has "
+                "more pixels than light; not where moving shows paths or first hits alone"},
           p.movingDetail);
         v(Field{"wheel", "the wheel goes towards what is under the cursor, or towards the point "
                          "that the view turns about"},

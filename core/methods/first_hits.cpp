@@ -22,7 +22,7 @@ void store(Image& image, size_t pixel, const glm::vec3& v)
 Aovs emptyAovs(uint32_t width, uint32_t height)
 {
     Aovs aovs{Image(width, height, 1), Image(width, height, 3), Image(width, height, 3),
-              Image(width, height, 3)};
+              Image(width, height, 3), Image(width, height, 3)};
     std::ranges::fill(aovs.ids.pixels, -1.0f);
     return aovs;
 }
@@ -32,6 +32,7 @@ void storeFirstHit(const shared::FirstHit& hit, size_t pixel, Aovs& aovs)
     aovs.depth.pixels[pixel] = hit.depth;
     store(aovs.normal, pixel, hit.normal);
     store(aovs.albedo, pixel, hit.albedo);
+    store(aovs.emission, pixel, hit.emission);
     store(aovs.ids, pixel, {asId(hit.triangle), asId(hit.material), asId(hit.emitter)});
 }
 

@@ -119,10 +119,11 @@ public:
         return {version_, film_.samples, frame_ ? std::min(frame_->fraction(), 0.999) : 0};
     }
     Estimate read(Reading what) override { return film_.estimate(what == Reading::mean); }
-    Aovs aovs() override
+    Aovs aovs() override { return firstHits(camera_, size_); }
+    Aovs firstHits(const Camera& camera, glm::uvec2 size) override
     {
         CHECK(accel_ != nullptr);
-        return traceAovs(*accel_, cameraData(camera_, size_.x, size_.y), size_.x, size_.y);
+        return traceAovs(*accel_, cameraData(camera, size.x, size.y), size.x, size.y);
     }
     std::vector<Image> maps() override { return maps_; }
     RenderStats stats() const override;

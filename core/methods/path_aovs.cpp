@@ -12,6 +12,7 @@ Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t wi
 {
     Aovs aovs = emptyAovs(width, height);
     const shared::SceneView scene = sceneView(accel.world());
+    const shared::PathSettings settings = worldSettings(accel.world());
     const glm::vec2 size(static_cast<float>(width), static_cast<float>(height));
     const auto body = [&](const Tile& tile) {
         for (uint32_t y = tile.y0; y < tile.y1; ++y) {
@@ -21,9 +22,10 @@ Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t wi
                 ray.seed = shared::kAlphaByHalf;
                 shared::cameraRay(camera, film, size, glm::vec2(0.5f), ray.origin, ray.direction);
                 shared::Hit hit;
-                if (!accel.closest(ray, hit)) continue;
-                storeFirstHit(shared::makeFirstHit(scene, hit, ray.direction),
-                              size_t(y) * width + x, aovs);
+                const shared::FirstHit found =
+                    accel.closest(ray, hit) ? shared::makeFirstHit(scene, hit, ray.direction)
+                                            : shared::noFirstHit(scene, settings, ray.direction);
+                storeFirstHit(found, size_t(y) * width + x, aovs);
             }
         }
     };

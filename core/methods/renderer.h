@@ -22,6 +22,9 @@ struct View {
     Camera camera;
     glm::uvec2 size{0};  // pixels
     AnyParams params;
+    // Samples are taken at the centres of pixels, where first hits are known (aovs), and not all
+    // over them. It is for single samples: edges have steps.
+    bool centred = false;
 
     friend bool operator==(const View&, const View&) = default;
 };
@@ -78,6 +81,7 @@ struct RenderStats {
 /// (World::scale of them to a metre), 0 = nothing hit; ids are -1 for a miss.
 struct Aovs {
     Image depth, normal, albedo, ids;  // 1, 3, 3, 3 (triangle, material, emitter) channels
+    Image emission;                    // 3: towards the camera, of what is behind everything, too
 };
 
 /// What a method knows of a place: a small picture of one channel (negative: nothing there), and a
@@ -130,6 +134,9 @@ public:
     virtual RenderProgress progress() const = 0;
     virtual Estimate read(Reading what) = 0;
     virtual Aovs aovs() = 0;
+    /// First hits of the world in a picture of that size, seen by that camera; what is rendered
+    /// stays as it is. A method that finds none but its own view's returns those.
+    virtual Aovs firstHits(const Camera&, glm::uvec2 /*size*/) { return aovs(); }
     /// Makes what aovs() needs of a view beyond its samples, where that takes longer than finding
     /// the first hits of a small picture: kernels.
     virtual void prepareAovs() {}

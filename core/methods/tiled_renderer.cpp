@@ -24,6 +24,7 @@ void TiledRenderer::setView(const View& view, Start)
 {
     CHECK(view.size.x > 0 && view.size.y > 0);
     camera_ = view.camera;
+    centred_ = view.centred;
     setParams(view.params);
     film_.reset(view.size);
 }
@@ -53,7 +54,9 @@ shared::SceneView TiledRenderer::frameScene() const
 
 shared::CameraData TiledRenderer::frameCamera() const
 {
-    return cameraData(camera_, film_.size().x, film_.size().y);
+    shared::CameraData data = cameraData(camera_, film_.size().x, film_.size().y);
+    data.centred = centred_ ? 1 : 0;
+    return data;
 }
 
 uint32_t TiledRenderer::frameFeatures() const
@@ -62,10 +65,10 @@ uint32_t TiledRenderer::frameFeatures() const
     return camera_.hasLens() ? features | shared::kFeatureThinLens : features;
 }
 
-Aovs TiledRenderer::aovs()
+Aovs TiledRenderer::firstHits(const Camera& camera, glm::uvec2 size)
 {
     CHECK(accel_ != nullptr);
-    return traceAovs(*accel_, frameCamera(), film_.size().x, film_.size().y);
+    return traceAovs(*accel_, cameraData(camera, size.x, size.y), size.x, size.y);
 }
 
 RenderStats TiledRenderer::stats() const

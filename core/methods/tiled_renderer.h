@@ -19,7 +19,8 @@ public:
     void setPace(const Pace&) override {}
     RenderProgress progress() const override { return film_.progress(); }
     Estimate read(Reading what) override { return film_.estimate(what); }
-    Aovs aovs() override;
+    Aovs aovs() override { return firstHits(camera_, film_.size()); }
+    Aovs firstHits(const Camera& camera, glm::uvec2 size) override;
     RenderStats stats() const override;
 
 protected:
@@ -39,6 +40,7 @@ protected:
     std::unique_ptr<Accel> accel_;
     SkySlot sky_;
     Camera camera_;
+    bool centred_ = false;  // see View
     TiledFilm film_;
 };
 

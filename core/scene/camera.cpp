@@ -55,8 +55,6 @@ shared::CameraData cameraData(const Camera& camera, uint32_t width, uint32_t hei
     data.apertureRadius = static_cast<float>(std::max(camera.apertureRadius, 0.0));
     data.focusDistance = static_cast<float>(camera.focusDistance > 0 ? camera.focusDistance : 1.0);
     data.orthographic = camera.orthographic ? 1u : 0u;
-    data.shiftX = static_cast<float>(camera.shift.x);
-    data.shiftY = static_cast<float>(camera.shift.y);
     return data;
 }
 

@@ -20,8 +20,6 @@ struct Camera {
     double apertureRadius = 0, focusDistance = 1;  // metres
     bool orthographic = false;
     double ymag = 1;  // half the height when orthographic
-    // Of the picture against the axis, to the right and up, in halves of its sides
-    glm::dvec2 shift{0};
 
     /// Whether rays begin on a lens. The parallel rays of an orthographic camera never do.
     bool hasLens() const { return apertureRadius > 0 && !orthographic; }

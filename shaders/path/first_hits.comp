@@ -28,9 +28,11 @@ void main()
     vec3 origin;
     vec3 direction;
     cameraRay(frame.camera, vec2(pixel) + 0.5, size, vec2(0.5), origin, direction);
-    FirstHit found = noFirstHit();
+    FirstHit found;
     Hit hit;
     if (traceClosest(Ray(origin, 0.0, direction, kInfinity), kAlphaByHalf, hit))
         found = makeFirstHit(scene, hit, direction);
+    else
+        found = noFirstHit(scene, frame.settings, direction);
     firstHits[pixelIndex(pixel) - tiles.firstPixel] = found;
 }

@@ -12,9 +12,8 @@ SHARED_BEGIN
 SHARED_FN void cameraRay(CameraData camera, vec2 film, vec2 size, vec2 lens, OUT(vec3) origin,
                          OUT(vec3) direction)
 {
-    const float x =
-        (2.0f * film.x / size.x - 1.0f + camera.shiftX) * camera.tanHalfHeight * camera.aspect;
-    const float y = (1.0f - 2.0f * film.y / size.y + camera.shiftY) * camera.tanHalfHeight;
+    const float x = (2.0f * film.x / size.x - 1.0f) * camera.tanHalfHeight * camera.aspect;
+    const float y = (1.0f - 2.0f * film.y / size.y) * camera.tanHalfHeight;
     const vec3 offset = x * camera.right + y * camera.up;
     if (camera.orthographic != 0u) {
         origin = camera.position + offset;

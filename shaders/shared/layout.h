@@ -211,9 +211,9 @@ struct CameraData {
     vec3 forward;
     float focusDistance;
     uint orthographic;
-    float shiftX;
-    float shiftY;
-    uint reserved;
+    uint centred;  // 1: paths begin through the centres of pixels, wherever else in them they would
+    uint reserved0;
+    uint reserved1;
 };
 
 /// What every vertex of a path needs to know about the scene and the settings; push constants and

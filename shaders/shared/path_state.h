@@ -74,7 +74,9 @@ SHARED_FN PathState pathAlong(vec3 origin, vec3 direction)
 SHARED_FN PathState beginPath(CameraData camera, PathSettings settings, uvec2 pixel,
                               SampleStream stream)
 {
-    const vec2 film = vec2(float(pixel.x), float(pixel.y)) + streamVec2(stream, kDimensionPixel);
+    const vec2 offset =
+        camera.centred != 0u ? vec2(0.5f, 0.5f) : streamVec2(stream, kDimensionPixel);
+    const vec2 film = vec2(float(pixel.x), float(pixel.y)) + offset;
     vec2 lens = vec2(0.5f, 0.5f);
     if (FEATURE(kFeatureThinLens) && camera.apertureRadius > 0.0f)
         lens = streamVec2(stream, kDimensionLens);

@@ -25,9 +25,8 @@ SHARED_FN bool projectToFilm(CameraData camera, vec2 size, vec3 position, OUT(ve
     const vec3 d = position - camera.position;
     const float ahead = camera.orthographic != 0u ? 1.0f : dot(d, camera.forward);
     const float scale = 1.0f / (ahead * camera.tanHalfHeight);
-    film =
-        vec2((dot(d, camera.right) * scale / camera.aspect - camera.shiftX + 1.0f) * 0.5f * size.x,
-             (1.0f - dot(d, camera.up) * scale + camera.shiftY) * 0.5f * size.y);
+    film = vec2((dot(d, camera.right) * scale / camera.aspect + 1.0f) * 0.5f * size.x,
+                (1.0f - dot(d, camera.up) * scale) * 0.5f * size.y);
     return ahead > 0.0f && film.x > -2.0f && film.y > -2.0f && film.x < size.x + 2.0f &&
            film.y < size.y + 2.0f;
 }

@@ -55,6 +55,7 @@ Json windowJson(const SceneResult& scene)
                         {"target_seconds", row.target},
                         {"picture_seconds", row.pictureSeconds},
                         {"scale", row.scale},
+                        {"surface_scale", row.fineScale},
                         {"share", row.share},
                         {"relmse", row.errors.relMse.value},
                         {"relmse_se", row.errors.relMse.error},
@@ -173,7 +174,8 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
         scene.name + ", in the window's loop, " + std::to_string(r.windowSize.x) + 'x' +
         std::to_string(r.windowSize.y) + ", " + numberText(scene.windowSpeed) + ' ' + scene.unit +
         " per second:\n" + padded("", 26) +
-        "target ms  ms/picture  scale  relMSE/discard  no fireflies  as shown           by size\n";
+        "target ms  ms/picture  light  surfaces  relMSE/discard  no fireflies  as shown           "
+        "by size\n";
     for (const WindowRow& row : scene.window)
         text +=
             "  " +
@@ -181,7 +183,7 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
                    24) +
             padded(printed("%.0f", 1e3 * row.target), 11) +
             padded(printed("%.0f", 1e3 * row.pictureSeconds), 12) +
-            padded(printed("%.2f", row.scale), 7) +
+            padded(printed("%.2f", row.scale), 7) + padded(printed("%.2f", row.fineScale), 10) +
             padded(printed("%.3g", row.ratio.value) + printed(" +- %.2g", row.ratio.error), 16) +
             padded(printed("%.3g", row.trimmedRatio.value), 14) +
             padded(printed("%.3g", row.shownRatio.value) +

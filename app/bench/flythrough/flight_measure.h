@@ -56,6 +56,7 @@ private:
     bool measureDiscard(double step, uint32_t frame, std::vector<double>& seconds);
     void finishScene();
     std::optional<FlightReference> windowReference(size_t index, glm::uvec2 size, bool rests);
+    core::Image onSurfaces(const core::Image& light, glm::uvec2 size);
     void flyInWindow(size_t index);
     void takeShots(const Cells& cells);
     void addShot(const std::string& name, uint32_t samples, const Landing& landing);

@@ -25,7 +25,7 @@ std::string windowTable(const SceneResult& scene, double target)
         if (row.target != target) continue;
         const Measured& bias = row.errors.signedError;
         rows += "<tr>" + crewCell(row) + numberCell(shortNumber(1e3 * row.pictureSeconds)) +
-                numberCell(shortNumber(row.scale, 2)) +
+                numberCell(shortNumber(row.scale, 2)) + numberCell(shortNumber(row.fineScale, 2)) +
                 numberCell(shortNumber(row.errors.relMse.value)) +
                 numberCell(measured(row.ratio.value, row.ratio.error)) +
                 numberCell(shortNumber(row.trimmedRatio.value)) +
@@ -35,11 +35,12 @@ std::string windowTable(const SceneResult& scene, double target)
                            percent(bias.error / scene.windowRadiance)) +
                 "</tr>\n";
     }
-    return tableMarkup(
-        "<th>strategy</th>" + numberHead("ms per picture") + numberHead("scale of sides") +
-            numberHead("relMSE") + numberHead("over discard") + numberHead("without fireflies") +
-            numberHead("as shown") + numberHead("by size") + numberHead("signed error"),
-        rows);
+    return tableMarkup("<th>strategy</th>" + numberHead("ms per picture") +
+                           numberHead("sides, light") + numberHead("surfaces") +
+                           numberHead("relMSE") + numberHead("over discard") +
+                           numberHead("without fireflies") + numberHead("as shown") +
+                           numberHead("by size") + numberHead("signed error"),
+                       rows);
 }
 
 }  // namespace
@@ -57,10 +58,9 @@ std::string windowMarkup(const Results& r, const SceneResult& scene)
             "What is on show in the last view is compared with what the window shows there at "
             "rest, so that edges count, too; as radiance, and <i>as shown</i>: the mean square "
             "error of the colours on the screen (smooth within surfaces while the camera moves) "
-            "over Discard's. <i>By size</i>: that of pictures that have as few pixels but no "
-            "noise, each for itself; strategies that keep anything have the detail of the "
-            "pictures before, too, and may be better. <i>paths</i> are new ones per pixel and "
-            "picture.");
+            "over Discard's. <i>By size</i>: that of pictures whose light has as few pixels but no "
+            "noise, on the same surfaces. <i>Sides</i> are of light and of surfaces (first hits) "
+            "over the window's; <i>paths</i> are new ones per pixel and picture.");
     double last = 0, share = 0;
     for (const WindowRow& row : scene.window) {
         share += row.share / static_cast<double>(scene.window.size());

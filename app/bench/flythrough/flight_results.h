@@ -51,12 +51,13 @@ struct WindowRow {
     double paths = 1;           // new ones per pixel and picture
     double target = 0;          // seconds from picture to picture that were wanted
     double pictureSeconds = 0;  // that it took
-    double scale = 1;           // of the pictures' sides to the window's
+    double scale = 1;           // of the sides to the window's, in which light was sampled
+    double fineScale = 1;       // and surfaces
     double share = 1;           // of the time its threads wanted to run, that they ran: the clock
                                 // of all other times is slowed by it
     PictureErrors errors{};
     Measured shown{};  // mean square error of the colours on show
-    // The same of pictures without noise that are as small, and have no detail of others
+    // The same of pictures whose light has as few pixels, but no noise
     Measured bySize{};
     // over those of Discard at the same target; of bySize over what Discard has on show
     Measured ratio{}, trimmedRatio{}, shownRatio{}, bySizeRatio{};

@@ -28,7 +28,8 @@ bool WindowPilot::land(WindowLanding& landing)
     CHECK(picture.preview);
     landing.picture = core::stretched(picture.mean, size_);
     landing.size = sampledSize(picture);
-    landing.guide = picture.sampledGuide ? picture.sampledGuide : picture.guide;
+    landing.fineSize = {picture.mean.width, picture.mean.height};
+    landing.guide = picture.guide;
     landing.colours = displayColours(picture.mean, picture.guide.get(), size_);
     return true;
 }
@@ -42,7 +43,7 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
     WindowLanding landing;
     Session& session = loop_.session();
     std::shared_ptr<const Picture> shown = session.picture();
-    double scales = 0;
+    double scales = 0, fineScales = 0;
     const core::Clock::time_point start = core::Clock::now();
     const double begun = loop_.now();
     session.track.play();
@@ -50,6 +51,7 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
         if (session.picture() != shown) {
             shown = session.picture();
             scales += double(sampledSize(*shown).x) / size_.x;
+            fineScales += double(shown->mean.width) / size_.x;
             ++landing.pictures;
         }
         return !session.track.playing();
@@ -58,6 +60,7 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
     landing.seconds = loop_.now() - begun;
     landing.share = landing.seconds / core::secondsSince(start);
     landing.scale = scales / std::max(landing.pictures, 1u);
+    landing.fineScale = fineScales / std::max(landing.pictures, 1u);
     if (!flown || !land(landing)) return {};
     return landing;
 }

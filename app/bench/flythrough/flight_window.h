@@ -13,11 +13,12 @@ namespace app::flight {
 
 /// What a flight has left on show, and what was seen on the way.
 struct WindowLanding {
-    core::Image picture;  // of the flight's last view, stretched over the window
-    core::Image colours;  // the same as the window shows it (displayColours)
-    glm::uvec2 size{0};   // in which that picture was sampled
-    std::shared_ptr<const core::Image> guide;  // to pictures of that size; may be null
-    double scale = 1;       // of a picture's sides to the window's, mean of the flight
+    core::Image picture;              // of the flight's last view, stretched over the window
+    core::Image colours;              // the same as the window shows it (displayColours)
+    glm::uvec2 size{0}, fineSize{0};  // in which its light was sampled, its surfaces
+    std::shared_ptr<const core::Image> guide;  // to pictures of fineSize; may be null
+    // Of the sides of light and surfaces to the window's, means of the flight
+    double scale = 1, fineScale = 1;
     uint32_t pictures = 0;  // that were shown on the way
     double seconds = 0;     // of the slowed clock, from the first key to the last
     double share = 1;       // seconds of that clock in a second

@@ -70,6 +70,11 @@ public:
     core::RenderProgress progress() const override { return film_.progress(); }
     core::Estimate read(core::Reading what) override { return film_.read(what); }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
+    core::Aovs firstHits(const core::Camera& camera, glm::uvec2 size) override
+    {
+        return film_.firstHits(*scene_, frameOf(*world_, *scene_, {camera, size, {}}),
+                               pace_.dispatchSeconds);
+    }
     void prepareAovs() override { film_.prepareAovs(*scene_); }
 
     core::RenderStats stats() const override

@@ -95,6 +95,11 @@ public:
         return training_.pictures().picture(film_.read(core::Reading::everything));
     }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
+    core::Aovs firstHits(const core::Camera& camera, glm::uvec2 size) override
+    {
+        return film_.firstHits(*scene_, frameOf(*world_, *scene_, {camera, size, {}}),
+                               pace_.dispatchSeconds);
+    }
     void prepareAovs() override { film_.prepareAovs(*scene_); }
 
     std::vector<core::Image> maps() override

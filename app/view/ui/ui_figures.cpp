@@ -216,13 +216,15 @@ void threadFigures(const UiContext& c)
 {
     const RenderThreadStatus status = c.session.rendering();
     figure("now", stageText(status.stage), "what the renderer does");
-    figure("in motion",
-           status.movingSeconds > 0
-               ? secondsText(status.movingSeconds) +
-                     format(", %.0f %% of the sides", 100 * static_cast<double>(status.movingScale))
-               : "not yet",
-           "the last picture while the camera moved: from the order to the picture, and how large "
-           "its sides were");
+    figure(
+        "in motion",
+        status.movingSeconds > 0 ? secondsText(status.movingSeconds) +
+                                       format(", light %.0f %%, surfaces %.0f %%",
+                                              100 * static_cast<double>(status.movingScale),
+                                              100 * static_cast<double>(status.movingSurfaceScale))
+                                 : "not yet",
+        "the last picture while the camera moved: from the order to the picture, and of how much "
+        "of the sides its light was sampled and its surfaces were");
     figure("stopping", onceText(status.lastStopSeconds),
            "from an edit to the end of the work that it overtook");
     figure("answer", onceText(c.frame.inputSeconds),

@@ -196,6 +196,51 @@ TEST_P(EveryMethod, FirstHitsAreThoseOfTheWorldAndDoNotDisturbThePicture)
     EXPECT_GE(aovs.ids.at(20, 15)[0], 0.0f);
 }
 
+TEST_P(EveryMethod, FirstHitsOfOtherSizesAreThoseOfAViewOfThatSize)
+{
+    const auto world = asset("cornell-glossy");
+    renderer().setWorld(world, {});
+    const core::Camera& camera = world->cameras.at(0);
+    const glm::uvec2 small(20, 16), large(80, 61);
+    core::Camera other = camera;
+    other.position.x += 0.1;
+    renderer().setView({other, large, info().defaults}, core::Start::anew);
+    const core::Aovs expected = renderer().aovs();
+    const core::View view{camera, small, info().defaults};
+    const core::Estimate whole = renderView(renderer(), view, 3);
+    renderer().setView(view, core::Start::anew);
+    renderer().advance({.samples = 1}, {});
+    const core::Aovs found = renderer().firstHits(other, large);
+    for (const auto& image :
+         {&core::Aovs::depth, &core::Aovs::normal, &core::Aovs::albedo, &core::Aovs::ids})
+        EXPECT_EQ((found.*image).pixels, (expected.*image).pixels);
+    while (renderer().progress().samples < 3) renderer().advance({.samples = 1}, {});
+    expectSameBits(whole, renderer().read(core::Reading::everything));
+}
+
+/// Without scattering, a sample brings what is emitted towards the camera.
+TEST_P(EveryMethod, CentredSamplesSeeWhatFirstHitsTell)
+{
+    core::AnyParams params = info().defaults;
+    uint32_t* const depth = core::findParam<uint32_t>(params, "max-depth");
+    if (depth == nullptr || !info().traits.radiance || info().traits.sharesLight)
+        GTEST_SKIP() << "samples of it are not paths";
+    *depth = 0;
+    for (const char* scene : {"cornell-glossy", "sky"}) {
+        const auto world = asset(scene);
+        renderer().setWorld(world, {});
+        core::View view{world->cameras.at(0), {40, 30}, params, true};
+        const core::Image mean = renderView(renderer(), view, 1).mean;
+        const core::Image emission = renderer().aovs().emission;
+        float most = 0;
+        for (size_t i = 0; i < mean.pixels.size(); ++i) {
+            ASSERT_NEAR(mean.pixels[i], emission.pixels[i], 1e-5f * (1 + emission.pixels[i])) << i;
+            most = std::max(most, mean.pixels[i]);
+        }
+        EXPECT_GT(most, 0) << scene << ": there is a lamp, or a sky";
+    }
+}
+
 TEST_P(EveryMethod, MapsAreWhatTheTableSays)
 {
     const auto world = asset("cornell-glossy");

@@ -1,11 +1,12 @@
-// Pictures in motion with the detail of those before, by the renderer that they are for: the
-// picture at rest, then small ones of a camera that has begun to move.
+// Small pictures in motion, by the renderers that they are for: light on finer surfaces, averaged.
 #include "app/pictures/picture_work.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
+#include "core/image/display.h"
+#include "core/methods/guided_params.h"
 #include "core/methods/many_lights_params.h"
 #include "core/methods/path_params.h"
 #include "core/methods/reuse_params.h"
@@ -55,11 +56,11 @@ protected:
         return show(app::Coarse::moving, core::Start::moved, 0.5, 1);
     }
 
-    double error(const app::Picture& picture) const
+    double error(const core::Image& image) const
     {
         double sum = 0;
         for (size_t i = 0; i < truth_.pixels.size(); ++i)
-            sum += std::pow(std::min(double(picture.mean.pixels.at(i)), 1.0) -
+            sum += std::pow(std::min(double(image.pixels.at(i)), 1.0) -
                                 std::min(double(truth_.pixels[i]), 1.0),
                             2);
         return sum / double(truth_.pixels.size());
@@ -72,22 +73,53 @@ protected:
     core::Image truth_;
 };
 
-TEST_P(PictureWorkInMotion, AFlightBeginsWithThePictureAtRest)
+TEST_P(PictureWorkInMotion, SurfacesAreFinerThanTheirLight)
 {
-    truth_ = show(app::Coarse::no, core::Start::anew, 0.5, 512)->mean;
-    const auto few = firstInMotion(4), many = firstInMotion(64);
-    for (const auto& picture : {few, many}) {
-        EXPECT_TRUE(picture->preview);
-        EXPECT_EQ(app::sampledSize(*picture), glm::uvec2(16));
-        ASSERT_EQ(glm::uvec2(picture->mean.width, picture->mean.height), request_.size);
-        EXPECT_EQ(picture->camera, request_.camera) << "without its shift";
+    for (const core::AnyParams& method :
+         {core::AnyParams(core::ReuseParams{}), core::AnyParams(core::PathParams{})}) {
+        setMethod(method);
+        truth_ = show(app::Coarse::no, core::Start::anew, 0.5, 512)->mean;
+        request_.movingDetail = true;
+        const auto fine = firstInMotion(4);
+        EXPECT_TRUE(fine->preview);
+        EXPECT_EQ(app::sampledSize(*fine), glm::uvec2(16));
+        ASSERT_EQ(glm::uvec2(fine->mean.width, fine->mean.height), request_.size);
+        EXPECT_EQ(fine->guide->width, 64u);
+        request_.movingDetail = false;
+        const auto coarse = firstInMotion(4);
+        EXPECT_EQ(coarse->mean.width, 16u);
+        EXPECT_EQ(app::sampledSize(*coarse), glm::uvec2(16));
+        EXPECT_LT(error(fine->mean), 0.6 * error(core::stretched(coarse->mean, request_.size)))
+            << method.id();
     }
-    EXPECT_LT(error(*many), 0.15 * error(*few)) << "the lamp is smaller than a pixel";
+}
 
-    request_.movingDetail = false;
-    const auto alone = firstInMotion(64);
-    EXPECT_EQ(alone->mean.width, 16u);
-    EXPECT_EQ(alone->sampledGuide, nullptr);
+/// Before a full picture, too, whether or not its light is averaged.
+TEST_P(PictureWorkInMotion, SoAreThoseOfAFirstLook)
+{
+    core::ManyLightsParams lights;
+    lights.lights = 200;
+    lights.clusters = 20;
+    for (const core::AnyParams& method :
+         {core::AnyParams(core::GuidedParams{}), core::AnyParams(lights)}) {
+        setMethod(method);
+        const auto first = show(app::Coarse::first, core::Start::anew, 0, 1);
+        EXPECT_EQ(app::sampledSize(*first), glm::uvec2(16)) << method.id();
+        EXPECT_EQ(first->mean.width, 64u) << method.id();
+        EXPECT_EQ(show(app::Coarse::half, core::Start::anew, 0, 1)->mean.width, 32u);
+    }
+}
+
+/// A picture may be made more than once.
+TEST_P(PictureWorkInMotion, MadeAgainItIsTheSame)
+{
+    request_.wantAovs = true;
+    const std::shared_ptr<const app::Picture> once = firstInMotion(4),
+                                              again = work_.make(*renderer_, request_);
+    EXPECT_EQ(again->mean.pixels, once->mean.pixels);
+    EXPECT_EQ(again->guide->pixels, once->guide->pixels);
+    EXPECT_EQ(again->aovs->depth.width, 64u) << "views of first hits are as fine";
+    EXPECT_EQ(again->sampled, once->sampled);
 }
 
 TEST_P(PictureWorkInMotion, WhatIsSeenAtRestAgainHasNothingOfTheSmallPictures)
@@ -95,59 +127,38 @@ TEST_P(PictureWorkInMotion, WhatIsSeenAtRestAgainHasNothingOfTheSmallPictures)
     firstInMotion(64);
     const auto rested = show(app::Coarse::no, core::Start::moved, 0.5, 1);
     EXPECT_FALSE(rested->preview);
-    EXPECT_EQ(rested->sampledGuide, nullptr);
+    EXPECT_EQ(app::sampledSize(*rested), request_.size);
     EXPECT_EQ(rested->mean.pixels, renderer_->read(core::Reading::mean).mean.pixels);
-    EXPECT_EQ(rested->camera.shift, glm::dvec2(0));
-}
-
-TEST_P(PictureWorkInMotion, PathsAloneHaveNone)
-{
-    setMethod(core::PathParams{});
-    const auto picture = firstInMotion(64);
-    EXPECT_EQ(picture->mean.width, 16u);
-    EXPECT_EQ(picture->sampledGuide, nullptr);
-    EXPECT_NE(picture->guide, nullptr);
 }
 
 /// Few pixels are averaged over surfaces while the camera moves and when it rests, for who does not
-/// want paths alone, and where pictures have no detail of their own.
+/// want paths alone, and where each pixel has light of its own.
 TEST_P(PictureWorkInMotion, CoarsePicturesShowLightByItsSurfaces)
 {
     const auto asItHasCome = [&](const app::Picture& picture) {
         return picture.mean.pixels == renderer_->read(core::Reading::mean).mean.pixels;
     };
-    setMethod(core::PathParams{});
-    for (const app::Coarse coarse : {app::Coarse::moving, app::Coarse::first, app::Coarse::half}) {
-        request_.movingShows = app::Moving::filled;
-        const auto filled = show(coarse, core::Start::anew, 0.5, 1);
-        EXPECT_FALSE(asItHasCome(*filled));
-        EXPECT_NE(filled->guide, nullptr);
-        EXPECT_TRUE(filled->preview);
-        request_.movingShows = app::Moving::path;
-        EXPECT_TRUE(asItHasCome(*show(coarse, core::Start::anew, 0.5, 1)));
-    }
-    request_.movingShows = app::Moving::filled;
-    EXPECT_TRUE(asItHasCome(*show(app::Coarse::no, core::Start::anew, 0.5, 1)));
-    setMethod(core::ReuseParams{});
-    EXPECT_TRUE(asItHasCome(*show(app::Coarse::first, core::Start::anew, 0.5, 1)));
-}
-
-/// Over those around, but for who wants paths alone; the light of many lights has no grain.
-TEST_P(PictureWorkInMotion, KeptSamplesAreAveragedOverAFewPixels)
-{
-    truth_ = show(app::Coarse::no, core::Start::anew, 0.5, 512)->mean;
-    const auto first = [&](app::Moving shows) {
-        request_.movingShows = shows;
-        return firstInMotion(4);
-    };
-    const auto kept = first(app::Moving::path), averaged = first(app::Moving::filled);
-    EXPECT_NE(averaged->mean.pixels, kept->mean.pixels);
-    EXPECT_LT(error(*averaged), error(*kept));
+    request_.movingDetail = false;
     core::ManyLightsParams lights;
     lights.lights = 200;
     lights.clusters = 20;
-    setMethod(lights);
-    EXPECT_EQ(first(app::Moving::filled)->mean.pixels, first(app::Moving::path)->mean.pixels);
+    for (const core::AnyParams& method :
+         {core::AnyParams(core::PathParams{}), core::AnyParams(core::ReuseParams{}),
+          core::AnyParams(lights)}) {
+        setMethod(method);
+        const bool shares = method.id() == "manylights";
+        for (const app::Coarse coarse : {app::Coarse::moving, app::Coarse::first}) {
+            request_.movingShows = app::Moving::filled;
+            const auto filled = show(coarse, core::Start::anew, 0.5, 1);
+            EXPECT_TRUE(shares || !asItHasCome(*filled)) << method.id();
+            EXPECT_TRUE(shares || filled->guide != nullptr) << method.id();
+            EXPECT_TRUE(filled->preview);
+            request_.movingShows = app::Moving::path;
+            EXPECT_TRUE(asItHasCome(*show(coarse, core::Start::anew, 0.5, 1)));
+        }
+        request_.movingShows = app::Moving::filled;
+        EXPECT_TRUE(asItHasCome(*show(app::Coarse::no, core::Start::anew, 0.5, 1)));
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Device, PictureWorkInMotion,

@@ -89,7 +89,7 @@ TEST(ResolutionControl, KeptSamplesKeepTheirDepthAndOnlySlowPicturesAreTiny)
         const Machine machine{0, perPixel};
         PreviewSize p;
         for (int i = 0; i < 12; ++i) {
-            p = control.choose({1280, 720}, 3, target, true);
+            p = control.choose({1280, 720}, 3, target, {.keepsDepth = true});
             control.observe(double(p.size.x) * p.size.y, p.depth, machine.seconds(p), true);
         }
         EXPECT_EQ(p.depth, 3u);

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "shared/camera.h"
-#include "shared/reuse_history.h"
 
 namespace core {
 namespace {
@@ -124,28 +123,6 @@ TEST(Camera, heightFollowsTheAspect)
     EXPECT_EQ(sizeForWidth(camera, 640), glm::uvec2(640, 1));
     camera.aspect = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(sizeForWidth(camera, 16), glm::uvec2(16, 9));
-}
-
-TEST(Camera, AShiftMovesThePictureByPartsOfPixelsAndFilmTellsThemBack)
-{
-    const float width = 64, height = 48;
-    for (const bool orthographic : {false, true}) {
-        Camera camera = lookAt({1, 2, 3}, {0, 0.5, -1}, {0, 1, 0}, 0.8);
-        camera.orthographic = orthographic;
-        const shared::CameraData plain = cameraData(camera, 64, 48);
-        // By .25 pixels to the right and 1.5 down
-        camera.shift = {2 * 0.25 / 64, -2 * 1.5 / 48};
-        const shared::CameraData shifted = cameraData(camera, 64, 48);
-        const CameraRay a = rayThrough(shifted, 10.5f, 20.5f, width, height),
-                        b = rayThrough(plain, 10.75f, 22, width, height);
-        EXPECT_LT(glm::distance(a.origin, b.origin), 1e-6f);
-        EXPECT_LT(glm::distance(a.direction, b.direction), 1e-6f);
-        glm::vec2 film;
-        ASSERT_TRUE(
-            shared::projectToFilm(shifted, {width, height}, a.origin + 2.5f * a.direction, film));
-        EXPECT_NEAR(film.x, 10.5f, 1e-3f);
-        EXPECT_NEAR(film.y, 20.5f, 1e-3f);
-    }
 }
 
 }  // namespace

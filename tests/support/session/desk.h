@@ -47,7 +47,8 @@ public:
     core::Aovs aovs() override
     {
         return {core::Image(size_.x, size_.y, 1), core::Image(size_.x, size_.y, 3),
-                core::Image(size_.x, size_.y, 3), core::Image(size_.x, size_.y, 3)};
+                core::Image(size_.x, size_.y, 3), core::Image(size_.x, size_.y, 3),
+                core::Image(size_.x, size_.y, 3)};
     }
     core::RenderStats stats() const override
     {

@@ -95,7 +95,8 @@ public:
         if (!book_.get(&Book::looks)) return std::nullopt;
         const glm::uvec2 s = view.size;
         return core::Aovs{core::Image(s.x, s.y, 1), core::Image(s.x, s.y, 3),
-                          core::Image(s.x, s.y, 3), core::Image(s.x, s.y, 3)};
+                          core::Image(s.x, s.y, 3), core::Image(s.x, s.y, 3),
+                          core::Image(s.x, s.y, 3)};
     }
     void setView(const core::View& view, core::Start start) override
     {
