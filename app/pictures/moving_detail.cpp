@@ -21,6 +21,7 @@ constexpr double kMostHalves = 4;  // of the pixels: a quarter of the sides
 bool MovingDetail::wanted(const RenderRequest& request)
 {
     return request.movingDetail && request.movingShows == Moving::filled &&
+           !request.camera.hasLens() &&
            core::methodNamed(request.params.method.id()).traits.radiance;
 }
 

@@ -12,7 +12,7 @@ namespace app {
 class MovingDetail {
 public:
     /// Whether small pictures of a request get it: those that show light on surfaces, unless paths
-    /// are to be seen as they come.
+    /// are to be seen as they come, or begin all over a lens, where first hits are of its centre.
     static bool wanted(const RenderRequest& request);
 
     /// The largest size, in steps of half the pixels, whose surfaces take no more than a part of

@@ -43,6 +43,11 @@ TEST(MovingDetail, IsForLightOnSurfacesUnlessPathsAreWantedAsTheyCome)
     r = request();
     r.movingDetail = false;
     EXPECT_FALSE(app::MovingDetail::wanted(r));
+    r = request();
+    r.camera.apertureRadius = 0.01;
+    EXPECT_FALSE(app::MovingDetail::wanted(r)) << "what is out of focus has no edges";
+    r.camera.orthographic = true;
+    EXPECT_TRUE(app::MovingDetail::wanted(r)) << "its rays are parallel all the same";
 }
 
 TEST(MovingDetail, TakesAPartOfTheTimeButNoLessThanAQuarterOfTheSides)
