@@ -157,9 +157,10 @@ core::Image lightOnSurfaces(const core::Image& mean, const core::Aovs& aovs, con
     const uint32_t width = fine.depth.width, height = fine.depth.height;
     const KnownLight known(mean, aovs, camera);
     const Places places(fine, camera);
-    const glm::vec2 ratio = glm::vec2(mean.width, mean.height) / glm::vec2(width, height);
-    // Both see as much from top to bottom; from side to side the ratio of whole pixels decides.
-    const float stretch = ratio.y / ratio.x;
+    // Pixels are square, and both pictures see as much from top to bottom.
+    const float scale = static_cast<float>(mean.height) / static_cast<float>(height);
+    const glm::vec2 middle = 0.5f * glm::vec2(width, height) - 0.5f,
+                    smallMiddle = 0.5f * glm::vec2(mean.width, mean.height) - 0.5f;
     core::Image result(width, height, 3);
     core::parallelFor(height, kBand, [&](size_t begin, size_t end) {
         for (auto y = static_cast<uint32_t>(begin); y < end; ++y)
@@ -167,9 +168,7 @@ core::Image lightOnSurfaces(const core::Image& mean, const core::Aovs& aovs, con
                 const Place here = places.at(x, y);
                 glm::vec3 shown = places.emission(x, y);
                 if (here.isSurface()) {
-                    const glm::vec2 from = glm::vec2(x, y) + 0.5f - 0.5f * glm::vec2(width, height);
-                    const glm::vec2 film = from * ratio * glm::vec2(stretch, 1) +
-                                           0.5f * glm::vec2(mean.width, mean.height) - 0.5f;
+                    const glm::vec2 film = scale * (glm::vec2(x, y) - middle) + smallMiddle;
                     shown += known.on(here, film) * places.albedo(x, y);
                 }
                 for (int c = 0; c < 3; ++c) result.at(x, y)[c] = shown[c];
