@@ -1,6 +1,5 @@
-// How much finer than its light the surfaces of a small picture are, and that light on them. A
-// first hit takes a twentieth of the time of a path, and most of what a small picture lacks are
-// edges and textures.
+// How much finer than its light the surfaces of a small picture are. A first hit takes a twentieth
+// of the time of a path, and most of what a small picture lacks are edges and textures.
 #pragma once
 
 #include <memory>

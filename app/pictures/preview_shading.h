@@ -21,9 +21,6 @@ void fillUnlit(core::Image& mean, const core::Aovs& aovs, const core::Camera& ca
 /// pixels (edge_cuts.h).
 core::Image surfaceGuide(const core::Aovs& aovs);
 
-/// The guide to a picture of that size of which all pixels may be smoothed over.
-core::Image smoothGuide(glm::uvec2 size);
-
 /// Whether all of it is there and of that size.
 bool fits(const core::Aovs& aovs, const core::Image& image);
 

@@ -190,16 +190,15 @@ void openUp(const Light& light, float worth, Plane& open)
     }
 }
 
-/// The light after the steps up to that distance.
-void average(const Surfaces& surfaces, uint32_t width, uint32_t height, uint32_t farthest,
-             Light& light)
+/// The light after all steps.
+void average(const Surfaces& surfaces, uint32_t width, uint32_t height, Light& light)
 {
     Light next = light;
     Plane open(surfaces.kind.size(), 1), shares(open.size());
-    for (uint32_t pixels = 1; pixels <= farthest; pixels *= 2) {
+    for (uint32_t pixels = 1; pixels <= kFarthest; pixels *= 2) {
         for (const bool down : {false, true})
             exchange(surfaces, open, {width, height, pixels, down}, shares, light, next);
-        if (pixels < farthest) openUp(light, worthOf(2 * pixels), open);
+        if (pixels < kFarthest) openUp(light, worthOf(2 * pixels), open);
     }
 }
 
@@ -285,7 +284,7 @@ void spreadLight(core::Image& mean, const core::Aovs& aovs, const core::Camera& 
 {
     const Surfaces surfaces = surfacesOf(mean, aovs, camera);
     Light light = lightOf(mean, aovs, surfaces);
-    average(surfaces, mean.width, mean.height, kFarthest, light);
+    average(surfaces, mean.width, mean.height, light);
     const core::Image lamp = litFromCamera(aovs, camera);
     const float level = kLamp * lampOf(mean, surfaces, lamp);
     if (!(level > 0)) return;

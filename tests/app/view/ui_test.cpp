@@ -249,7 +249,7 @@ TEST(Ui, SaysWhatTheSecondsOfAPictureCount)
     EXPECT_EQ(app::secondsMean(picture), small);
     picture.mean = core::Image(640, 360, 3);  // a part of the first sample
     EXPECT_NE(app::secondsMean(picture), small);
-    picture.fraction = 0;  // in motion, with the detail of those before
+    picture.fraction = 0;  // in motion
     EXPECT_EQ(app::secondsMean(picture), small);
 }
 
