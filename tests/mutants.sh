@@ -43,6 +43,8 @@ reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInS
 reuse-remainder-whole@core/methods/reuse_competition_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
 detail-light-across@app/pictures/fine_light.cpp@if (!oneSurface(here, there)) continue;@@FineLight*
+detail-of-the-view-before@app/pictures/picture_work.cpp@renderer.firstHits(ahead, fineSize_)@renderer.firstHits(seen, fineSize_)@*PictureWorkInMotion.TheyAre*:MovingOn*
+detail-light-moves-along@app/pictures/fine_light.cpp@p.point = from_ + rays_.point(x, y, depth);@p.point = rays_.point(x, y, depth);@FineLight.ACamera*
 detail-off-centre@shaders/shared/path_state.h@camera.centred != 0u ? vec2(0.5f, 0.5f) : streamVec2@streamVec2@Methods.Centred*
 detail-guide-beyond@app/pictures/preview_shading.cpp@of.resize(stride_ * (size_t(size.y) + 1));@of.resize(stride_ * (size_t(size.y) + 1), 1);@MovingDetail*:PreviewShading*
 reuse-rest-blotches@shaders/shared/reuse_sums.h@min(s.nominal * inversesqrt(max(magnified, 1.0f)), kReuseMostAtRest)@s.nominal@*ReuseRest.Small*cpu*

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "app/pictures/pixel_rays.h"
@@ -32,9 +33,11 @@ struct Place {
 /// The pixels of a picture by their first hits.
 class Places {
 public:
-    Places(const core::Aovs& aovs, const core::Camera& camera)
-        : aovs_(aovs), rays_(camera, aovs.depth.width, aovs.depth.height),
-          emits_(aovs.emission.pixels.size() == aovs.albedo.pixels.size())
+    /// Points are relative to `origin`.
+    Places(const SeenSurfaces& seen, const glm::dvec3& origin)
+        : aovs_(seen.aovs), rays_(seen.camera, aovs_.depth.width, aovs_.depth.height),
+          from_(seen.camera.position - origin),
+          emits_(aovs_.emission.pixels.size() == aovs_.albedo.pixels.size())
     {}
 
     Place at(uint32_t x, uint32_t y) const
@@ -45,7 +48,7 @@ public:
         if (!p.isSurface()) return p;
         const float* n = aovs_.normal.at(x, y);
         p.normal = {n[0], n[1], n[2]};
-        p.point = rays_.point(x, y, depth);
+        p.point = from_ + rays_.point(x, y, depth);
         return p;
     }
     glm::vec3 albedo(uint32_t x, uint32_t y) const
@@ -62,6 +65,7 @@ public:
 private:
     const core::Aovs& aovs_;
     PixelRays rays_;
+    glm::vec3 from_;
     bool emits_;
 };
 
@@ -76,10 +80,11 @@ bool oneSurface(const Place& a, const Place& b)
 /// Light that is known at the pixels of a small picture.
 class KnownLight {
 public:
-    KnownLight(const core::Image& mean, const core::Aovs& aovs, const core::Camera& camera)
-        : size_(mean.width, mean.height), places_(size_t(mean.width) * mean.height)
+    KnownLight(const core::Image& mean, const SeenSurfaces& seen)
+        : size_(mean.width, mean.height), places_(size_t(mean.width) * mean.height),
+          rays_(seen.camera, mean.width, mean.height)
     {
-        const Places all(aovs, camera);
+        const Places all(seen, seen.camera.position);
         glm::vec3 sum(0);
         float count = 0;
         for (uint32_t y = 0; y < mean.height; ++y)
@@ -99,9 +104,13 @@ public:
         mean_ = sum / std::max(count, 1.0f);
     }
 
-    /// On a surface that is seen at `film`, in pixels from the centre of the first.
-    glm::vec3 on(const Place& here, glm::vec2 film) const
+    /// On a surface, whose point is relative to the camera that has seen the light.
+    glm::vec3 on(const Place& here) const
     {
+        const std::optional<glm::vec2> seen = rays_.film(here.point);
+        if (!seen) return mean_;
+        // What is beyond the rim is seen at the rim, and its numbers stay whole ones.
+        const glm::vec2 film = glm::clamp(*seen, glm::vec2(-1), glm::vec2(size_));
         const glm::ivec2 corner(glm::floor(film));
         const glm::vec2 part = film - glm::vec2(corner);
         glm::vec3 sum(0);
@@ -146,31 +155,25 @@ private:
 
     glm::ivec2 size_;
     std::vector<Place> places_;
+    PixelRays rays_;
     glm::vec3 mean_{0};
 };
 
 }  // namespace
 
-core::Image lightOnSurfaces(const core::Image& mean, const core::Aovs& aovs, const core::Aovs& fine,
-                            const core::Camera& camera)
+core::Image lightOnSurfaces(const core::Image& mean, const SeenSurfaces& coarse,
+                            const SeenSurfaces& fine)
 {
-    const uint32_t width = fine.depth.width, height = fine.depth.height;
-    const KnownLight known(mean, aovs, camera);
-    const Places places(fine, camera);
-    // Pixels are square, and both pictures see as much from top to bottom.
-    const float scale = static_cast<float>(mean.height) / static_cast<float>(height);
-    const glm::vec2 middle = 0.5f * glm::vec2(width, height) - 0.5f,
-                    smallMiddle = 0.5f * glm::vec2(mean.width, mean.height) - 0.5f;
+    const uint32_t width = fine.aovs.depth.width, height = fine.aovs.depth.height;
+    const KnownLight known(mean, coarse);
+    const Places places(fine, coarse.camera.position);
     core::Image result(width, height, 3);
     core::parallelFor(height, kBand, [&](size_t begin, size_t end) {
         for (auto y = static_cast<uint32_t>(begin); y < end; ++y)
             for (uint32_t x = 0; x < width; ++x) {
                 const Place here = places.at(x, y);
                 glm::vec3 shown = places.emission(x, y);
-                if (here.isSurface()) {
-                    const glm::vec2 film = scale * (glm::vec2(x, y) - middle) + smallMiddle;
-                    shown += known.on(here, film) * places.albedo(x, y);
-                }
+                if (here.isSurface()) shown += known.on(here) * places.albedo(x, y);
                 for (int c = 0; c < 3; ++c) result.at(x, y)[c] = shown[c];
             }
     });

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/time.h"
 #include "core/methods/method.h"
 
 namespace app {
@@ -34,15 +33,11 @@ glm::uvec2 MovingDetail::affordable(glm::uvec2 full, double seconds) const
     return glm::max(glm::uvec2(glm::round(size)), glm::uvec2(1));
 }
 
-std::shared_ptr<const core::Aovs> MovingDetail::find(core::Renderer& renderer,
-                                                     const core::Camera& camera, glm::uvec2 size)
+void MovingDetail::observe(glm::uvec2 size, double seconds)
 {
-    const auto start = core::Clock::now();
-    auto hits = std::make_shared<const core::Aovs>(renderer.firstHits(camera, size));
     // Slow ones count at once, as in resolution_control.cpp.
-    const double now = core::secondsSince(start) / (double(size.x) * size.y);
+    const double now = seconds / (double(size.x) * size.y);
     secondsPerPixel_ = std::max(now, 0.5 * (now + secondsPerPixel_));
-    return hits;
 }
 
 }  // namespace app

@@ -2,8 +2,6 @@
 // of the time of a path, and most of what a small picture lacks are edges and textures.
 #pragma once
 
-#include <memory>
-
 #include "app/pictures/picture.h"
 
 namespace app {
@@ -18,12 +16,11 @@ public:
     /// `seconds`; a quarter of the sides of `full` at least.
     glm::uvec2 affordable(glm::uvec2 full, double seconds) const;
 
-    /// What surfaces of that size take, by the last ones.
+    /// What surfaces of that size and the light on them take, by the last ones.
     double seconds(glm::uvec2 size) const { return secondsPerPixel_ * size.x * size.y; }
 
-    /// First hits of the renderer's world in that size, and what they have taken.
-    std::shared_ptr<const core::Aovs> find(core::Renderer& renderer, const core::Camera& camera,
-                                           glm::uvec2 size);
+    /// Those of a picture have taken `seconds`.
+    void observe(glm::uvec2 size, double seconds);
 
 private:
     double secondsPerPixel_ = 1.2e-7;  // measured on two cores of 2020; then on these

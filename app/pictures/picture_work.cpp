@@ -201,9 +201,10 @@ bool PictureWork::spreads(const RenderRequest& request) const
 
 /// What makes a coarse picture easier to read than its few pixels are.
 void PictureWork::addPreview(core::Renderer& renderer, Picture& picture,
-                             const RenderRequest& request)
+                             const RenderRequest& request, const core::Camera& ahead)
 {
     if (!aovs_ || !fits(*aovs_, picture.mean)) return;
+    const auto start = Clock::now();
     if (shaded_) {
         picture.mean = litFromCamera(*aovs_, request.camera);
         picture.shaded = true;
@@ -214,11 +215,24 @@ void PictureWork::addPreview(core::Renderer& renderer, Picture& picture,
         fillUnlit(picture.mean, *aovs_, request.camera);
     }
     if (detailed_) {
-        if (!fine_) fine_ = detail_.find(renderer, request.camera, fineSize_);
-        picture.mean = lightOnSurfaces(picture.mean, *aovs_, *fine_, request.camera);
-        picture.sampled = size_;
+        const bool found = fine_ != nullptr;
+        addDetail(renderer, picture, request.camera, ahead);
+        if (!found) detail_.observe(fineSize_, core::secondsSince(start));
     }
     picture.guide = std::make_shared<const core::Image>(surfaceGuide(fine_ ? *fine_ : *aovs_));
+}
+
+/// Surfaces finer than the light on them that `seen` has.
+void PictureWork::addDetail(core::Renderer& renderer, Picture& picture, const core::Camera& seen,
+                            const core::Camera& ahead)
+{
+    if (!fine_) {
+        fine_ = std::make_shared<const core::Aovs>(renderer.firstHits(ahead, fineSize_));
+        fineCamera_ = ahead;
+    }
+    picture.mean = lightOnSurfaces(picture.mean, {*aovs_, seen}, {*fine_, fineCamera_});
+    picture.camera = fineCamera_;
+    picture.sampled = size_;
 }
 
 void PictureWork::readEverything(core::Renderer& renderer)
@@ -282,7 +296,8 @@ bool PictureWork::due() const
     return core::secondsSince(publishedAt_) >= std::max(age, publishSeconds_ / kOverhead);
 }
 
-std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const RenderRequest& request)
+std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const RenderRequest& request,
+                                           const core::Camera& ahead)
 {
     const auto start = Clock::now();
     auto picture = std::make_shared<Picture>();
@@ -295,7 +310,8 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
     picture->counters = estimate.counters;
     if (request.wantVariance)
         picture->variance = std::make_shared<core::Image>(std::move(estimate.variance));
-    if (coarse_ != Coarse::no) addPreview(renderer, *picture, request);
+    describe(*picture, renderer, request);
+    if (coarse_ != Coarse::no) addPreview(renderer, *picture, request, ahead);
     if (coarse_ != Coarse::no && !shaded_ && !holes)
         backdrop_ = std::make_shared<core::Image>(picture->mean);
     if (request.wantAovs && !aovs_) aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
@@ -304,7 +320,6 @@ std::shared_ptr<Picture> PictureWork::make(core::Renderer& renderer, const Rende
         picture->maps = std::make_shared<const std::vector<core::Image>>(renderer.maps());
         picture->probe = renderer.probe();
     }
-    describe(*picture, renderer, request);
     picture->samples = samples_;
     picture->fraction = fraction_;
     picture->seconds = seconds_;

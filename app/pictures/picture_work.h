@@ -53,8 +53,11 @@ public:
     /// Whether a picture is worth its cost now.
     bool due() const;
 
-    /// The picture as the estimate stands. Its cost is remembered for due().
-    std::shared_ptr<Picture> make(core::Renderer& renderer, const RenderRequest& request);
+    /// The picture as the estimate stands. Its cost is remembered for due(). Where its surfaces are
+    /// finer than its light, it is what `ahead` sees of them: the request's camera, or where that
+    /// has gone meanwhile.
+    std::shared_ptr<Picture> make(core::Renderer& renderer, const RenderRequest& request,
+                                  const core::Camera& ahead);
 
     void changeLimits() { finished_ = false; }  // measureError() looks again
     bool begun() const { return begun_; }
@@ -81,7 +84,10 @@ private:
     bool spreads(const RenderRequest& request) const;
     void describe(Picture& picture, const core::Renderer& renderer,
                   const RenderRequest& request) const;
-    void addPreview(core::Renderer& renderer, Picture& picture, const RenderRequest& request);
+    void addPreview(core::Renderer& renderer, Picture& picture, const RenderRequest& request,
+                    const core::Camera& ahead);
+    void addDetail(core::Renderer& renderer, Picture& picture, const core::Camera& seen,
+                   const core::Camera& ahead);
     bool limitReached(const RenderRequest& request) const;
 
     bool begun_ = false, finished_ = false;
@@ -103,6 +109,7 @@ private:
         estimate_;  // with everything, as it stands, when it has been read
     std::shared_ptr<const core::Image> backdrop_;    // the small picture that came before this one
     std::shared_ptr<const core::Aovs> aovs_, fine_;  // of this view; of fineSize_
+    core::Camera fineCamera_;                        // that sees fine_
     MovingDetail detail_;
 };
 

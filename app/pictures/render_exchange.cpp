@@ -111,6 +111,16 @@ std::optional<PostedRequest> RenderExchange::take()
     return std::exchange(posted_, std::nullopt);
 }
 
+std::optional<MotionAhead> RenderExchange::ahead() const
+{
+    const std::lock_guard lock(mutex_);
+    if (!posted_ || !posted_->request.moving) return std::nullopt;
+    RenderRequest here = working_;
+    here.camera = posted_->request.camera;
+    if (here != posted_->request) return std::nullopt;
+    return MotionAhead{here.camera, posted_->generation, posted_->postedAt};
+}
+
 std::stop_token RenderExchange::enter(RenderPhase phase, const char* stage, double fraction,
                                       bool movingPreview)
 {

@@ -29,6 +29,13 @@ struct PostedRequest {
     std::chrono::steady_clock::time_point postedAt;
 };
 
+/// A camera that has moved on, and since when.
+struct MotionAhead {
+    core::Camera camera;
+    uint64_t generation = 0;
+    std::chrono::steady_clock::time_point postedAt;
+};
+
 class RenderExchange {
 public:
     // --- any thread
@@ -44,6 +51,10 @@ public:
 
     /// False at the end. Sleeps until there is a request, unless `workLeft`.
     bool wait(bool workLeft);
+
+    /// Where the camera has gone meanwhile, if the newest request asks for nothing else than what
+    /// is worked on.
+    std::optional<MotionAhead> ahead() const;
 
     /// The newest request, once; from now on it is what is worked on.
     std::optional<PostedRequest> take();

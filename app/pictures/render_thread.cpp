@@ -359,7 +359,15 @@ std::stop_token RenderThread::Loop::enter(RenderPhase phase, const char* stage)
 
 void RenderThread::Loop::publish()
 {
-    handOut(work_.make(*renderer_, request_));
+    // What the hand does while paths are traced need not wait for the next ones.
+    const std::optional<MotionAhead> ahead = exchange.ahead();
+    std::shared_ptr<Picture> picture =
+        work_.make(*renderer_, request_, ahead ? ahead->camera : request_.camera);
+    if (ahead && picture->camera == ahead->camera) {
+        generation_ = ahead->generation;
+        postedAt_ = ahead->postedAt;
+    }
+    handOut(std::move(picture));
     publishDue_ = false;
 }
 

@@ -11,7 +11,7 @@ namespace app {
 namespace {
 
 constexpr double kRoomForFiner = 0.7;  // of the target: a finer step has to leave the rest
-constexpr float kSmallest = 0.25f, kSmallestLight = 0.125f;
+constexpr float kSmallest = 0.25f, kSmallestLight = 0.088f;
 // Where samples are kept. Sides are less than an eighth only where a picture of that size takes
 // kPatience times as long as asked for: as quick, smaller ones show more error (staircase in
 // 640x360 at a sixteenth: a tenth more), but a hand waits for the slow ones.

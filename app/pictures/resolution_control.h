@@ -35,11 +35,11 @@ public:
     double predict(double pixels, uint32_t depth) const;
 
     /// The finest that should take at most `targetSeconds`. Sides shrink in steps of the root of
-    /// two down to a quarter, to an eighth with fine edges, and then depth goes, from `depth` down
-    /// to 1: what is coarser still cannot be steered by, so that from there on the rate gives way.
-    /// Finer than the last choice only when that leaves room, so that the size does not flicker.
-    /// Before the first observation: a quarter. Where depth is kept, sizes go down to an eighth,
-    /// and to an eleventh where an eighth would take 2.5 times as long.
+    /// two down to a quarter, to an eleventh with fine edges, and then depth goes, from `depth`
+    /// down to 1: what is coarser still cannot be steered by, so that from there on the rate gives
+    /// way. Finer than the last choice only when that leaves room, so that the size does not
+    /// flicker. Before the first observation: a quarter. Where depth is kept, sizes go down to an
+    /// eighth, and to an eleventh where an eighth would take 2.5 times as long.
     PreviewSize choose(glm::uvec2 full, uint32_t depth, double targetSeconds,
                        PreviewRules rules = {});
 

@@ -255,4 +255,88 @@ TEST_F(CoarsePictures, ASlowPictureIsPrecededByACoarseOne)
     EXPECT_EQ(picture->mean.width, 640u);
 }
 
+/// A camera that has moved on while paths were traced: the surfaces are what it sees now.
+struct MovingOn : RenderThread {
+    MovingOn()
+    {
+        order.size = {640, 360};
+        order.moving = order.movingDetail = true;
+        order.movingShows = app::Moving::filled;
+        order.params.sppLimit = 1;
+    }
+
+    /// The first picture of an order, if `change` is done to the order while its paths are traced;
+    /// null if none came before those of the changed one were traced.
+    std::shared_ptr<const app::Picture> changedMeanwhile(const std::function<void()>& change)
+    {
+        thread.reset();
+        start();
+        book.set(&Book::secondsPerPixel, 1e-7);
+        before = order;
+        std::shared_ptr<const app::Picture> first;
+        std::atomic<uint64_t> changed = 0;
+        std::atomic<bool> seen = false;
+        book.then(&Book::atAdvance, [&] {
+            change();
+            changed = thread->request(order);
+        });
+        book.then(&Book::atAdvance, [&] {
+            first = newest();
+            seen = true;
+        });
+        thread->request(order);
+        EXPECT_TRUE(until([&] { return seen.load(); }));
+        generation = changed;
+        EXPECT_TRUE(until([&] { return newest() && newest()->generation >= generation; }));
+        return first;
+    }
+
+    app::RenderRequest before;
+};
+
+TEST_F(MovingOn, IsSeenInThePictureUnderWay)
+{
+    const auto picture = changedMeanwhile([&] { order.camera.position.x = 5; });
+    ASSERT_NE(picture, nullptr);
+    EXPECT_EQ(picture->generation, generation);
+    EXPECT_EQ(picture->camera, order.camera);
+    EXPECT_EQ(picture->mean.pixels[0], 5.0f);
+    EXPECT_LT(picture->sampled.x, picture->mean.width);
+}
+
+TEST_F(MovingOn, NotWhereSomethingElseDiffersToo)
+{
+    const std::vector<std::function<void()>> others{
+        [&] { order.world = std::make_shared<core::World>(); },
+        [&] { order.size.x = 600; },
+        [&] { ++order.restarts; },
+        [&] { order.wantAovs = true; },
+        [&] { order.moving = false; },
+    };
+    size_t pictures = 0;
+    for (const std::function<void()>& other : others) {
+        order.moving = true;
+        const auto picture = changedMeanwhile([&] {
+            order.camera.position.x += 1;
+            other();
+        });
+        if (!picture) continue;
+        ++pictures;
+        EXPECT_LT(picture->generation, generation);
+        EXPECT_EQ(picture->camera, before.camera);
+        EXPECT_EQ(double(picture->mean.pixels[0]), before.camera.position.x);
+    }
+    EXPECT_GE(pictures, 3u);
+}
+
+TEST_F(MovingOn, NorWherePathsAreWantedAsTheyCome)
+{
+    order.movingShows = app::Moving::path;
+    const auto picture = changedMeanwhile([&] { order.camera.position.x = 5; });
+    ASSERT_NE(picture, nullptr);
+    EXPECT_LT(picture->generation, generation);
+    EXPECT_EQ(picture->camera, before.camera);
+    EXPECT_EQ(book.get(&Book::found), 0);
+}
+
 }  // namespace

@@ -16,10 +16,11 @@ namespace {
 
 constexpr glm::uvec2 kSmall(16, 9), kLarge(112, 63);
 
-/// Looks along -Z.
+/// Looks along -Z from the origin.
 core::Camera ahead()
 {
     core::Camera c;
+    c.position = glm::dvec3(0);
     c.yfov = 0.8;
     return c;
 }
@@ -31,14 +32,24 @@ struct Seen {
 };
 using Scene = std::function<Seen(glm::vec2)>;  // of the direction's x and y for z = -1
 
-core::Aovs hits(glm::uvec2 size, const Scene& scene)
+/// Of the plane z = -3 from elsewhere: what ahead() sees in the direction of its points.
+glm::vec2 planeAt(const core::Camera& camera, const glm::vec3& d)
+{
+    const glm::vec3 from(camera.position);
+    const glm::vec3 point = from - (3 + from.z) / d.z * d;
+    return glm::vec2(point) / 3.0f;
+}
+
+core::Aovs hits(glm::uvec2 size, const Scene& scene, const core::Camera& camera = ahead())
 {
     core::Aovs aovs = core::emptyAovs(size.x, size.y);
-    const app::PixelRays rays(ahead(), size.x, size.y);
+    const app::PixelRays rays(camera, size.x, size.y);
+    const auto near = static_cast<float>(camera.position.z);
     for (uint32_t y = 0; y < size.y; ++y)
         for (uint32_t x = 0; x < size.x; ++x) {
             const glm::vec3 d = rays.direction(x, y);
-            const Seen seen = scene(glm::vec2(d) / -d.z);
+            Seen seen = scene(planeAt(camera, d));
+            seen.distance += near;
             for (int c = 0; c < 3; ++c) aovs.emission.at(x, y)[c] = seen.emission;
             if (seen.nothing) continue;
             *aovs.depth.at(x, y) = seen.distance / -d.z;
@@ -54,14 +65,14 @@ core::Aovs hits(glm::uvec2 size, const Scene& scene)
 
 /// Radiance of `light` on the scene's surfaces, and theirs.
 core::Image radiance(glm::uvec2 size, const Scene& scene,
-                     const std::function<float(glm::vec2)>& light)
+                     const std::function<float(glm::vec2)>& light,
+                     const core::Camera& camera = ahead())
 {
     core::Image image(size.x, size.y, 3);
-    const app::PixelRays rays(ahead(), size.x, size.y);
+    const app::PixelRays rays(camera, size.x, size.y);
     for (uint32_t y = 0; y < size.y; ++y)
         for (uint32_t x = 0; x < size.x; ++x) {
-            const glm::vec3 d = rays.direction(x, y);
-            const glm::vec2 at = glm::vec2(d) / -d.z;
+            const glm::vec2 at = planeAt(camera, rays.direction(x, y));
             const Seen seen = scene(at);
             const float albedo = seen.nothing ? 0 : seen.albedo;
             for (int c = 0; c < 3; ++c) image.at(x, y)[c] = seen.emission + albedo * light(at);
@@ -71,8 +82,8 @@ core::Image radiance(glm::uvec2 size, const Scene& scene,
 
 core::Image onSurfaces(const core::Image& mean, const Scene& scene, glm::uvec2 large = kLarge)
 {
-    return app::lightOnSurfaces(mean, hits({mean.width, mean.height}, scene), hits(large, scene),
-                                ahead());
+    return app::lightOnSurfaces(mean, {hits({mean.width, mean.height}, scene), ahead()},
+                                {hits(large, scene), ahead()});
 }
 
 core::Image onSurfaces(const Scene& scene, const std::function<float(glm::vec2)>& light)
@@ -173,6 +184,85 @@ TEST(FineLight, BarsBeforeALampAreNotAsDarkAsTheLampItself)
     };
     const auto light = [&](glm::vec2 at) { return window(at).emission > 0 ? 0.0f : 1.0f; };
     expectNear(onSurfaces(window, light), radiance(kLarge, window, light), 1e-4f);
+}
+
+/// Cameras that have moved on, turned or come nearer see the light where it is.
+TEST(FineLight, ACameraThatHasMovedOnSeesItWhereItIs)
+{
+    const auto isLeft = [](glm::vec2 at) { return at.x + 0.3f * at.y < 0.07f; };
+    const auto light = [&](glm::vec2 at) { return (isLeft(at) ? 4.0f : 1.0f) + at.x - at.y; };
+    const Scene two = [&](glm::vec2 at) {
+        return Seen{.material = isLeft(at) ? 0.0f : 1.0f,
+                    .albedo = 0.5f + 0.4f * std::sin(90 * at.x)};
+    };
+    core::Camera moved = ahead(), turned = ahead(), near = ahead();
+    moved.position = {0.3, -0.2, 0};
+    turned.forward = glm::normalize(glm::dvec3(0.1, 0.05, -1));
+    turned.up = glm::normalize(glm::dvec3(0.1, 1, 0) -
+                               glm::dot(glm::dvec3(0.1, 1, 0), turned.forward) * turned.forward);
+    near.position.z = -1;
+    const core::Aovs coarse = hits(kSmall, two);
+    const core::Image mean = radiance(kSmall, two, light);
+    const core::Camera before = ahead();
+    for (const core::Camera& camera : {moved, turned, near}) {
+        const core::Aovs fine = hits(kLarge, two, camera);
+        const core::Image seen = app::lightOnSurfaces(mean, {coarse, before}, {fine, camera}),
+                          expected = radiance(kLarge, two, light, camera);
+        size_t known = 0;
+        for (uint32_t y = 0; y < kLarge.y; ++y)
+            for (uint32_t x = 0; x < kLarge.x; ++x) {
+                const glm::vec2 at =
+                    planeAt(camera, app::PixelRays(camera, kLarge.x, kLarge.y).direction(x, y));
+                // What the small picture shows, but for half a pixel at its rim, and one beside
+                // the edge
+                const glm::vec2 rim(0.422f * 16 / 9 * 15 / 16, 0.422f * 8 / 9);
+                if (std::abs(at.x) > rim.x || std::abs(at.y) > rim.y) continue;
+                if (isLeft(at + glm::vec2(0.1f, 0)) != isLeft(at - glm::vec2(0.1f, 0))) continue;
+                ASSERT_NEAR(*seen.at(x, y), *expected.at(x, y), 5e-3f) << x << ", " << y;
+                ++known;
+            }
+        EXPECT_GT(known, 2000u);
+        for (const float v : seen.pixels) ASSERT_TRUE(std::isfinite(v));
+    }
+}
+
+/// Nothing of it may be known: behind where the light was seen from, or far beyond its rim.
+TEST(FineLight, WhereNothingHasBeenSeenThereIsSomeLight)
+{
+    const Scene wall = [](glm::vec2) { return Seen{}; };
+    const core::Camera before = ahead();
+    core::Camera back = ahead(), far = ahead();
+    back.forward = {0, 0, 1};
+    far.position.x = 1e6;
+    const core::Aovs coarse = hits(kSmall, wall);
+    for (const core::Camera& camera : {back, far}) {
+        core::Aovs fine = hits(kLarge, wall, far);
+        const core::Image seen =
+            app::lightOnSurfaces(radiance(kSmall, wall, one), {coarse, before}, {fine, camera});
+        for (const float v : seen.pixels) ASSERT_NEAR(v, 0.5f, 1e-5f);
+    }
+}
+
+TEST(PixelRays, PointsAreSeenWhereTheirRaysBegin)
+{
+    for (const bool orthographic : {false, true}) {
+        core::Camera camera = core::lookAt({1, 2, 3}, {2, 2.5, -4}, {0, 1, 0}, 0.9);
+        camera.orthographic = orthographic;
+        camera.ymag = 2.5;
+        const app::PixelRays rays(camera, 37, 21);
+        for (uint32_t y = 0; y < 21; ++y)
+            for (uint32_t x = 0; x < 37; ++x)
+                for (const float distance : {0.01f, 2.0f, 1e4f}) {
+                    const std::optional<glm::vec2> film = rays.film(rays.point(x, y, distance));
+                    ASSERT_TRUE(film);
+                    const float tolerance = orthographic && distance > 10 ? 0.05f : 1e-3f;
+                    ASSERT_NEAR(film->x, float(x), tolerance);
+                    ASSERT_NEAR(film->y, float(y), tolerance);
+                    if (!orthographic) {
+                        ASSERT_FALSE(rays.film(-rays.point(x, y, distance))) << "behind";
+                    }
+                }
+    }
 }
 
 TEST(FineLight, WhatIsNoNumberIsNotPassedOn)

@@ -1,9 +1,6 @@
 // Which small pictures have surfaces finer than their light, and how fine these are.
 #include "app/pictures/moving_detail.h"
 
-#include <chrono>
-#include <thread>
-
 #include <gtest/gtest.h>
 
 #include "core/methods/ao_params.h"
@@ -72,31 +69,15 @@ TEST(MovingDetail, TakesAPartOfTheTimeButNoLessThanAQuarterOfTheSides)
     EXPECT_EQ(detail.affordable({1, 1}, 1e-6), glm::uvec2(1));
 }
 
-/// First hits that take a time.
-class Slow : public tests::GreyRenderer {
-public:
-    explicit Slow(double secondsPerPixel) : secondsPerPixel_(secondsPerPixel) {}
-    core::Aovs firstHits(const core::Camera&, glm::uvec2 size) override
-    {
-        std::this_thread::sleep_for(
-            std::chrono::duration<double>(secondsPerPixel_ * size.x * size.y));
-        return core::emptyAovs(size.x, size.y);
-    }
-
-private:
-    double secondsPerPixel_;
-};
-
 TEST(MovingDetail, LearnsWhatSurfacesTake)
 {
     app::MovingDetail detail;
     const glm::uvec2 size(100, 100);
     const double before = detail.seconds(size);
-    Slow slow(20 * before / 1e4), quick(0);
-    EXPECT_EQ(detail.find(slow, {}, size)->depth.width, 100u);
+    detail.observe({50, 50}, 5 * before);
     const double once = detail.seconds(size);
-    EXPECT_GE(once, 20 * before) << "slow ones count at once";
-    for (int i = 0; i < 20; ++i) detail.find(quick, {}, size);
+    EXPECT_DOUBLE_EQ(once, 20 * before) << "slow ones count at once";
+    for (int i = 0; i < 20; ++i) detail.observe(size, 0);
     EXPECT_LT(detail.seconds(size), once / 4);
 }
 

@@ -36,7 +36,7 @@ protected:
     }
 
     std::shared_ptr<const app::Picture> show(app::Coarse coarse, core::Start start, double degrees,
-                                             uint64_t samples)
+                                             uint64_t samples, const core::Camera* ahead = nullptr)
     {
         // One that has seen nothing yet chooses a quarter of the sides.
         app::ResolutionControl control;
@@ -45,7 +45,7 @@ protected:
         request_.moving = coarse == app::Coarse::moving;
         work_.begin(*renderer_, request_, coarse, start, control, 1);
         while (work_.samples() < samples) work_.advance(*renderer_, request_, control, {});
-        return work_.make(*renderer_, request_);
+        return work_.make(*renderer_, request_, ahead != nullptr ? *ahead : request_.camera);
     }
 
     /// The first picture of a flight after so many samples at rest.
@@ -94,6 +94,27 @@ TEST_P(PictureWorkInMotion, SurfacesAreFinerThanTheirLight)
     }
 }
 
+/// What the camera sees by now has the light that it saw before.
+TEST_P(PictureWorkInMotion, TheyAreThoseOfACameraThatHasMovedOn)
+{
+    for (const core::AnyParams& method :
+         {core::AnyParams(core::ReuseParams{}), core::AnyParams(core::PathParams{})}) {
+        setMethod(method);
+        // Many samples: noise would hide where edges are.
+        truth_ = show(app::Coarse::moving, core::Start::anew, 6, 64)->mean;
+        const core::Camera there = request_.camera;
+        const auto stays = show(app::Coarse::moving, core::Start::anew, 0.5, 64);
+        const double late = error(stays->mean);
+        const auto picture = show(app::Coarse::moving, core::Start::anew, 0.5, 64, &there);
+        EXPECT_EQ(picture->camera, there);
+        EXPECT_LT(error(picture->mean), 0.1 * late) << method.id();
+        // Made again it is the same.
+        const auto again = work_.make(*renderer_, request_, request_.camera);
+        EXPECT_EQ(again->camera, there);
+        EXPECT_EQ(again->mean.pixels, picture->mean.pixels);
+    }
+}
+
 /// Before a full picture, too, whether or not its light is averaged.
 TEST_P(PictureWorkInMotion, SoAreThoseOfAFirstLook)
 {
@@ -115,7 +136,8 @@ TEST_P(PictureWorkInMotion, MadeAgainItIsTheSame)
 {
     request_.wantAovs = true;
     const std::shared_ptr<const app::Picture> once = firstInMotion(4),
-                                              again = work_.make(*renderer_, request_);
+                                              again =
+                                                  work_.make(*renderer_, request_, request_.camera);
     EXPECT_EQ(again->mean.pixels, once->mean.pixels);
     EXPECT_EQ(again->guide->pixels, once->guide->pixels);
     EXPECT_EQ(again->aovs->depth.width, 64u) << "views of first hits are as fine";

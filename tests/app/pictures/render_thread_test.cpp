@@ -299,7 +299,7 @@ TEST_F(RenderThread, NoPictureBelongsToAnotherOrderThanItSays)
     std::vector<app::RenderRequest> orders{{}};
     uint64_t last = 0, looked = 0;
     for (int step = 0; step < 4000; ++step) {
-        switch (random() % 12) {
+        switch (random() % 13) {
         case 0:
             order.world = scenes[random() % 3];
             break;
@@ -328,6 +328,10 @@ TEST_F(RenderThread, NoPictureBelongsToAnotherOrderThanItSays)
         case 8:
             std::this_thread::sleep_for(std::chrono::microseconds(random() % 2000));
             break;
+        case 9:
+            order.movingShows = random() % 2 == 0 ? app::Moving::filled : app::Moving::path;
+            order.movingDetail = true;
+            break;
         default:
             order.camera.position.x = double(random() % 1000);
             break;
@@ -343,6 +347,7 @@ TEST_F(RenderThread, NoPictureBelongsToAnotherOrderThanItSays)
         ASSERT_LT(picture->generation, orders.size());
         const app::RenderRequest& its = orders[picture->generation];
         ASSERT_EQ(double(picture->mean.pixels[0]), its.camera.position.x);
+        ASSERT_EQ(picture->camera, its.camera);
         ASSERT_EQ(picture->fullSize, its.size);
         ASSERT_EQ(picture->params, its.params);
         if (picture->samples == 0) {  // a part of the first sample, over the small picture

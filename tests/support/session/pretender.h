@@ -1,6 +1,7 @@
 // The render thread with pretended renderers, whose every step a test can plan and observe.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -12,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "app/pictures/render_thread.h"
+#include "core/methods/first_hits.h"
 #include "tests/support/methods/fake_estimate.h"
 
 namespace tests {
@@ -25,6 +27,7 @@ struct Book {
     mutable std::mutex mutex;
     int made = 0, worlds = 0, preparations = 0, views = 0, advances = 0;
     int pictures = 0;                    // that were announced
+    int found = 0;                       // first hits of a size of their own
     const core::World* world = nullptr;  // held by the newest renderer
     core::Pace pace;
     core::Start start = core::Start::anew;  // of the newest view
@@ -67,7 +70,7 @@ struct Book {
     }
 };
 
-/// Every pixel is the camera's x; every sample has a variance of 1.
+/// Every pixel is the camera's x, and shines by itself; every sample has a variance of 1.
 class Pretender : public core::Renderer {
 public:
     explicit Pretender(Book& book) : book_(book) { book_.count(&Book::made, &Book::atMake); }
@@ -146,10 +149,12 @@ public:
         }
         return e;
     }
-    core::Aovs aovs() override
+    core::Aovs aovs() override { return core::emptyAovs(size_.x, size_.y); }
+    core::Aovs firstHits(const core::Camera& camera, glm::uvec2 size) override
     {
-        core::Aovs aovs;
-        aovs.depth = core::Image(size_.x, size_.y, 1);
+        book_.count(&Book::found);
+        core::Aovs aovs = core::emptyAovs(size.x, size.y);
+        std::ranges::fill(aovs.emission.pixels, static_cast<float>(camera.position.x));
         return aovs;
     }
     core::RenderStats stats() const override { return {}; }
