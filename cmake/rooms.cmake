@@ -62,4 +62,4 @@ room(app SEES core/base app/args app/bench/throughput app/bench/flythrough app/b
 
 room(assets/generator SEES ${base} core/image FOREIGN nlohmann/)
 room(assets SEES core/base assets/generator)
-room(bench SEES ${base} core/reuse core/completion core/many_lights FOREIGN benchmark/)
+room(bench SEES ${base} core/gltf core/scene core/trace core/reuse core/completion core/many_lights FOREIGN benchmark/)

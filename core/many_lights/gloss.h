@@ -76,9 +76,11 @@ inline Gloss glossOf(const shared::Bsdf& b, const shared::LobeChoice& lobes, con
 /// Fresnel's share (shared::fresnelShare) at a cosine above 0.
 inline float glossShare(const Gloss& g, float cosine)
 {
-    const float x = std::sqrt(g.excess + cosine * cosine) + cosine;
-    const float a = g.excess / (x * x);
-    const float b = x * (cosine * x - 1) / (cosine * g.excess + x);
+    // a = excess / x^2 and b = x (cosine x - 1) / (cosine excess + x), by one division
+    const float x = std::sqrt(g.excess + cosine * cosine) + cosine, x2 = x * x;
+    const float below = cosine * g.excess + x, inverse = 1 / (x2 * below);
+    const float a = g.excess * below * inverse;
+    const float b = x2 * x * (cosine * x - 1) * inverse;
     const float exact = 0.5f * a * a * (1 + b * b);
     return lesser(greater((exact - g.r0) * g.shareScale, 0.0f), 1.0f);
 }
@@ -99,9 +101,9 @@ inline void evalGloss(const Gloss& g, float x, float y, float z, float& fR, floa
     const float a2 = g.alpha * g.alpha;
     const float hx = g.woX + x, hy = g.woY + y, hz = g.woZ + ci;
     const float across = hx * hx + hy * hy, l2 = across + hz * hz;
-    const float ratio = l2 / (across + a2 * hz * hz);
-    const float d = a2 * shared::kInvPi * ratio * ratio;
-    const float value = 0.5f * d / (ci * g.smith + g.woZ * std::sqrt(a2 + (1 - a2) * ci * ci));
+    const float wideness = across + a2 * hz * hz,
+                masked = ci * g.smith + g.woZ * std::sqrt(a2 + (1 - a2) * ci * ci);
+    const float value = 0.5f * shared::kInvPi * (a2 * l2) * l2 / (wideness * wideness * masked);
     const float cosine = lesser(0.5f * std::sqrt(l2), 1.0f);
     const float t = glossShare(g, cosine), m = 1 - cosine, m5 = m * m * m * m * m;
     const float r = g.diffuseR * through + (g.normalR + g.grazingR * t + g.metallicR * m5) * value;

@@ -13,20 +13,20 @@ void GlossRows::clear()
 {
     rows_.clear();
     before_.clear();
-    for (std::vector<float>& v : frame_) v.clear();
-    for (std::vector<float>& v : gloss_) v.clear();
-    for (std::vector<float>& v : sum_) v.clear();
+    packets_.clear();
 }
 
 void GlossRows::push(uint32_t row, const glm::mat3& frame, const Gloss& gloss)
 {
     before_.resize(row + 1, static_cast<uint32_t>(rows_.size()));
+    const size_t lane = rows_.size() % kLanes;
+    if (lane == 0) packets_.push_back({});
     rows_.push_back(row);
-    for (size_t i = 0; i < frame_.size(); ++i)
-        frame_[i].push_back(frame[static_cast<int>(i / 3)][static_cast<int>(i % 3)]);
+    Packet& packet = packets_.back();
+    for (size_t i = 0; i < packet.frame.size(); ++i)
+        packet.frame[i][lane] = frame[static_cast<int>(i / 3)][static_cast<int>(i % 3)];
     const auto numbers = std::bit_cast<std::array<float, kGlossNumbers>>(gloss);
-    for (size_t i = 0; i < kGlossNumbers; ++i) gloss_[i].push_back(numbers[i]);
-    for (std::vector<float>& v : sum_) v.push_back(0);
+    for (size_t i = 0; i < kGlossNumbers; ++i) packet.gloss[i][lane] = numbers[i];
 }
 
 IndexRange GlossRows::within(IndexRange rows) const
@@ -40,50 +40,66 @@ IndexRange GlossRows::within(IndexRange rows) const
 void GlossRows::add(IndexRange rows, const RowTriple& wi, const RowTriple& leaving,
                     std::span<const float> weights)
 {
-    CHECK(rows.size() <= kMost);
     const IndexRange own = within(rows);
-    const uint32_t first = own.begin, count = own.size();
-    // On the stack, where nothing else can point to.
-    std::array<float, kMost> x, y, z;
-    std::array<std::array<float, kMost>, 3> light, f;
-    for (uint32_t k = 0; k < count; ++k) {
-        const uint32_t row = rows_[first + k];
-        x[k] = wi[0][row];
-        y[k] = wi[1][row];
-        z[k] = wi[2][row];
-        const float w = weights[row];
-        for (size_t c = 0; c < 3; ++c) light[c][k] = leaving[c][row] * w;
+    const std::array<const float*, 7> from{wi[0].data(),      wi[1].data(),      wi[2].data(),
+                                           leaving[0].data(), leaving[1].data(), leaving[2].data(),
+                                           weights.data()};
+    std::array<Lanes, 7> some;  // of lanes that are not those of rows side by side
+    std::array<const float*, 7> light;
+    for (uint32_t first = own.begin - own.begin % kLanes; first < own.end; first += kLanes) {
+        const uint32_t begin = std::max(first, own.begin), end = std::min(first + kLanes, own.end);
+        const uint32_t row = rows_[begin];
+        const bool sideBySide =
+            end - begin == kLanes && rows_[end - 1] - row == kLanes - 1;  // as most are
+        for (size_t i = 0; i < from.size(); ++i) {
+            light[i] = from[i] + row;
+            if (sideBySide) continue;
+            some[i].fill(0);
+            for (uint32_t k = begin; k < end; ++k) some[i][k - first] = from[i][rows_[k]];
+            light[i] = some[i].data();
+        }
+        packets_[first / kLanes].add(light);
     }
-    std::array<const float*, 9> m;
-    for (size_t i = 0; i < m.size(); ++i) m[i] = frame_[i].data() + first;
-    std::array<const float*, kGlossNumbers> g;
-    for (size_t i = 0; i < kGlossNumbers; ++i) g[i] = gloss_[i].data() + first;
-    for (uint32_t k = 0; k < count; ++k) {
-        const Gloss gloss{g[0][k],  g[1][k],  g[2][k],  g[3][k],  g[4][k],  g[5][k],
-                          g[6][k],  g[7][k],  g[8][k],  g[9][k],  g[10][k], g[11][k],
-                          g[12][k], g[13][k], g[14][k], g[15][k], g[16][k], g[17][k],
-                          g[18][k], g[19][k], g[20][k], g[21][k]};
-        evalGloss(gloss, x[k] * m[0][k] + y[k] * m[1][k] + z[k] * m[2][k],
+}
+
+/// A loop of its own: a promise made within another loop is not kept.
+void GlossRows::addProducts(float* __restrict sum, const float* a, const float* b, const float* c)
+{
+    for (uint32_t k = 0; k < kLanes; ++k) sum[k] += a[k] * (b[k] * c[k]);
+}
+
+/// Directions, what comes along them, and weights, kLanes of each.
+void GlossRows::Packet::add(const std::array<const float*, 7>& light)
+{
+    const float *x = light[0], *y = light[1], *z = light[2], *w = light[6];
+    std::array<Lanes, 3> f;  // on the stack, where nothing else can point to
+    const auto& m = frame;
+    const auto& g = gloss;
+    for (uint32_t k = 0; k < kLanes; ++k) {
+        const Gloss surface{g[0][k],  g[1][k],  g[2][k],  g[3][k],  g[4][k],  g[5][k],
+                            g[6][k],  g[7][k],  g[8][k],  g[9][k],  g[10][k], g[11][k],
+                            g[12][k], g[13][k], g[14][k], g[15][k], g[16][k], g[17][k],
+                            g[18][k], g[19][k], g[20][k], g[21][k]};
+        evalGloss(surface, x[k] * m[0][k] + y[k] * m[1][k] + z[k] * m[2][k],
                   x[k] * m[3][k] + y[k] * m[4][k] + z[k] * m[5][k],
                   x[k] * m[6][k] + y[k] * m[7][k] + z[k] * m[8][k], f[0][k], f[1][k], f[2][k]);
     }
-    for (size_t c = 0; c < 3; ++c) {
-        float* __restrict sum = sum_[c].data() + first;
-        for (uint32_t k = 0; k < count; ++k) sum[k] += f[c][k] * light[c][k];
-    }
+    for (size_t c = 0; c < 3; ++c) addProducts(sum[c].data(), f[c].data(), light[3 + c], w);
 }
 
 void GlossRows::forget(IndexRange rows)
 {
     const IndexRange own = within(rows);
-    for (std::vector<float>& v : sum_) std::fill(v.begin() + own.begin, v.begin() + own.end, 0.0f);
+    for (uint32_t k = own.begin; k < own.end; ++k)
+        for (Lanes& sum : packets_[k / kLanes].sum) sum[k % kLanes] = 0;
 }
 
 glm::vec3 GlossRows::sum(uint32_t row) const
 {
     const uint32_t k = within({row, row}).begin;
     if (k == rows_.size() || rows_[k] != row) return glm::vec3(0);
-    return {sum_[0][k], sum_[1][k], sum_[2][k]};
+    const auto& sum = packets_[k / kLanes].sum;
+    return {sum[0][k % kLanes], sum[1][k % kLanes], sum[2][k % kLanes]};
 }
 
 namespace {

@@ -16,7 +16,7 @@ using RowTriple = std::array<std::vector<float>, 3>;
 
 class GlossRows {
 public:
-    static constexpr uint32_t kMost = 32;  // rows that get light at a time
+    static constexpr uint32_t kMost = 64;  // rows that get light at a time
 
     void clear();
 
@@ -39,12 +39,24 @@ public:
     glm::vec3 sum(uint32_t row) const;
 
 private:
+    static constexpr uint32_t kLanes = 16;
+    using Lanes = std::array<float, kLanes>;
+
+    /// What is read together lies together: loops over lanes know all places but one.
+    struct alignas(64) Packet {
+        std::array<Lanes, 9> frame{};              // tangent, bitangent, normal
+        std::array<Lanes, kGlossNumbers> gloss{};  // in the order of Gloss
+        std::array<Lanes, 3> sum{};
+
+        void add(const std::array<const float*, 7>& light);
+    };
+
+    static void addProducts(float* __restrict sum, const float* a, const float* b, const float* c);
     IndexRange within(IndexRange rows) const;
+
     std::vector<uint32_t> rows_;    // increasing
     std::vector<uint32_t> before_;  // how many stand before each row, up to the last of them
-    std::array<std::vector<float>, 9> frame_;              // tangent, bitangent, normal
-    std::array<std::vector<float>, kGlossNumbers> gloss_;  // in the order of Gloss
-    RowTriple sum_;
+    std::vector<Packet> packets_;
 };
 
 /// LightSurface::scattered of a glossy surface (isGloss) towards each of the rows in -wi, times

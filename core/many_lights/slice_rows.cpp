@@ -23,16 +23,19 @@ constexpr float kAboveHorizon = 0.05f;
 constexpr uint32_t kBlock = GlossRows::kMost;
 
 // Loops of their own: a promise made within another loop is not kept.
-void addProducts(float* __restrict sum, const float* a, const float* b, float scale,
-                 IndexRange rows)
+void addScaled(float* __restrict x, float* __restrict y, float* __restrict z, vec3 scale,
+               const float* a, IndexRange rows)
 {
-    for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += scale * a[i] * b[i];
+    for (uint32_t i = rows.begin; i < rows.end; ++i) {
+        x[i] += scale.x * a[i];
+        y[i] += scale.y * a[i];
+        z[i] += scale.z * a[i];
+    }
 }
 
-void addProducts(float* __restrict sum, const float* a, const float* b, const float* c,
-                 IndexRange rows)
+void addProducts(float* __restrict sum, const float* a, const float* b, IndexRange rows)
 {
-    for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += a[i] * b[i] * c[i];
+    for (uint32_t i = rows.begin; i < rows.end; ++i) sum[i] += a[i] * b[i];
 }
 
 void scaleFrom(float* __restrict out, float to, const float* at, float near, const float* scale,
@@ -83,7 +86,8 @@ void SliceRows::reset(const shared::SceneView& scene, std::span<const Receiver> 
                       std::span<const uint32_t> chosen)
 {
     count_ = static_cast<uint32_t>(chosen.size());
-    for (RowTriple* triple : {&position_, &normal_, &side_, &albedo_, &sum_, &wi_, &leaving_})
+    for (RowTriple* triple :
+         {&position_, &normal_, &side_, &albedo_, &irradiance_, &sum_, &wi_, &leaving_})
         for (std::vector<float>& v : *triple) v.assign(count_, 0.0f);
     for (std::vector<float>& v : origin_) v.resize(2 * size_t(count_));
     events_.resize(count_);
@@ -274,8 +278,9 @@ void SliceRows::weigh(const Column& column, const GatherSettings& settings, Inde
 
 void SliceRows::clear(IndexRange rows)
 {
-    for (std::vector<float>& sum : sum_)
-        std::fill(sum.begin() + rows.begin, sum.begin() + rows.end, 0.0f);
+    for (RowTriple* triple : {&irradiance_, &sum_})
+        for (std::vector<float>& v : *triple)
+            std::fill(v.begin() + rows.begin, v.begin() + rows.end, 0.0f);
     gloss_.forget(rows);
 }
 
@@ -296,10 +301,8 @@ void SliceRows::add(const Column& column, const LightSet& lights, IndexRange row
 /// Of Lambertian rows and a light that sends the same to all.
 void SliceRows::addLambert(const Column& column, IndexRange rows, std::span<const float> weights)
 {
-    const vec3 intensity = column.light->intensity * column.scale;
-    for (size_t c = 0; c < 3; ++c)
-        addProducts(sum_[c].data(), albedo_[c].data(), weights.data(),
-                    intensity[static_cast<int>(c)], rows);
+    addScaled(irradiance_[0].data(), irradiance_[1].data(), irradiance_[2].data(),
+              column.light->intensity * column.scale, weights.data(), rows);
 }
 
 void SliceRows::addBlock(const Column& column, const LightSet& lights, IndexRange rows,
@@ -309,7 +312,7 @@ void SliceRows::addBlock(const Column& column, const LightSet& lights, IndexRang
     // What is infinitely far is in no medium.
     if (anyAbsorbs_ && column.light->kind != LightKind::directional) dimLight(rows, weights);
     for (size_t c = 0; c < 3 && surfaces_.size() < count_; ++c)
-        addProducts(sum_[c].data(), leaving_[c].data(), albedo_[c].data(), weights.data(), rows);
+        addProducts(irradiance_[c].data(), leaving_[c].data(), weights.data(), rows);
     if (!gloss_.empty()) gloss_.add(rows, wi_, leaving_, weights);
     if (otherSurfaces_ == 0) return;
     // Surfaces stand in the order of their rows.

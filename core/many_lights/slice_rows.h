@@ -112,7 +112,10 @@ public:
     /// Radiance of a row towards where it is seen from, of the columns added so far.
     glm::vec3 radiance(uint32_t row) const
     {
-        return glm::vec3(sum_[0][row], sum_[1][row], sum_[2][row]) + gloss_.sum(row);
+        const auto of = [row](const RowTriple& t) {
+            return glm::vec3(t[0][row], t[1][row], t[2][row]);
+        };
+        return of(albedo_) * of(irradiance_) + of(sum_) + gloss_.sum(row);
     }
 
     // What shadow rays begin at. Rows through which light passes have two origins: that of row i
@@ -154,7 +157,9 @@ private:
     uint32_t count_ = 0;
     RowTriple position_, normal_, side_;  // side: the geometric normal towards the viewer
     RowTriple albedo_;                    // over pi, of Lambertian rows; 0 of others
-    RowTriple sum_, origin_;
+    RowTriple irradiance_;                // that has been added, of all rows
+    RowTriple sum_;                       // of surfaces neither Lambert's nor in gloss_
+    RowTriple origin_;
     // Of the column that is being added, where it needs them: unit directions to the light, and
     // what it sends along them.
     RowTriple wi_, leaving_;
