@@ -77,8 +77,8 @@ completion-halves-unfolded@core/completion/row_counts.cpp@foldHalves();@@RowCoun
 slice-sides-alike@core/many_lights/slice_rows.cpp@if (anySideDiffers_)@if (false)@SliceRows*
 slice-media@core/many_lights/slice_rows.cpp@if (anyAbsorbs_ && column.light->kind != LightKind::directional) dimLight(rows, weights);@@Media.*
 slice-media-kernel@shaders/shared/virtual_light.h@return exp(-length(towards) * (behind ? r.absorptionBehind : r.absorption));@return vec3(1.0f);@Media.*
-slice-opaque@core/many_lights/slice_rows.cpp@if (!anyTransmits_ && mostEvents_ < most)@if (mostEvents_ < most)@SliceRows*
-slice-never-deep@core/many_lights/slice_rows.cpp@if (!anyTransmits_ && mostEvents_ < most)@if (!anyTransmits_)@SliceRows*
+slice-opaque@core/many_lights/slice_rows.cpp@return !anyTransmits_ && mostEvents_ < mostEventsBefore(column, settings);@return mostEvents_ < mostEventsBefore(column, settings);@SliceRows*
+slice-never-deep@core/many_lights/slice_rows.cpp@return !anyTransmits_ && mostEvents_ < mostEventsBefore(column, settings);@return !anyTransmits_;@SliceRows*
 slice-first-word@core/many_lights/slice_shading.cpp@visible.subspan(begin, end - begin)@visible.subspan(0, end - begin)@SliceQueue*
 completion-unknown-untraced@core/completion/matching.cpp@rest_[w] = matters[w] & ~known[w];@rest_[w] = 0;@Matching*
 completion-pivot-lost@core/completion/gauss_jordan.cpp@if (getBit(this->column(k), pivot))@if (false)@GaussJordan*
@@ -98,6 +98,7 @@ coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@Coated
 coat-light-weakened@core/many_lights/light_paths.cpp@surface.bsdf.parts |= shared::kLightEmits;@@CoatedLamp.*
 diffuse-rims-flat@core/many_lights/light_paths.cpp@if (shared::isLambert(v.bsdf) && met.angle < kWide) {@if (shared::isLambert(v.bsdf)) {@VirtualLights.*Rims*
 rims-bent-twice@core/many_lights/light_particle.cpp@if (v.wo.z > kMostOfBent) return surface;@return surface;@VirtualLights.*Rims*
+bounds-of-flat-cones@core/many_lights/row_bounds.cpp@    cone.sine[word] = sine;@    cone.sine[word] = 0;@RowBounds*
 cover-shone-through@core/many_lights/shadow_packets.h@shared::connectionEnd(std::sqrt(squared))@0.9999f@Techniques.ACover*
 pilot-believed@core/many_lights/light_paths.cpp@if (pilot.lights.empty()) return static_cast<uint32_t>(most);@if (pilot.lights.empty()) return 0;@VirtualLights*
 pane-light-twice@core/many_lights/lost_light.cpp@walk.path.pdf = walk.pdf;@walk.path.pdf = 0;@ManyLightsBehindPanes*

@@ -7,12 +7,10 @@
 
 #include "core/many_lights/gloss.h"
 #include "core/many_lights/receivers.h"
+#include "core/many_lights/row_triple.h"
 #include "core/many_lights/virtual_light.h"
 
 namespace core::many_lights {
-
-/// Numbers of rows, by colour or by coordinate.
-using RowTriple = std::array<std::vector<float>, 3>;
 
 class GlossRows {
 public:

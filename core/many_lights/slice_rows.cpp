@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/completion/bits.h"
 #include "shared/path.h"
 
 namespace core::many_lights {
@@ -101,6 +102,7 @@ void SliceRows::reset(const shared::SceneView& scene, std::span<const Receiver> 
     anyTransmits_ = anySideDiffers_ = anyAbsorbs_ = false;
     mostEvents_ = 0;
     for (uint32_t row = 0; row < count_; ++row) setRow(row, scene, receivers[chosen[row]]);
+    bounds_.reset(position_, normal_, side_, count_);
 }
 
 void SliceRows::setRow(uint32_t row, const shared::SceneView& scene, const Receiver& receiver)
@@ -236,6 +238,38 @@ float SliceRows::largestResponse(uint32_t row, const LightNode& node, LightKind 
     return std::max(response(middle), response(nearest));
 }
 
+/// Events before the receiver, at the receiver, and before the light are maxDepth at most: what a
+/// receiver must have less of.
+static int mostEventsBefore(const Column& column, const GatherSettings& settings)
+{
+    return static_cast<int>(settings.maxDepth - std::min(settings.maxDepth, column.light->bounces));
+}
+
+/// Whether light from the front is all there is to ask for, whichever row it is.
+bool SliceRows::isSimple(const Column& column, const GatherSettings& settings) const
+{
+    return !anyTransmits_ && mostEvents_ < mostEventsBefore(column, settings);
+}
+
+void SliceRows::findReached(const Column& column, const GatherSettings& settings,
+                            std::span<float> scratch, std::span<uint64_t> reached)
+{
+    if (!isSimple(column, settings)) {
+        weigh(column, settings, scratch);
+        positiveToBits(scratch, reached);
+        return;
+    }
+    const std::span<const float> reach = bounds_.reach(*column.light, anySideDiffers_);
+    for (size_t w = 0; w < reached.size(); ++w) {
+        reached[w] = reach[w] == RowBounds::kAll ? wordOfRows(count_, w) : 0;
+        if (reach[w] != RowBounds::kSome) continue;
+        const auto begin = static_cast<uint32_t>(RowBounds::kRows * w);
+        const IndexRange rows{begin, std::min(begin + RowBounds::kRows, count_)};
+        weigh(column, settings, rows, scratch);
+        positiveToBits(scratch.subspan(begin, rows.size()), reached.subspan(w, 1));
+    }
+}
+
 void SliceRows::weigh(const Column& column, const GatherSettings& settings, IndexRange rows,
                       std::span<float> weights) const
 {
@@ -245,13 +279,11 @@ void SliceRows::weigh(const Column& column, const GatherSettings& settings, Inde
     const float* gx = side_[0].data();
     const float* gy = side_[1].data();
     const float* gz = side_[2].data();
-    // Events before the receiver, at the receiver, and before the light are maxDepth at most.
-    const auto most =
-        static_cast<int>(settings.maxDepth - std::min(settings.maxDepth, column.light->bounces));
+    const int most = mostEventsBefore(column, settings);
     const auto weighWith = [&](const auto& cosine) {
         weighRows(column, settings.clampDistance, position_, cosine, rows, weights.data());
     };
-    if (!anyTransmits_ && mostEvents_ < most) {
+    if (isSimple(column, settings)) {
         if (anySideDiffers_)
             weighWith([=](uint32_t i, float x, float y, float z) {
                 const float a = x * nx[i] + y * ny[i] + z * nz[i];

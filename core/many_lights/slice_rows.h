@@ -9,6 +9,7 @@
 #include "core/many_lights/gloss_rows.h"
 #include "core/many_lights/light_cut.h"
 #include "core/many_lights/receivers.h"
+#include "core/many_lights/row_bounds.h"
 #include "shared/scene.h"
 
 namespace core::many_lights {
@@ -94,6 +95,12 @@ public:
     void weigh(const Column& column, const GatherSettings& settings, IndexRange rows,
                std::span<float> weights) const;
 
+    /// Bits of the rows to which light may come from a column if nothing is in between: those that
+    /// weigh() gives more than 0, unless that is too little for a float. `scratch` has a place for
+    /// every row.
+    void findReached(const Column& column, const GatherSettings& settings, std::span<float> scratch,
+                     std::span<uint64_t> reached);
+
     /// Adds a column's light to the rows whose weight is not 0.
     void add(const Column& column, const LightSet& lights, std::span<const float> weights)
     {
@@ -144,6 +151,7 @@ private:
         bool isGloss;  // its light is summed with that of all such rows
     };
 
+    bool isSimple(const Column& column, const GatherSettings& settings) const;
     void setRow(uint32_t row, const shared::SceneView& scene, const Receiver& receiver);
     void addLambert(const Column& column, IndexRange rows, std::span<const float> weights);
     void addBlock(const Column& column, const LightSet& lights, IndexRange rows,
@@ -166,6 +174,7 @@ private:
     RowTriple absorption_;      // on the side of row i that is seen and, at count() + i, behind it
     std::vector<float> scale_;  // one over the distances
     GlossRows gloss_;
+    RowBounds bounds_;
     std::vector<int> events_, transmits_;  // the latter 0 or 1
     std::vector<uint32_t> seeds_;
     std::vector<Surface> surfaces_;

@@ -58,6 +58,7 @@ bool SliceVisibility::prepare(const SliceJob& job, std::span<const Receiver> rec
 {
     Clock::time_point since = Clock::now();
     rows_.reset(sceneView(job.receivers.accel->world()), receivers, chosen);
+    chooseSome(job, receivers, chosen);
     stats.shadingSeconds += secondsSince(since);
     since = Clock::now();
     if (!makeColumns(job, slice, stop)) return false;
@@ -70,6 +71,17 @@ bool SliceVisibility::prepare(const SliceJob& job, std::span<const Receiver> rec
     orderColumns();
     stats.orderSeconds += secondsSince(since);
     return true;
+}
+
+/// How bright columns are, which decides on their order, few rows tell: evenly spaced ones.
+void SliceVisibility::chooseSome(const SliceJob& job, std::span<const Receiver> receivers,
+                                 std::span<const uint32_t> chosen)
+{
+    constexpr size_t kStep = 16, kFewest = 64;
+    const size_t step = std::clamp<size_t>(chosen.size() / kFewest, 1, kStep);
+    someChosen_.clear();
+    for (size_t i = step / 2; i < chosen.size(); i += step) someChosen_.push_back(chosen[i]);
+    some_.reset(sceneView(job.receivers.accel->world()), receivers, someChosen_);
 }
 
 bool SliceVisibility::makeColumns(const SliceJob& job, uint32_t slice, const std::stop_token& stop)
@@ -113,9 +125,10 @@ bool SliceVisibility::weighColumns(const SliceJob& job, const std::stop_token& s
     const vec3 middle = rows_.middle();
     for (uint32_t j = 0; j < count; ++j) {
         if (j % 256 == 0 && stop.stop_requested()) return false;
-        rows_.weigh(columns_[j], job.gather, weights_);
-        positiveToBits(weights_, matters_.column(j));
-        brightness_[j] = SliceRows::brightness(columns_[j], weights_);
+        rows_.findReached(columns_[j], job.gather, weights_, matters_.column(j));
+        some_.weigh(columns_[j], job.gather, std::span(weights_).first(some_.count()));
+        brightness_[j] =
+            SliceRows::brightness(columns_[j], std::span(weights_).first(some_.count()));
         octants_[j] = octantOf(*columns_[j].light, middle);
     }
     return true;

@@ -30,12 +30,16 @@ public:
     const BitMatrix& matters() const { return orderedMatters_; }
 
 private:
+    void chooseSome(const SliceJob& job, std::span<const Receiver> receivers,
+                    std::span<const uint32_t> chosen);
     bool makeColumns(const SliceJob& job, uint32_t slice, const std::stop_token& stop);
     void setRadii(float alone);
     bool weighColumns(const SliceJob& job, const std::stop_token& stop);
     void orderColumns();
 
     SliceRows rows_;
+    SliceRows some_;  // of them
+    std::vector<uint32_t> someChosen_;
     CutMemory cutMemory_;
     std::vector<LightCluster> clusters_;
     std::vector<Column> columns_, ordered_;

@@ -2,8 +2,11 @@
 // and deep receivers and in slices that have none, for which loops of their own leave these out.
 #include "core/many_lights/slice_rows.h"
 
+#include <random>
+
 #include <gtest/gtest.h>
 
+#include "core/completion/bits.h"
 #include "core/trace/scene_view.h"
 #include "tests/support/scenes/test_scenes.h"
 
@@ -173,6 +176,104 @@ TEST(SliceRows, DeepRowsAreDarkAlone)
         }
     }
     EXPECT_TRUE(wasLit);
+}
+
+/// Whether told by bounds or row by row.
+TEST(SliceRows, RowsThatAreReachedAreThoseThatWeighSomething)
+{
+    const Room room;
+    std::vector<uint32_t> opaque = room.floor;
+    opaque.insert(opaque.end(), room.ball.begin(), room.ball.end());
+    const std::vector<VirtualLight> lights = lightsIn(*room.world);
+    for (const std::vector<uint32_t>& slice :
+         {room.floor, room.ball, opaque, room.pane, room.numbered()}) {
+        SliceRows rows;
+        rows.reset(core::sceneView(*room.world), room.receivers, slice);
+        std::vector<float> weights(slice.size()), scratch(slice.size());
+        Words reached(wordsFor(rows.count())), expected(reached.size());
+        for (const VirtualLight& light : lights) {
+            const Column column{&light, 1, 0};
+            rows.weigh(column, {kMaxDepth, 0.01f}, weights);
+            positiveToBits(weights, expected);
+            rows.findReached(column, {kMaxDepth, 0.01f}, scratch, reached);
+            ASSERT_EQ(reached, expected);
+        }
+    }
+}
+
+/// Patches of a sphere, from almost flat to more than half of it, and flat ones, which lights of
+/// all kinds surround.
+struct Patches {
+    RowTriple position, normal;
+    uint32_t count = 0;
+
+    Patches(std::mt19937& random, float angle, bool flat)
+    {
+        std::uniform_real_distribution<float> uniform(-1, 1);
+        for (int word = 0; word < 40; ++word) {
+            const vec3 axis = direction(random), middle = 3.0f * direction(random);
+            const vec3 x = glm::normalize(glm::cross(axis, direction(random))),
+                       y = glm::cross(axis, x);
+            for (uint32_t i = 0; i < RowBounds::kRows; ++i) {
+                const float a = angle * uniform(random), b = 3.2f * uniform(random);
+                const vec3 across = std::cos(b) * x + std::sin(b) * y,
+                           n = flat ? axis : std::cos(a) * axis + std::sin(a) * across;
+                const vec3 p = middle + (flat ? a * across : n);
+                for (int c = 0; c < 3; ++c) {
+                    position[size_t(c)].push_back(p[c]);
+                    normal[size_t(c)].push_back(n[c]);
+                }
+                ++count;
+            }
+        }
+    }
+
+    static vec3 direction(std::mt19937& random)
+    {
+        std::normal_distribution<float> number;
+        return glm::normalize(vec3(number(random), number(random), number(random)));
+    }
+};
+
+/// What bounds tell of 64 rows at once holds for each, and of most flat patches they tell.
+TEST(RowBounds, AreTrueOfEachRow)
+{
+    std::mt19937 random(17);
+    for (const bool flat : {true, false})
+        for (const float angle : {0.02f, 0.3f, 1.2f, 2.5f}) {
+            const Patches patches(random, angle, flat);
+            RowBounds bounds;
+            bounds.reset(patches.position, patches.normal, patches.normal, patches.count);
+            size_t told = 0, words = 0;
+            for (uint32_t k = 0; k < 600; ++k) {
+                VirtualLight light;
+                light.kind = static_cast<LightKind>(k % 3);
+                light.bothSides = k / 3 % 2;
+                light.position = (k % 5 == 0 ? 1.2f : 4.0f) * Patches::direction(random);
+                light.normal = Patches::direction(random);
+                const std::span<const float> reach = bounds.reach(light, k % 2 == 0);
+                ASSERT_EQ(reach.size(), patches.count / RowBounds::kRows);
+                for (size_t w = 0; w < reach.size(); ++w, ++words) {
+                    if (reach[w] == RowBounds::kSome) continue;
+                    ++told;
+                    for (size_t i = RowBounds::kRows * w; i < RowBounds::kRows * (w + 1); ++i) {
+                        const auto of = [i](const RowTriple& t) {
+                            return vec3(t[0][i], t[1][i], t[2][i]);
+                        };
+                        const vec3 d = towards(light, of(patches.position));
+                        const float leaves = -glm::dot(d, light.normal);
+                        const bool shines = light.kind != LightKind::surface || leaves > 0 ||
+                                            (light.bothSides != 0 && leaves < 0);
+                        ASSERT_EQ(glm::dot(d, of(patches.normal)) > 0 && shines,
+                                  reach[w] == RowBounds::kAll)
+                            << "angle " << angle << ", light " << k << ", row " << i;
+                    }
+                }
+            }
+            if (angle < 0.1f) {
+                EXPECT_GT(double(told), 0.85 * double(words)) << flat;
+            }
+        }
 }
 
 }  // namespace

@@ -90,8 +90,9 @@ TEST(Techniques, WeightsOfRepresentativesAreUnbiased)
     const LightStage stage(asset("cornell-diffuse"), 12, 250);
     for (const Technique technique : {Technique::lightslice, Technique::rowColumn}) {
         double uncertainty = 0;
-        // One score of 435 is expected beyond 3; all are correlated. A pixel that few representatives
-        // reach brightly has no normal distribution yet with a quarter of the seeds (6.6).
+        // One score of 435 is expected beyond 3; all are correlated. A pixel that few
+        // representatives reach brightly has no normal distribution yet with a quarter of the seeds
+        // (6.6).
         EXPECT_LT(largestScore(stage, technique, 40, 3200, uncertainty), 4.5)
             << core::enumName(technique);
         EXPECT_LT(uncertainty, 0.002) << core::enumName(technique) << " is underpowered";
