@@ -74,8 +74,8 @@ void completeSlice(benchmark::State& state, const CompletionParams& params)
     }
     state.SetItemsProcessed(static_cast<int64_t>(sum.columns));
     state.counters["vis%"] = 100 * sum.visibility();
-    state.counters["basis"] = sum.basis / double(state.iterations());
-    state.counters["oracle_ns"] = 1e9 * sum.traceSeconds / sum.columns;
+    state.counters["basis"] = double(sum.basis) / double(state.iterations());
+    state.counters["oracle_ns"] = 1e9 * sum.traceSeconds / double(sum.columns);
 }
 
 void completeOurs(benchmark::State& state)

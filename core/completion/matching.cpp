@@ -32,7 +32,7 @@ MatchingOctant::MatchingOctant(Tracer& tracer, std::span<const uint32_t> columns
     : Octant(tracer, columns, params, seed, blockSize(params, columns.size()), out),
       blockSize_(blockSize(params, columns.size())), basis_(rows_), samples_(tracer.all().size()),
       checks_(samples_.size()), apart_(samples_.size()), scratch_(samples_.size()),
-      rest_(samples_.size()), memory_(samples_.size())
+      rest_(samples_.size()), eligible_(samples_.size()), memory_(samples_.size())
 {
     if (params.seedConstant) basis_.push(tracer.all(), tracer.all());
 }
@@ -70,30 +70,29 @@ void MatchingOctant::runBlock(std::span<const uint32_t> columns)
     else
         rest_ = samples_;
     block_.fetchAll(rest_, apart_);
-    basis_.select(samples_, params_.joint ? checks_ : Words(samples_.size()));
+    basis_.select(samples_, checks_);
     if (params_.twoPhase) traceRepresentatives();
     for (size_t c = 0; c < block_.size(); ++c) completeColumn(c);
 }
 
 void MatchingOctant::drawRows()
 {
-    Words eligible(samples_.size());
-    block_.unionOfMatters(eligible);
+    block_.unionOfMatters(eligible_);
     std::ranges::fill(samples_, 0);
     std::ranges::fill(checks_, 0);
     std::ranges::fill(apart_, 0);
     rowFactor_ = rowFactor();
     drawn_ = byLight(sampleCount());
     checked_ = byLight(checkCount());
-    drawSamples(drawn_, eligible, samples_);
-    for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~samples_[w];
+    drawSamples(drawn_, eligible_, samples_);
+    for (size_t w = 0; w < eligible_.size(); ++w) eligible_[w] &= ~samples_[w];
     if (params_.joint && checked_ > 0) {
-        drawUniform(checked_, eligible, random_, checks_);
-        for (size_t w = 0; w < eligible.size(); ++w) eligible[w] &= ~checks_[w];
+        drawUniform(checked_, eligible_, random_, checks_);
+        for (size_t w = 0; w < eligible_.size(); ++w) eligible_[w] &= ~checks_[w];
     }
     if (params_.residualRate > 0) {
         const auto count = static_cast<uint32_t>(std::ceil(double(params_.residualRate) * rows_));
-        apartProbability_ = drawUniform(count, eligible, random_, apart_);
+        apartProbability_ = drawUniform(count, eligible_, random_, apart_);
     }
 }
 

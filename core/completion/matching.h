@@ -55,7 +55,7 @@ private:
     uint32_t checked_ = 0;            // and how many to verify
     ColumnKey key_;
     std::vector<Candidate> candidates_;
-    Words scratch_, rest_;
+    Words scratch_, rest_, eligible_;
     RowCounts counts_;  // of candidates that predict light
     RepairMemory memory_;
     // Since bailing out was considered last:

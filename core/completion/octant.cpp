@@ -51,10 +51,10 @@ void Octant::fetchChecks(size_t c, uint32_t count, std::span<const uint64_t> eli
                          Words& checks)
 {
     const auto matters = block_.matters(c), traced = block_.traced(c);
-    Words left(checks.size());
-    for (size_t w = 0; w < left.size(); ++w) left[w] = eligible[w] & matters[w] & ~traced[w];
+    left_.resize(checks.size());
+    for (size_t w = 0; w < left_.size(); ++w) left_[w] = eligible[w] & matters[w] & ~traced[w];
     std::ranges::fill(checks, 0);
-    drawUniform(count, left, random_, checks);
+    drawUniform(count, left_, random_, checks);
     block_.fetch(c, checks);
 }
 

@@ -64,6 +64,7 @@ protected:
     RowWeights weights_;
     Pcg32 random_;
     double rate_;
+    Words left_;                 // memory of fetchChecks
     uint64_t windowTraced_ = 0;  // rows of columns counted since it was set to zero
 };
 

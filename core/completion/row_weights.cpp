@@ -93,17 +93,19 @@ void RowWeights::cumulate()
 {
     if (!cumulated_.empty()) return;
     cumulated_.resize(weights_.size());
-    runSums_.assign(weights_.size() / kRun, 0);
-    const size_t runs = runSums_.size();
+    const size_t runs = weights_.size() / kRun;
+    inRun_.assign(runs, 0);
+    runSums_.resize(runs);
     for (size_t i = 0; i < kRun; ++i)
         for (size_t r = 0; r < runs; ++r)
-            cumulated_[kRun * r + i] = runSums_[r] += weights_[kRun * r + i];
-    double before = 0;
+            cumulated_[kRun * r + i] = static_cast<float>(inRun_[r] += weights_[kRun * r + i]);
+    float before = 0;
     for (size_t r = 0; r < runs; ++r) {
         for (size_t i = 0; i < kRun; ++i) cumulated_[kRun * r + i] += before;
         before = runSums_[r] = cumulated_[kRun * r + kRun - 1];
     }
-    total_ = before;
+    total_ = double(before);
+    below_ = std::nextafter(before, 0.0f);
     runSums_.pop_back();  // what is not below any other sum is in the last run
     CHECK(std::isfinite(total_));
 }
@@ -113,10 +115,10 @@ void RowWeights::cumulate()
 /// waits for memory at every step.
 uint32_t RowWeights::pick(Pcg32& random) const
 {
-    const double u = random() * total_;
+    const float u = std::min(static_cast<float>(random() * total_), below_);
     uint32_t run = 0, row = 0;
-    for (const double sum : runSums_) run += static_cast<uint32_t>(sum <= u);
-    const double* sums = &cumulated_[size_t(kRun) * run];
+    for (const float sum : runSums_) run += static_cast<uint32_t>(sum <= u);
+    const float* sums = &cumulated_[size_t(kRun) * run];
     for (uint32_t i = 0; i < kRun; ++i) row += static_cast<uint32_t>(sums[i] <= u);
     return std::min(kRun * run + row, count_ - 1);
 }

@@ -53,9 +53,12 @@ private:
                     std::span<uint64_t> drawn) const;
 
     uint32_t count_ = 0;
-    std::vector<double> weights_;    // padded with zeros to whole runs
-    std::vector<double> cumulated_;  // empty: weights have changed
-    std::vector<double> runSums_;    // up to the end of every run but the last
+    std::vector<double> weights_;  // padded with zeros to whole runs
+    // Floats, of which twice as many are compared at a time: rows are drawn right to 1e-7 of all.
+    std::vector<float> cumulated_;  // empty: weights have changed
+    std::vector<float> runSums_;    // up to the end of every run but the last
+    std::vector<double> inRun_;     // sums within runs, while they are made
+    float below_ = 0;               // the largest number below the sum of all
     double total_ = 0;
     std::vector<uint64_t> packed_;
     std::vector<uint32_t> ends_;
