@@ -24,9 +24,9 @@ public:
     bool empty() const { return rows_.empty(); }
     size_t size() const { return rows_.size(); }
 
-    /// Adds light to those of `rows`, kMost at most, that are glossy: the surface's response times
-    /// `leaving` times `weights`, which have a place for every row of the slice as has `wi`, unit
-    /// directions to where the light comes from.
+    /// Adds light to those of `rows` that are glossy: the surface's response times `leaving` times
+    /// `weights`, which have a place for every row of the slice as has `wi`, unit directions to
+    /// where the light comes from.
     void add(IndexRange rows, const RowTriple& wi, const RowTriple& leaving,
              std::span<const float> weights);
 
@@ -40,7 +40,7 @@ private:
     static constexpr uint32_t kLanes = 16;
     using Lanes = std::array<float, kLanes>;
 
-    /// What is read together lies together: loops over lanes know all places but one.
+    /// What is read together lies together: all numbers have known places behind one.
     struct alignas(64) Packet {
         std::array<Lanes, 9> frame{};              // tangent, bitangent, normal
         std::array<Lanes, kGlossNumbers> gloss{};  // in the order of Gloss

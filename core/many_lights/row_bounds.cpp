@@ -131,7 +131,7 @@ void RowBounds::judgeSide(const VirtualLight& light)
         const float most = facing > behind ? facing : behind;
         const float margin = kRounding * (length + r);
         reach[w] = lesser(reach[w], verdict(most - r, most + r, margin));
-        // Neither too near to have an inverse
+        // Nor too near to have an inverse
         reach[w] = lesser(reach[w], 1 + static_cast<float>(length - r > margin + kApart));
     }
 }
