@@ -15,6 +15,7 @@
 #include <dlfcn.h>
 #include <GLFW/glfw3.h>
 
+#include "app/gpu/base/handle.h"
 #include "app/view/icon.h"
 #include "core/base/check.h"
 
@@ -39,7 +40,7 @@ bool isSet(const char* name)
 }
 #endif
 
-/// glfwTerminate() undoes it.
+/// endGlfw() undoes it.
 bool startGlfw()
 {
     lastError.clear();
@@ -51,6 +52,13 @@ bool startGlfw()
         glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
 #endif
     return glfwInit() == GLFW_TRUE;
+}
+
+/// Closes the connection to the display, but not while a device that hangs has been left to itself:
+/// its threads may still read from the connection, which then ends with the process.
+void endGlfw()
+{
+    if (!gpu::anyAbandoned()) glfwTerminate();
 }
 
 template <class F> F symbol(void* library, const char* name)
@@ -145,7 +153,7 @@ Window::Window(const std::string& title, glm::uvec2 size)
         if (window_ == nullptr)
             throw core::Error("no window: " + lastError, core::ExitCode::noDevice);
     } catch (...) {
-        glfwTerminate();
+        endGlfw();
         throw;
     }
     setIcon(window_);
@@ -171,7 +179,7 @@ Window::~Window()
     // Also when the connection is gone: Xlib then sends nothing, and another window can be opened
     // afterwards.
     glfwDestroyWindow(window_);
-    glfwTerminate();
+    endGlfw();
 }
 
 bool Window::displayAvailable(std::string& reason)
@@ -180,7 +188,7 @@ bool Window::displayAvailable(std::string& reason)
         reason = lastError;
         return false;
     }
-    glfwTerminate();
+    endGlfw();
     return true;
 }
 

@@ -32,7 +32,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT,
 
 std::mutex abandonedMutex;
 std::vector<VkDevice> abandonedDevices;
-std::atomic<bool> anyAbandoned{false};
+std::atomic<bool> someAbandoned{false};
 
 }  // namespace
 
@@ -40,12 +40,17 @@ void abandon(VkDevice device)
 {
     const std::lock_guard lock(abandonedMutex);
     abandonedDevices.push_back(device);
-    anyAbandoned = true;
+    someAbandoned = true;
+}
+
+bool anyAbandoned()
+{
+    return someAbandoned;
 }
 
 bool isAbandoned(VkDevice device)
 {
-    if (!anyAbandoned) return false;
+    if (!anyAbandoned()) return false;
     const std::lock_guard lock(abandonedMutex);
     return std::find(abandonedDevices.begin(), abandonedDevices.end(), device) !=
            abandonedDevices.end();

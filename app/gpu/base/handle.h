@@ -16,6 +16,7 @@ const char* resultName(VkResult result);
 /// because the work may still use it.
 void abandon(VkDevice device);
 bool isAbandoned(VkDevice device);
+bool anyAbandoned();
 
 /// Throws core::Error with the text of the call; lost devices and exhausted memory get their own
 /// exit code.
