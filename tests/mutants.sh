@@ -43,8 +43,11 @@ reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInS
 reuse-remainder-whole@core/methods/reuse_competition_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
 detail-light-across@app/pictures/fine_light.cpp@if (!oneSurface(here, there)) continue;@@FineLight*
-detail-of-the-view-before@app/pictures/picture_work.cpp@renderer.firstHits(ahead, fineSize_)@renderer.firstHits(seen, fineSize_)@*PictureWorkInMotion.TheyAre*:MovingOn*
+detail-of-the-view-before@app/pictures/picture_work.cpp@renderer.surfaces(ahead, fineSize_, sight)@renderer.surfaces(seen, fineSize_, sight)@*PictureWorkInMotion.TheyAre*:MovingOn*
 detail-light-moves-along@app/pictures/fine_light.cpp@p.point = from_ + rays_.point(x, y, depth);@p.point = rays_.point(x, y, depth);@FineLight.ACamera*
+detail-behind-panes-aside@shaders/shared/seen.h@way.distance += hit.t;@way.distance = hit.t;@*Seen.*
+detail-mirrored-normals@shaders/shared/seen.h@found.normal = way.turn * found.normal;@@*Seen.*Mirrors*
+edges-beside-their-cuts@shaders/shared/display.h@clamp(0.5f + ahead@clamp(0.6f + ahead@EdgeCuts*
 detail-off-centre@shaders/shared/path_state.h@camera.centred != 0u ? vec2(0.5f, 0.5f) : streamVec2@streamVec2@Methods.Centred*
 detail-guide-beyond@app/pictures/preview_shading.cpp@of.resize(stride_ * (size_t(size.y) + 1));@of.resize(stride_ * (size_t(size.y) + 1), 1);@MovingDetail*:PreviewShading*
 reuse-rest-blotches@shaders/shared/reuse_sums.h@min(s.nominal * inversesqrt(max(magnified, 1.0f)), kReuseMostAtRest)@s.nominal@*ReuseRest.Small*cpu*

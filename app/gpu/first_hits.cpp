@@ -21,7 +21,8 @@ FirstHits::FirstHits(Context& context)
       set_(context.device, kernel_.own())
 {}
 
-core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, double seconds)
+core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, core::Sight sight,
+                           double seconds)
 {
     const uint32_t width = frame.width(), height = frame.height();
     core::Aovs aovs = core::emptyAovs(width, height);
@@ -35,7 +36,8 @@ core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, double sec
     for (uint32_t row = 0; row < frame.tileRows(); row += band) {
         const uint32_t end = std::min(row + band, frame.tileRows());
         const uint32_t firstPixel = 8 * row * width;
-        trace(scene, frame, row * tilesPerRow, end * tilesPerRow, firstPixel, seconds);
+        trace(scene, frame, end * tilesPerRow,
+              {row * tilesPerRow, 0, firstPixel, sight == core::Sight::clear ? 1u : 0u}, seconds);
         hits.resize(std::min(8 * end, height) * size_t(width) - firstPixel);
         found_.read(std::as_writable_bytes(std::span(hits)));
         core::parallelFor(hits.size(), kStoredAtOnce, [&](size_t begin, size_t stop) {
@@ -74,14 +76,15 @@ void FirstHits::compile(const GpuScene& scene, const Frame& frame)
         "the compilation of the first hits");
 }
 
-/// The hits of the tiles [firstTile, endTile) go to `found_`, which begins at `firstPixel`.
-void FirstHits::trace(const GpuScene& scene, const Frame& frame, uint32_t firstTile,
-                      uint32_t endTile, uint32_t firstPixel, double seconds)
+/// The hits of the tiles from the first of `tiles` up to `endTile` go to `found_`.
+void FirstHits::trace(const GpuScene& scene, const Frame& frame, uint32_t endTile,
+                      shared::TileRange tiles, double seconds)
 {
     const Pipeline& pipeline = kernel_.pipeline({scene.features()});
-    for (uint32_t tile = firstTile; tile < endTile;) {
+    for (uint32_t tile = tiles.firstTile; tile < endTile; tile += tiles.tileCount) {
         const uint32_t lanes = pace_.lanes(seconds, (endTile - tile) * shared::kGroupSize);
-        const shared::TileRange tiles{tile, lanes / shared::kGroupSize, firstPixel};
+        tiles.firstTile = tile;
+        tiles.tileCount = lanes / shared::kGroupSize;
         const auto record = [&](VkCommandBuffer commands) {
             kernel_.dispatch(commands, pipeline, {&scene.set(), &frame.set(), &set_}, tiles,
                              tiles.tileCount);
@@ -91,7 +94,6 @@ void FirstHits::trace(const GpuScene& scene, const Frame& frame, uint32_t firstT
                                   record, "first hits, tiles " + std::to_string(tile) + " to " +
                                               std::to_string(tile + tiles.tileCount - 1) + " of " +
                                               std::to_string(frame.tileCount())));
-        tile += tiles.tileCount;
     }
 }
 

@@ -17,7 +17,7 @@ public:
     void forgetScene() { pace_.restart(); }
 
     /// Finds them all, in pieces that hold the device no longer than `seconds`.
-    core::Aovs find(const GpuScene& scene, const Frame& frame, double seconds);
+    core::Aovs find(const GpuScene& scene, const Frame& frame, core::Sight sight, double seconds);
 
     /// Compiles the kernel for the scene, which software drivers do for seconds, so that find()
     /// need not.
@@ -26,8 +26,8 @@ public:
 private:
     void makeRoom(uint64_t bytes);
     void compile(const GpuScene& scene, const Frame& frame);
-    void trace(const GpuScene& scene, const Frame& frame, uint32_t firstTile, uint32_t endTile,
-               uint32_t firstPixel, double seconds);
+    void trace(const GpuScene& scene, const Frame& frame, uint32_t endTile, shared::TileRange tiles,
+               double seconds);
 
     Context& context_;
     Kernel<shared::TileRange, FeatureConstants> kernel_;

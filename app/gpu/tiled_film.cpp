@@ -165,16 +165,16 @@ core::Estimate TiledFilm::read(core::Reading what)
 core::Aovs TiledFilm::aovs(const GpuScene& scene, double seconds)
 {
     CHECK(ready_);
-    return firstHits_.find(scene, frame_, seconds);
+    return firstHits_.find(scene, frame_, core::Sight::first, seconds);
 }
 
-core::Aovs TiledFilm::firstHits(const GpuScene& scene, const shared::FrameData& data,
-                                double seconds)
+core::Aovs TiledFilm::surfaces(const GpuScene& scene, const shared::FrameData& data,
+                               core::Sight sight, double seconds)
 {
     CHECK(ready_);
     const shared::FrameData own = frame_.data();
     frame_.write(data);
-    core::Aovs found = firstHits_.find(scene, frame_, seconds);
+    core::Aovs found = firstHits_.find(scene, frame_, sight, seconds);
     frame_.write(own);
     return found;
 }
@@ -189,7 +189,7 @@ core::Aovs TiledFilm::look(const GpuScene& scene, const shared::FrameData& data,
 {
     drop();
     frame_.write(data);
-    return firstHits_.find(scene, frame_, seconds);
+    return firstHits_.find(scene, frame_, core::Sight::first, seconds);
 }
 
 void TiledFilm::addTo(core::RenderStats& stats) const

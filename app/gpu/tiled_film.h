@@ -59,7 +59,8 @@ public:
     core::Estimate read(core::Reading what);
     core::Aovs aovs(const GpuScene& scene, double seconds);
     /// Those of another view of the scene; the film stays.
-    core::Aovs firstHits(const GpuScene& scene, const shared::FrameData& data, double seconds);
+    core::Aovs surfaces(const GpuScene& scene, const shared::FrameData& data, core::Sight sight,
+                        double seconds);
     void prepareAovs(const GpuScene& scene);
 
     /// First hits of a view, as aovs(), for which there is no film and will be none before reset().

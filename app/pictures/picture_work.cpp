@@ -27,6 +27,13 @@ constexpr double kOverhead = 0.15;
 constexpr double kLeastForPaths = 0.5;  // of the time of a picture in motion
 constexpr double kGrowthBetweenPoints = 1.2;
 
+/// What has the edges and textures of a coarse picture: what is seen behind panes and in mirrors,
+/// but for who looks at first hits themselves.
+core::Sight sightOf(const RenderRequest& request)
+{
+    return request.wantAovs ? core::Sight::first : core::Sight::clear;
+}
+
 }  // namespace
 
 Change changeBetween(const RenderRequest& from, const RenderRequest& to)
@@ -160,7 +167,8 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     const core::RenderProgress now = renderer.progress();
     const bool some = now.samples > 0 || (now.fraction > 0 && coarse_ == Coarse::half);
     if (some && !aovs_ && (coarse_ == Coarse::moving || detailed_ || spreads(request)))
-        aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
+        aovs_ = std::make_shared<core::Aovs>(
+            renderer.surfaces(request.camera, size_, sightOf(request)));
     const double seconds = core::secondsSince(start);
     if (now.version == version_) return;
     version_ = now.version;
@@ -216,7 +224,7 @@ void PictureWork::addPreview(core::Renderer& renderer, Picture& picture,
     }
     if (detailed_) {
         const bool found = fine_ != nullptr;
-        addDetail(renderer, picture, request.camera, ahead);
+        addDetail(renderer, picture, request.camera, ahead, sightOf(request));
         if (!found) detail_.observe(fineSize_, core::secondsSince(start));
     }
     picture.guide = std::make_shared<const core::Image>(surfaceGuide(fine_ ? *fine_ : *aovs_));
@@ -224,10 +232,10 @@ void PictureWork::addPreview(core::Renderer& renderer, Picture& picture,
 
 /// Surfaces finer than the light on them that `seen` has.
 void PictureWork::addDetail(core::Renderer& renderer, Picture& picture, const core::Camera& seen,
-                            const core::Camera& ahead)
+                            const core::Camera& ahead, core::Sight sight)
 {
     if (!fine_) {
-        fine_ = std::make_shared<const core::Aovs>(renderer.firstHits(ahead, fineSize_));
+        fine_ = std::make_shared<const core::Aovs>(renderer.surfaces(ahead, fineSize_, sight));
         fineCamera_ = ahead;
     }
     picture.mean = lightOnSurfaces(picture.mean, {*aovs_, seen}, {*fine_, fineCamera_});

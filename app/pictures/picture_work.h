@@ -87,7 +87,7 @@ private:
     void addPreview(core::Renderer& renderer, Picture& picture, const RenderRequest& request,
                     const core::Camera& ahead);
     void addDetail(core::Renderer& renderer, Picture& picture, const core::Camera& seen,
-                   const core::Camera& ahead);
+                   const core::Camera& ahead, core::Sight sight);
     bool limitReached(const RenderRequest& request) const;
 
     bool begun_ = false, finished_ = false;

@@ -119,11 +119,11 @@ public:
         return {version_, film_.samples, frame_ ? std::min(frame_->fraction(), 0.999) : 0};
     }
     Estimate read(Reading what) override { return film_.estimate(what == Reading::mean); }
-    Aovs aovs() override { return firstHits(camera_, size_); }
-    Aovs firstHits(const Camera& camera, glm::uvec2 size) override
+    Aovs aovs() override { return surfaces(camera_, size_, Sight::first); }
+    Aovs surfaces(const Camera& camera, glm::uvec2 size, Sight sight) override
     {
         CHECK(accel_ != nullptr);
-        return traceAovs(*accel_, cameraData(camera, size.x, size.y), size.x, size.y);
+        return traceAovs(*accel_, cameraData(camera, size.x, size.y), size.x, size.y, sight);
     }
     std::vector<Image> maps() override { return maps_; }
     RenderStats stats() const override;

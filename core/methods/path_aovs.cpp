@@ -4,11 +4,29 @@
 #include "core/methods/first_hits.h"
 #include "core/trace/scene_view.h"
 #include "shared/camera.h"
+#include "shared/seen.h"
 
 namespace core {
 
+static shared::FirstHit seenAlong(const Accel& accel, const shared::SceneView& scene,
+                                  const shared::PathSettings& settings, const glm::vec3& origin,
+                                  const glm::vec3& direction, Sight sight)
+{
+    shared::SeenWay way = shared::seenAlong(origin, direction);
+    for (;;) {
+        Ray ray;
+        ray.seed = shared::kAlphaByHalf;
+        ray.origin = way.origin;
+        ray.direction = way.direction;
+        shared::Hit hit;
+        if (!accel.closest(ray, hit)) return shared::seenNothing(scene, settings, way);
+        shared::FirstHit found;
+        if (!shared::see(scene, hit, way, found) || sight == Sight::first) return found;
+    }
+}
+
 Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t width,
-               uint32_t height)
+               uint32_t height, Sight sight)
 {
     Aovs aovs = emptyAovs(width, height);
     const shared::SceneView scene = sceneView(accel.world());
@@ -18,14 +36,10 @@ Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t wi
         for (uint32_t y = tile.y0; y < tile.y1; ++y) {
             for (uint32_t x = tile.x0; x < tile.x1; ++x) {
                 const glm::vec2 film(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-                Ray ray;
-                ray.seed = shared::kAlphaByHalf;
-                shared::cameraRay(camera, film, size, glm::vec2(0.5f), ray.origin, ray.direction);
-                shared::Hit hit;
-                const shared::FirstHit found =
-                    accel.closest(ray, hit) ? shared::makeFirstHit(scene, hit, ray.direction)
-                                            : shared::noFirstHit(scene, settings, ray.direction);
-                storeFirstHit(found, size_t(y) * width + x, aovs);
+                glm::vec3 origin, direction;
+                shared::cameraRay(camera, film, size, glm::vec2(0.5f), origin, direction);
+                storeFirstHit(seenAlong(accel, scene, settings, origin, direction, sight),
+                              size_t(y) * width + x, aovs);
             }
         }
     };

@@ -10,6 +10,6 @@ namespace core {
 /// estimator uses (normal maps included), on the side of the camera; albedo is shared::albedoBsdf.
 /// Rays that hit nothing leave zeros, ids -1 and the radiance of the environment.
 Aovs traceAovs(const Accel& accel, const shared::CameraData& camera, uint32_t width,
-               uint32_t height);
+               uint32_t height, Sight sight);
 
 }  // namespace core

@@ -84,6 +84,10 @@ struct Aovs {
     Image emission;                    // 3: towards the camera, of what is behind everything, too
 };
 
+/// Which surface a pixel shows: the first one, whatever it is, or, where that is clear glass, a
+/// pane or a mirror, what appears in it (shared/seen.h).
+enum class Sight { first, clear };
+
 /// What a method knows of a place: a small picture of one channel (negative: nothing there), and a
 /// line that says what it shows.
 struct PlacePicture {
@@ -134,9 +138,11 @@ public:
     virtual RenderProgress progress() const = 0;
     virtual Estimate read(Reading what) = 0;
     virtual Aovs aovs() = 0;
-    /// First hits of the world in a picture of that size, seen by that camera; what is rendered
-    /// stays as it is. A method that finds none but its own view's returns those.
-    virtual Aovs firstHits(const Camera&, glm::uvec2 /*size*/) { return aovs(); }
+    /// The surfaces of the world in a picture of that size, seen by that camera; what is rendered
+    /// stays as it is. Seen clearly, depth counts along the whole way, the normal is as it appears,
+    /// and albedo and emission are what is left of them. A method that finds none but its own
+    /// view's first hits returns those.
+    virtual Aovs surfaces(const Camera&, glm::uvec2 /*size*/, Sight) { return aovs(); }
     /// Makes what aovs() needs of a view beyond its samples, where that takes longer than finding
     /// the first hits of a small picture: kernels.
     virtual void prepareAovs() {}

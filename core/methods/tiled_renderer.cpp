@@ -65,10 +65,10 @@ uint32_t TiledRenderer::frameFeatures() const
     return camera_.hasLens() ? features | shared::kFeatureThinLens : features;
 }
 
-Aovs TiledRenderer::firstHits(const Camera& camera, glm::uvec2 size)
+Aovs TiledRenderer::surfaces(const Camera& camera, glm::uvec2 size, Sight sight)
 {
     CHECK(accel_ != nullptr);
-    return traceAovs(*accel_, cameraData(camera, size.x, size.y), size.x, size.y);
+    return traceAovs(*accel_, cameraData(camera, size.x, size.y), size.x, size.y, sight);
 }
 
 RenderStats TiledRenderer::stats() const

@@ -19,8 +19,8 @@ public:
     void setPace(const Pace&) override {}
     RenderProgress progress() const override { return film_.progress(); }
     Estimate read(Reading what) override { return film_.estimate(what); }
-    Aovs aovs() override { return firstHits(camera_, film_.size()); }
-    Aovs firstHits(const Camera& camera, glm::uvec2 size) override;
+    Aovs aovs() override { return surfaces(camera_, film_.size(), Sight::first); }
+    Aovs surfaces(const Camera& camera, glm::uvec2 size, Sight sight) override;
     RenderStats stats() const override;
 
 protected:

@@ -1,11 +1,11 @@
-// First hits at the pixel centres of some tiles.
+// First hits at the pixel centres of some tiles, or what is seen there.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
 #include "traverse.glsl"
 #include "shared/camera.h"
-#include "shared/first_hit.h"
+#include "shared/seen.h"
 
 layout(local_size_x = 64) in;
 
@@ -28,11 +28,17 @@ void main()
     vec3 origin;
     vec3 direction;
     cameraRay(frame.camera, vec2(pixel) + 0.5, size, vec2(0.5), origin, direction);
+    SeenWay way = seenAlong(origin, direction);
     FirstHit found;
     Hit hit;
-    if (traceClosest(Ray(origin, 0.0, direction, kInfinity), kAlphaByHalf, hit))
-        found = makeFirstHit(scene, hit, direction);
-    else
-        found = noFirstHit(scene, frame.settings, direction);
+    bool goesOn = true;
+    while (goesOn) {
+        if (traceClosest(Ray(way.origin, 0.0, way.direction, kInfinity), kAlphaByHalf, hit)) {
+            goesOn = see(scene, hit, way, found) && tiles.looksThrough != 0u;
+        } else {
+            found = seenNothing(scene, frame.settings, way);
+            goesOn = false;
+        }
+    }
     firstHits[pixelIndex(pixel) - tiles.firstPixel] = found;
 }

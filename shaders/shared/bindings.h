@@ -178,11 +178,13 @@ struct PixelRange {
     uint pixelCount;
 };
 
-/// First hits of tiles; `firstPixel` is where the output begins.
+/// First hits of tiles; `firstPixel` is where the output begins. `looksThrough`: not 0 where
+/// mirrors and glass are looked into (seen.h).
 struct TileRange {
     uint firstTile;
     uint tileCount;
     uint firstPixel;
+    uint looksThrough;
 };
 
 /// The first `count` items of an array: rays, or whatever a kernel works on one by one.

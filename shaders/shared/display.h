@@ -203,27 +203,37 @@ SHARED_FN bool displayGuided(DisplaySettings s)
 }
 
 SHARED_CONST uint kCutBits = 9u;  // of a guide's values: where those of the cut begin
-SHARED_CONST uint kMostCutRun = 7u;
+SHARED_CONST uint kMostCutRun = 15u;
 
 /// An edge that is aslant in few pixels is a row of steps; a line from the middle of one step to
 /// that of the next takes a part of each pixel beside them for the neighbour across the edge. Of a
 /// step of `run` pixels, 1 to kMostCutRun: the pixel is the one `away` from its end, less than half
 /// of it. `side`: where the neighbour is, 0 right, 1 left, 2 below, 3 above. `back`: the end is to
-/// the left or above, not to the right or below. What is stored is the line itself, as x and y of
-/// its normal, four bits each with a sign, and how far from the pixel's middle it is, less a half.
+/// the left or above, not to the right or below.
 SHARED_FN uint displayCut(uint run, uint away, uint side, bool back)
 {
-    int to = (side & 1u) == 0u ? int(run) : -int(run);
-    int along = back ? -1 : 1;
-    uint x = uint(side < 2u ? to : along) & 15u;
-    uint y = uint(side < 2u ? along : to) & 15u;
-    return (x | (y << 4u) | (away << 8u)) << kCutBits;
+    return (run | (away << 4u) | (side << 7u) | (back ? 1u << 9u : 0u)) << kCutBits;
+}
+
+/// How much of an output pixel, `wide` as a pixel of a and at `t` from that one's middle, is beyond
+/// the cut `cut`; 0 where there is none. By the distance of its own middle, so that edges are as
+/// smooth as by area to a twentieth.
+SHARED_FN float displayBeyond(uint cut, vec2 t, float wide)
+{
+    float run = float(cut & 15u);
+    bool upright = ((cut >> 8u) & 1u) == 0u;
+    float over = upright ? t.x : t.y;
+    float along = upright ? t.y : t.x;
+    over = ((cut >> 7u) & 1u) == 0u ? over : -over;
+    along = ((cut >> 9u) & 1u) == 0u ? along : -along;
+    float ahead = run * over + along - float((cut >> 4u) & 7u) - 0.5f;
+    return run > 0.0f ? clamp(0.5f + ahead / (wide * sqrt(run * run + 1.0f)), 0.0f, 1.0f) : 0.0f;
 }
 
 /// Of kShowPreview: the four pixels of a around (x, y) of the output, the one that it lies in
 /// first, and their bilinear weights, which sum up to one. `alike` is the guide there: who is of
-/// another surface leaves its weight to the first. Beyond the pixel's cut all of the weight is that
-/// of the neighbour across the edge and the one next to it.
+/// another surface leaves its weight to the first. What is beyond the pixel's cut has the weight of
+/// the neighbour across the edge and the one next to it.
 SHARED_FN void displayCorners(DisplaySettings s, uint x, uint y, uint alike, OUT(uvec4) pixels,
                               OUT(vec4) weights)
 {
@@ -233,23 +243,29 @@ SHARED_FN void displayCorners(DisplaySettings s, uint x, uint y, uint alike, OUT
     uint row = min(uint(max(at.y, 0.0f)), s.heightA - 1u);
     float tx = at.x - float(column) - 0.5f;
     float ty = at.y - float(row) - 0.5f;
-    int dx = tx < 0.0f ? -1 : 1;
-    int dy = ty < 0.0f ? -1 : 1;
-    float kx = float(int(alike << 19u) >> 28);
-    float ky = float(int(alike << 15u) >> 28);
-    bool beyond = kx * tx + ky * ty > float(alike >> 17u) + 0.5f;
-    bool upright = abs(kx) > 1.0f;  // the edge, so that the neighbour is beside the pixel
-    alike = beyond ? 0x1ffu : alike;
-    tx = beyond && upright ? 1.0f : min(abs(tx), 0.5f);
-    ty = beyond && !upright ? 1.0f : min(abs(ty), 0.5f);
-    uint pixel = row * s.widthA + column;
-    int down = dy * int(s.widthA);
-    bool aside = ((alike >> uint(4 + dx)) & 1u) != 0u;
-    bool below = ((alike >> uint(4 + 3 * dy)) & 1u) != 0u;
+    uint cut = alike >> kCutBits;
+    float beyond = displayBeyond(cut, vec2(tx, ty), s.stepAx);
+    bool upright = ((cut >> 8u) & 1u) == 0u;  // the edge, so that the neighbour is beside the pixel
+    bool cutsX = beyond > 0.0f && upright;
+    bool cutsY = beyond > 0.0f && !upright;
+    int towards = ((cut >> 7u) & 1u) == 0u ? 1 : -1;
+    int dx = cutsX ? towards : tx < 0.0f ? -1 : 1;
+    int dy = cutsY ? towards : ty < 0.0f ? -1 : 1;
+    tx = cutsX ? beyond : min(abs(tx), 0.5f);
+    ty = cutsY ? beyond : min(abs(ty), 0.5f);
+    bool aside = cutsX || ((alike >> uint(4 + dx)) & 1u) != 0u;
+    bool below = cutsY || ((alike >> uint(4 + 3 * dy)) & 1u) != 0u;
     bool across = ((alike >> uint(4 + 3 * dy + dx)) & 1u) != 0u;
-    pixels =
-        uvec4(pixel, aside ? uint(int(pixel) + dx) : pixel, below ? uint(int(pixel) + down) : pixel,
-              across ? uint(int(pixel) + down + dx) : pixel);
+    int pixel = int(row * s.widthA + column);
+    int line = dy * int(s.widthA);
+    int right = aside ? pixel + dx : pixel;
+    int down = below ? pixel + line : pixel;
+    int corner = across ? pixel + line + dx : pixel;
+    // The surface across the edge goes on along it where the pixel's own does, and at its end.
+    int end = ((cut >> 9u) & 1u) == 0u ? 1 : -1;
+    if (cutsX) corner = right + (below || dy == end ? line : 0);
+    if (cutsY) corner = down + (aside || dx == end ? dx : 0);
+    pixels = uvec4(uint(pixel), uint(right), uint(down), uint(corner));
     weights = vec4((1.0f - tx) * (1.0f - ty), tx * (1.0f - ty), (1.0f - tx) * ty, tx * ty);
 }
 

@@ -37,15 +37,13 @@ SHARED_FN FirstHit noFirstHit(IN(SceneView) scene, PathSettings settings, vec3 d
     return f;
 }
 
-/// `direction` is that of the ray, unit.
-SHARED_FN FirstHit makeFirstHit(IN(SceneView) scene, Hit hit, vec3 direction)
+/// Of a point of a surface, as it is seen from `wo` in its frame; the depth is not known here.
+SHARED_FN FirstHit firstHitOf(IN(SurfacePoint) s, IN(Shading) shading, IN(Bsdf) bsdf, vec3 wo)
 {
-    SurfacePoint s = makeSurfacePoint(scene, hit, direction);
-    const Shading shading = evaluateMaterial(scene, s, direction);
     FirstHit f;
-    f.depth = hit.t;
+    f.depth = 0.0f;
     f.normal = s.frame[2];
-    f.albedo = albedoBsdf(makeBsdf(shading.inputs), toLocal(s.frame, -direction));
+    f.albedo = albedoBsdf(bsdf, wo);
     f.emission = shading.emission;
     f.triangle = s.triangle;
     f.material = s.material;

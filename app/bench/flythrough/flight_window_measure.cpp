@@ -122,7 +122,8 @@ core::Image Measurement::onSurfaces(const core::Image& light, glm::uvec2 size)
     core::Renderer& renderer = pilot_.renderer();
     const core::Camera end = flight_->end();
     renderer.setView({end, small, results_.params}, core::Start::anew);
-    return lightOnSurfaces(light, {renderer.aovs(), end}, {renderer.firstHits(end, size), end});
+    return lightOnSurfaces(light, {renderer.surfaces(end, small, core::Sight::clear), end},
+                           {renderer.surfaces(end, size, core::Sight::clear), end});
 }
 
 void Measurement::measureWindow(size_t index)

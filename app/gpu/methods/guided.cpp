@@ -95,10 +95,10 @@ public:
         return training_.pictures().picture(film_.read(core::Reading::everything));
     }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
-    core::Aovs firstHits(const core::Camera& camera, glm::uvec2 size) override
+    core::Aovs surfaces(const core::Camera& camera, glm::uvec2 size, core::Sight sight) override
     {
-        return film_.firstHits(*scene_, frameOf(*world_, *scene_, {camera, size, {}}),
-                               pace_.dispatchSeconds);
+        return film_.surfaces(*scene_, frameOf(*world_, *scene_, {camera, size, {}}), sight,
+                              pace_.dispatchSeconds);
     }
     void prepareAovs() override { film_.prepareAovs(*scene_); }
 

@@ -76,10 +76,10 @@ public:
     core::RenderProgress progress() const override { return film_.progress(); }
     core::Estimate read(core::Reading what) override { return film_.read(what); }
     core::Aovs aovs() override { return film_.aovs(*scene_, pace_.dispatchSeconds); }
-    core::Aovs firstHits(const core::Camera& camera, glm::uvec2 size) override
+    core::Aovs surfaces(const core::Camera& camera, glm::uvec2 size, core::Sight sight) override
     {
-        return film_.firstHits(*scene_, frameOf(*world_, *scene_, {camera, size, {}}),
-                               pace_.dispatchSeconds);
+        return film_.surfaces(*scene_, frameOf(*world_, *scene_, {camera, size, {}}), sight,
+                              pace_.dispatchSeconds);
     }
     void prepareAovs() override { film_.prepareAovs(*scene_); }
 

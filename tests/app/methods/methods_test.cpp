@@ -210,7 +210,7 @@ TEST_P(EveryMethod, FirstHitsOfOtherSizesAreThoseOfAViewOfThatSize)
     const core::Estimate whole = renderView(renderer(), view, 3);
     renderer().setView(view, core::Start::anew);
     renderer().advance({.samples = 1}, {});
-    const core::Aovs found = renderer().firstHits(other, large);
+    const core::Aovs found = renderer().surfaces(other, large, core::Sight::first);
     for (const auto& image :
          {&core::Aovs::depth, &core::Aovs::normal, &core::Aovs::albedo, &core::Aovs::ids})
         EXPECT_EQ((found.*image).pixels, (expected.*image).pixels);

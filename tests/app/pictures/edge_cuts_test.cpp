@@ -78,24 +78,89 @@ glm::ivec2 turned(glm::ivec2 p, int way, int last)
 
 TEST(EdgeCuts, EdgesAslantAreStraightLines)
 {
-    for (const int run : {1, 2, 3, 4, 5, 6, 7})
+    for (const int run : {1, 2, 3, 4, 5, 6, 7, 11, 15})
         for (int way = 0; way < 8; ++way) {
-            const auto lower = [&](glm::ivec2 p) { return divided(p.x - 12, run) <= p.y - 12; };
+            const int start = run > 7 ? 4 : 12;  // of a step that is in the picture whole
+            const auto lower = [&](glm::ivec2 p) { return divided(p.x - start, run) <= p.y - 12; };
             const std::vector<int> pixels =
                 shown([&](glm::ivec2 p) { return lower(turned(p, way, kSide - 1)) ? 1 : 0; });
-            int far = 0;
+            int far = 0, between = 0;
             // At the picture's rim it is not known how an edge goes on.
-            constexpr int kRim = 8 * kTimes, kEnd = (kSide - 8) * kTimes;
-            for (int y = kRim; y < kEnd; ++y)
-                for (int x = kRim; x < kEnd; ++x) {
+            const int rim = (run > 7 ? 0 : 8) * kTimes, end = kSide * kTimes - rim;
+            for (int y = rim; y < end; ++y)
+                for (int x = rim; x < end; ++x) {
                     const glm::ivec2 p = turned({x, y}, way, kSide * kTimes - 1);
-                    const glm::dvec2 at = (glm::dvec2(p) + 0.5) / double(kTimes) - 12.0;
+                    const glm::dvec2 at =
+                        (glm::dvec2(p) + 0.5) / double(kTimes) - glm::dvec2(start, 12);
                     // Steps are at 0, run, 2 run, ...; the line leads through their middles.
-                    const double below = at.y - (at.x / run - 0.5);
-                    if (std::abs(below) < 1e-6) continue;
-                    far += pixels[windowPixel({x, y})] != (below > 0 ? 255 : 0) ? 1 : 0;
+                    if (run > 7 && std::abs(at.x - 0.5 * run) >= 0.5 * run) continue;
+                    const double below =
+                        kTimes * (at.y - (at.x / run - 0.5)) * run / std::hypot(run, 1);
+                    const double expected = 255 * std::clamp(0.5 + below, 0.0, 1.0);
+                    const int is = pixels[windowPixel({x, y})];
+                    between += is > 0 && is < 255 ? 1 : 0;
+                    far += std::abs(is - expected) > 1 ? 1 : 0;
                 }
             EXPECT_EQ(far, 0) << "run " << run << " way " << way;
+            EXPECT_GT(between, 10) << "smooth";
+        }
+}
+
+/// How much of a pixel lies below a line through `through` that rises by one in `run`.
+double areaBelow(glm::ivec2 p, glm::dvec2 through, int run)
+{
+    constexpr int kParts = 32;
+    int below = 0;
+    for (int i = 0; i < kParts * kParts; ++i) {
+        const glm::dvec2 at =
+            glm::dvec2(p) + (glm::dvec2(i % kParts, i / kParts) + 0.5) / double(kParts);
+        below += at.y - through.y > (at.x - through.x) / run ? 1 : 0;
+    }
+    return below / double(kParts * kParts);
+}
+
+TEST(EdgeCuts, InPicturesOfTheWindowsSizeEdgesAreSmoothByArea)
+{
+    for (const int run : {1, 2, 3, 5, 7}) {
+        const auto lower = [&](glm::ivec2 p) { return divided(p.x - 12, run) <= p.y - 12 ? 1 : 0; };
+        core::Image a(kSide, kSide, 3);
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x)
+                *a.at(static_cast<uint32_t>(x), static_cast<uint32_t>(y)) =
+                    static_cast<float>(lower({x, y}));
+        const core::Image guide = guideTo(lower);
+        shared::DisplaySettings s = preview();
+        s.width = s.height = kSide;
+        const std::vector<uint8_t> bytes = core::displayImage(&a, &guide, s);
+        for (int y = 8; y < 16; ++y)
+            for (int x = 8; x < 16; ++x)
+                EXPECT_NEAR(bytes[4 * size_t(y * kSide + x)] / 255.0,
+                            areaBelow({x, y}, {12 + 0.5 * run, 12}, run), 0.06)
+                    << "run " << run << " at " << x << " " << y;
+    }
+}
+
+TEST(EdgeCuts, AtTheRimNothingIsReadFromBeside)
+{
+    // Rings around a corner: edges of all directions meet the rim.
+    const auto rings = [](glm::ivec2 p) {
+        return static_cast<int>(glm::length(glm::dvec2(p) - glm::dvec2(-3, 27)) / 2.3) % 2;
+    };
+    const core::Image guide = guideTo(rings);
+    const shared::DisplaySettings s = core::displaySizes(preview(), kSide * kTimes, kSide * kTimes,
+                                                         {kSide, kSide, 3}, {kSide, kSide, 1});
+    for (uint32_t y = 0; y < s.height; ++y)
+        for (uint32_t x = 0; x < s.width; ++x) {
+            glm::uvec4 pixels;
+            glm::vec4 weights;
+            const auto alike = static_cast<uint32_t>(*guide.at(x / kTimes, y / kTimes));
+            shared::displayCorners(s, x, y, alike, pixels, weights);
+            for (int i = 0; i < 4; ++i) {
+                ASSERT_LT(pixels[i], uint32_t(kSide * kSide)) << x << " " << y;
+                const glm::ivec2 d = glm::abs(glm::ivec2(pixels[i] % kSide, pixels[i] / kSide) -
+                                              glm::ivec2(x, y) / kTimes);
+                ASSERT_LE(std::max(d.x, d.y), 1) << x << " " << y;
+            }
         }
 }
 
@@ -146,9 +211,11 @@ TEST(EdgeCuts, BeyondACutIsWhatIsAcrossTheEdge)
     const std::vector<int> pixels = shown(lower, ramp);
     int beyond = 0;
     for (int y = 8; y < 12 * kTimes; ++y)
-        for (int x = 4 * kTimes; x < 8 * kTimes; ++x) {
+        for (int x = 4 * kTimes; x < 11 * kTimes; ++x) {
             const int is = pixels[windowPixel({x, y})];
-            if (is == 255 || lower({x / kTimes, y / kTimes}) == 1) continue;
+            const glm::dvec2 at = (glm::dvec2(x, y) + 0.5) / double(kTimes);
+            const double below = kTimes * (at.y - 8 - (at.x / 3 - 0.5)) * 3 / std::hypot(3, 1);
+            if (below < 0.5 || lower({x / kTimes, y / kTimes}) == 1) continue;
             ++beyond;
             const int across = pixels[windowPixel({x, 20 * kTimes})];
             EXPECT_NEAR(is, across, 1) << x << " " << y << ": smooth as it is there";

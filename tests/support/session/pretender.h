@@ -150,9 +150,9 @@ public:
         return e;
     }
     core::Aovs aovs() override { return core::emptyAovs(size_.x, size_.y); }
-    core::Aovs firstHits(const core::Camera& camera, glm::uvec2 size) override
+    core::Aovs surfaces(const core::Camera& camera, glm::uvec2 size, core::Sight) override
     {
-        book_.count(&Book::found);
+        if (size != size_) book_.count(&Book::found);
         core::Aovs aovs = core::emptyAovs(size.x, size.y);
         std::ranges::fill(aovs.emission.pixels, static_cast<float>(camera.position.x));
         return aovs;
