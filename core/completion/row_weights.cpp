@@ -2,8 +2,9 @@
 #include "core/completion/row_weights.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
+#include <limits>
 
 #include "core/base/check.h"
 #include "core/completion/bits.h"
@@ -12,93 +13,106 @@ namespace core::many_lights {
 
 namespace {
 
-/// Finds the rows of a mask by their numbers, which ascend from call to call.
-class RowCursor {
-public:
-    explicit RowCursor(std::span<const uint64_t> mask) : mask_(mask) {}
+constexpr uint32_t kTogether = 16;  // sums that are compared at once
 
-    uint32_t rowOf(uint32_t number)
-    {
-        for (;; before_ += static_cast<uint32_t>(std::popcount(mask_[word_++])))
-            if (number < before_ + static_cast<uint32_t>(std::popcount(mask_[word_]))) break;
-        return 64 * word_ + placeOfBit(mask_[word_], number - before_);
-    }
-
-private:
-    std::span<const uint64_t> mask_;
-    uint32_t word_ = 0, before_ = 0;  // rows of the words before
-};
+/// How many of these sums are not above u.
+uint32_t countUpTo(float u, const float* sums)
+{
+#ifdef __AVX512F__
+    const __m512 all = _mm512_loadu_ps(sums);
+    return static_cast<uint32_t>(
+        std::popcount(_mm512_cmp_ps_mask(all, _mm512_set1_ps(u), _CMP_LE_OQ)));
+#else
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < kTogether; ++i) count += static_cast<uint32_t>(sums[i] <= u);
+    return count;
+#endif
+}
 
 }  // namespace
 
 RowWeights::RowWeights(uint32_t rows)
-    : count_(rows), weights_((size_t(rows) + kRun - 1) / kRun * kRun)
+    : count_(rows), runs_((size_t(rows) + kRun - 1) / kRun), steps_(runs_ * kRun)
 {
-    std::fill_n(weights_.begin(), rows, 1.0 / rows);
+    raise(0, rows, 1.0 / rows);
+}
+
+std::span<const double> RowWeights::weights()
+{
+    weights_.resize(count_);
+    double weight = 0;
+    for (uint32_t i = 0; i < count_; ++i)
+        weights_[i] = weight = (i % kRun == 0 ? 0 : weight) + step(i);
+    return weights_;
 }
 
 void RowWeights::addRuns(std::span<const uint64_t> column, std::span<const uint64_t> known)
 {
-    // Known rows side by side: bits of the column, of which every change ends a run.
-    const uint32_t count = countBits(known);
-    if (count == 0) return;
-    packed_.assign(known.size() + 1, 0);
-    packBits(column, known, packed_.data());
-    ends_.clear();
-    uint64_t carry = packed_[0] & 1;  // the bit before this word
-    for (uint32_t w = 0; w < wordsFor(count); ++w) {
-        uint64_t changes = (packed_[w] ^ (packed_[w] << 1 | carry)) & wordOfRows(count, w);
-        carry = packed_[w] >> 63;
-        for (; changes != 0; changes &= changes - 1)
-            ends_.push_back(64 * w + static_cast<uint32_t>(std::countr_zero(changes)));
-    }
-    ends_.push_back(count);
-    const double share = 1.0 / static_cast<double>(ends_.size());
-    uint32_t begin = 0;
-    if (count == rows()) {
-        for (const uint32_t end : ends_) {
-            const double each = share / (end - begin);
-            for (; begin < end; ++begin) weights_[begin] += each;
-        }
-    } else {
-        shareOfRow_.resize(64 * known.size());
-        double* out = shareOfRow_.data();
-        RowCursor cursor(known);
-        for (const uint32_t end : ends_) {
-            double* const to = shareOfRow_.data() + cursor.rowOf(end - 1) + 1;
-            std::fill(out, to, share / (end - begin));
-            begin = end;
-            out = to;
-        }
-        addWhere(known);
-    }
+    findPieces(column, known);
+    if (pieces_.empty()) return;
+    const double share = 1.0 / static_cast<double>(length_.size());
+    for (const Piece& piece : pieces_) raise(piece.begin, piece.end, share / length_[piece.run]);
     cumulated_.clear();
 }
 
-/// Adds what the known rows have of their runs.
-void RowWeights::addWhere(std::span<const uint64_t> known)
+/// Divides the known rows where the column changes and at unknown rows; pieces of equal bits with
+/// only unknown rows between them are one run.
+void RowWeights::findPieces(std::span<const uint64_t> column, std::span<const uint64_t> known)
 {
-    for (size_t w = 0; w < known.size(); ++w) {
-        const size_t count = std::min<size_t>(64, count_ - 64 * w);
-        const uint64_t word = known[w];
-        double* __restrict weights = weights_.data() + 64 * w;
-        const double* share = shareOfRow_.data() + 64 * w;
-        if (word == 0) continue;
-        for (size_t i = 0; i < count; ++i) weights[i] += (word >> i & 1) != 0 ? share[i] : 0.0;
+    pieces_.clear();
+    length_.clear();
+    uint64_t knownBefore = 0, bitBefore = 0;  // of the row before this word
+    uint64_t bit = 0;                         // of the last piece
+    bool open = false;                        // the last piece goes on
+    const auto end = [&](uint32_t row) {
+        pieces_.back().end = row;
+        length_.back() += row - pieces_.back().begin;
+        open = false;
+    };
+    for (uint32_t w = 0; w < known.size(); ++w) {
+        const uint64_t rows = known[w], bits = column[w] & rows;
+        uint64_t changes = (rows ^ (rows << 1 | knownBefore)) | (bits ^ (bits << 1 | bitBefore));
+        knownBefore = rows >> 63;
+        bitBefore = bits >> 63;
+        for (; changes != 0; changes &= changes - 1) {
+            const auto place = static_cast<uint32_t>(std::countr_zero(changes));
+            const uint32_t row = 64 * w + place;
+            if (open) end(row);
+            if ((rows >> place & 1) == 0) continue;
+            if (length_.empty() || bit != (bits >> place & 1)) length_.push_back(0);
+            bit = bits >> place & 1;
+            pieces_.push_back({row, row, static_cast<uint32_t>(length_.size() - 1)});
+            open = true;
+        }
     }
+    if (open) end(std::min(count_, static_cast<uint32_t>(64 * known.size())));
+}
+
+/// Adds to the weights of begin <= i < end.
+void RowWeights::raise(uint32_t begin, uint32_t end, double by)
+{
+    step(begin) += by;
+    double* first = steps_.data();  // of each run
+    const size_t behind = (size_t(end) + kRun - 1) / kRun;
+    for (size_t r = begin / kRun + 1; r < behind; ++r) first[r] += by;
+    if (end % kRun != 0) step(end) -= by;
 }
 
 /// Prefix sums of all weights, at once for all runs, because a single sum waits for each addition.
 void RowWeights::cumulate()
 {
     if (!cumulated_.empty()) return;
-    cumulated_.resize(weights_.size());
-    const size_t runs = weights_.size() / kRun;
+    cumulated_.resize(steps_.size());
+    const size_t runs = runs_;
+    rowOfRun_.assign(runs, 0);
     inRun_.assign(runs, 0);
-    runSums_.resize(runs);
-    for (size_t i = 0; i < kRun; ++i)
+    runSums_.assign((runs + kTogether - 1) / kTogether * kTogether,
+                    std::numeric_limits<float>::infinity());
+    for (size_t i = 0; i < kRun; ++i) {
+        const double* step = &steps_[i * runs];
         for (size_t r = 0; r < runs; ++r)
-            cumulated_[kRun * r + i] = static_cast<float>(inRun_[r] += weights_[kRun * r + i]);
+            cumulated_[kRun * r + i] = static_cast<float>(inRun_[r] += rowOfRun_[r] += step[r]);
+    }
     float before = 0;
     for (size_t r = 0; r < runs; ++r) {
         for (size_t i = 0; i < kRun; ++i) cumulated_[kRun * r + i] += before;
@@ -106,7 +120,7 @@ void RowWeights::cumulate()
     }
     total_ = double(before);
     below_ = std::nextafter(before, 0.0f);
-    runSums_.pop_back();  // what is not below any other sum is in the last run
+    runSums_[runs - 1] = std::numeric_limits<float>::infinity();  // the last run has what is left
     CHECK(std::isfinite(total_));
 }
 
@@ -117,9 +131,10 @@ uint32_t RowWeights::pick(Pcg32& random) const
 {
     const float u = std::min(static_cast<float>(random() * total_), below_);
     uint32_t run = 0, row = 0;
-    for (const float sum : runSums_) run += static_cast<uint32_t>(sum <= u);
+    for (size_t first = 0; first < runSums_.size(); first += kTogether)
+        run += countUpTo(u, &runSums_[first]);
     const float* sums = &cumulated_[size_t(kRun) * run];
-    for (uint32_t i = 0; i < kRun; ++i) row += static_cast<uint32_t>(sums[i] <= u);
+    for (uint32_t first = 0; first < kRun; first += kTogether) row += countUpTo(u, sums + first);
     return std::min(kRun * run + row, count_ - 1);
 }
 
@@ -156,11 +171,12 @@ void RowWeights::draw(uint32_t count, std::span<const uint64_t> eligible, Pcg32&
 /// Adds the rows of the least -ln(u) / w (P. Efraimidis, P. Spirakis, "Weighted Random Sampling
 /// with a Reservoir", 2006) to what has been drawn.
 void RowWeights::drawByKeys(uint32_t count, std::span<const uint64_t> eligible, Pcg32& random,
-                            std::span<uint64_t> drawn) const
+                            std::span<uint64_t> drawn)
 {
+    const std::span<const double> weights = this->weights();
     std::vector<std::pair<double, uint32_t>> keys;
     forEachBit(eligible, [&](uint32_t i) {
-        if (!getBit(drawn, i)) keys.emplace_back(-std::log(1 - random()) / weights_[i], i);
+        if (!getBit(drawn, i)) keys.emplace_back(-std::log(1 - random()) / weights[i], i);
     });
     std::nth_element(keys.begin(), keys.begin() + count, keys.end());
     for (uint32_t k = 0; k < count; ++k) setBit(drawn, keys[k].second);

@@ -23,7 +23,8 @@ public:
     explicit RowWeights(uint32_t rows);
 
     uint32_t rows() const { return count_; }
-    std::span<const double> weights() const { return {weights_.data(), count_}; }
+    /// Of every row. Valid until they change.
+    std::span<const double> weights();
 
     /// A column has become known where `known` is set. Each of its R runs of equal bits (over the
     /// known rows, in their order) receives 1 / R, evenly over its rows: rows of short runs lie at
@@ -44,25 +45,36 @@ public:
 private:
     static constexpr uint32_t kRun = 32;  // rows whose sums are searched together
 
-    void addWhere(std::span<const uint64_t> known);
+    /// Rows begin <= i < end side by side that are known and have equal bits.
+    struct Piece {
+        uint32_t begin = 0, end = 0, run = 0;
+    };
+
+    double& step(uint32_t row) { return steps_[size_t(row % kRun) * runs_ + row / kRun]; }
+    void findPieces(std::span<const uint64_t> column, std::span<const uint64_t> known);
+    void raise(uint32_t begin, uint32_t end, double by);
     void cumulate();
     uint32_t pick(Pcg32& random) const;
     template <class Take>
     uint32_t drawUntil(uint32_t count, uint32_t attempts, Pcg32& random, Take&& take);
     void drawByKeys(uint32_t count, std::span<const uint64_t> eligible, Pcg32& random,
-                    std::span<uint64_t> drawn) const;
+                    std::span<uint64_t> drawn);
 
     uint32_t count_ = 0;
-    std::vector<double> weights_;  // padded with zeros to whole runs
+    size_t runs_ = 0;
+    // What a row weighs more than the one before it in its run of kRun, or altogether, where it is
+    // the first. A column that becomes known changes few of these and nearly all weights. The first
+    // rows of all runs, then the second ones, and so on.
+    std::vector<double> steps_;
+    std::vector<double> weights_;
     // Floats, of which twice as many are compared at a time: rows are drawn right to 1e-7 of all.
     std::vector<float> cumulated_;  // empty: weights have changed
-    std::vector<float> runSums_;    // up to the end of every run but the last
-    std::vector<double> inRun_;     // sums within runs, while they are made
-    float below_ = 0;               // the largest number below the sum of all
+    std::vector<float> runSums_;    // up to the end of every run but the last; then infinity
+    std::vector<double> rowOfRun_, inRun_;  // weights and sums within runs, while they are made
+    float below_ = 0;                       // the largest number below the sum of all
     double total_ = 0;
-    std::vector<uint64_t> packed_;
-    std::vector<uint32_t> ends_;
-    std::vector<double> shareOfRow_;
+    std::vector<Piece> pieces_;     // of a column
+    std::vector<uint32_t> length_;  // of its runs
 };
 
 /// Draws `count` rows of `eligible` uniformly without replacement, all of them when there are not
