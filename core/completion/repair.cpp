@@ -30,28 +30,37 @@ struct Prediction {
         const auto matters = b.matters(column), known = basis.known(candidate.index);
         const auto source = basis.bits(candidate.index);
         const uint64_t flip = candidate.complement ? ~uint64_t(0) : 0;
-        uint64_t anyWrong = 0, lit = 0, dark = 0;
+        uint64_t anyWrong = 0, anyUnknown = 0, lit = 0, dark = 0;
         uint64_t* __restrict toCommon = common.data();
         uint64_t* __restrict toBits = bits.data();
         for (size_t w = 0, words = visible.size(); w < words; ++w) {
             const uint64_t both = matters[w] & known[w], predicted = (source[w] ^ flip) & both;
             toCommon[w] = both;
             toBits[w] = predicted;
+            anyUnknown |= matters[w] & ~known[w];
             anyWrong |= (visible[w] ^ predicted) & traced[w] & both;
             lit |= predicted;
             dark |= both & ~predicted;
         }
+        complete = anyUnknown == 0;
         evident = anyWrong == 0 && (lit == 0 || dark == 0);
     }
 
     size_t words() const { return bits.size(); }
     /// Traced rows that are not as predicted.
     uint64_t wrong(size_t w) const { return (visible[w] ^ bits[w]) & traced[w] & common[w]; }
+    /// Writes what is predicted to the rows that have not been traced.
+    void write() const
+    {
+        const std::span<uint64_t> to = block.visible(c);
+        for (size_t w = 0; w < to.size(); ++w) to[w] |= bits[w] & ~traced[w];
+    }
 
     Block& block;
     size_t c;
     std::span<const uint64_t> visible, traced;
     std::span<uint64_t> common, bits;  // RepairMemory's
+    bool complete;                     // the candidate knows all rows that matter
     bool evident;                      // all light or all shadow, and every traced row agrees
 };
 
@@ -59,9 +68,8 @@ struct Prediction {
 void fetchUnknown(const Prediction& p, Words& ask)
 {
     const auto matters = p.block.matters(p.c);
-    uint64_t any = 0;
-    for (size_t w = 0; w < ask.size(); ++w) any |= (ask[w] |= matters[w] & ~p.common[w]);
-    if (any != 0) p.block.fetch(p.c, ask);
+    for (size_t w = 0; w < ask.size(); ++w) ask[w] |= matters[w] & ~p.common[w];
+    p.block.fetch(p.c, ask);
 }
 
 /// Collects in `ask` what recursion traces of the rows begin..end.
@@ -83,9 +91,6 @@ void recurse(const Prediction& p, uint32_t begin, uint32_t end, Words& ask)
     recurse(p, begin, middle, ask);
     recurse(p, middle, end, ask);
 }
-
-/// What a patch of the candidate shows, in the rows that matter.
-enum class Patch : uint8_t { empty, dark, lit, mixed };
 
 /// All rows of the patches of which a row is set.
 uint64_t wholePatches(uint64_t rows)
@@ -158,17 +163,20 @@ private:
     /// which no row has been traced.
     void askProbes(bool everywhere)
     {
-        for (uint32_t w = 0; w < p_.words(); ++w)
+        for (uint32_t w = 0; w < p_.words(); ++w) {
+            const uint64_t traced = p_.common[w] & p_.traced[w];
+            const uint64_t left = p_.common[w] & ~(everywhere ? traced : wholePatches(traced));
+            if (left == 0) continue;
             for (uint32_t k = 0; k < kPatchesPerWord; ++k) {
-                const uint64_t patch = p_.common[w] & rowsOf(k);
-                const uint64_t rows = patch & ~p_.traced[w];
-                if (rows == 0 || (rows != patch && !everywhere)) continue;
+                const uint64_t rows = left & rowsOf(k);
+                if (rows == 0) continue;
                 if (double(random_()) >= trust_.probes) continue;
                 const uint32_t chosen =
                     drawBelow(static_cast<uint32_t>(std::popcount(rows)), random_);
                 memory_.ask[w] |= uint64_t(1) << placeOfBit(rows, chosen);
                 waiting_ = true;
             }
+        }
     }
 
     uint32_t wrongRows() const
@@ -197,26 +205,46 @@ private:
     /// Patches where the candidate changes, inside or against the patch before.
     void markBorders()
     {
-        Patch last = Patch::empty;
-        uint32_t lastIndex = 0;
-        for (uint32_t w = 0; w < p_.words(); ++w) {
-            const Patch whole = look(p_.common[w], p_.bits[w]);
-            if (whole == Patch::empty) continue;
-            if (whole == last && whole != Patch::mixed) {  // as most words are
-                lastIndex = lastPatch(w);
+        constexpr uint64_t kAll = ~uint64_t(0);
+        Last last;
+        for (size_t w = 0; w < p_.words(); ++w) {
+            const uint64_t lit = wholePatches(p_.bits[w]),
+                           dark = wholePatches(p_.common[w] & ~p_.bits[w]);
+            if ((lit | dark) != kAll) {
+                markBordersOneByOne(w, lit, dark, last);
                 continue;
             }
-            for (uint32_t k = 0; k < kPatchesPerWord; ++k) {
-                const Patch here = look(p_.common[w] & rowsOf(k), p_.bits[w] & rowsOf(k));
-                if (here == Patch::empty) continue;
-                if (here == Patch::mixed) mark(w, rowsOf(k));
-                if (last != Patch::empty && last != here) {
-                    mark(lastIndex / kPatchesPerWord, rowsOf(lastIndex % kPatchesPerWord));
-                    mark(w, rowsOf(k));
-                }
-                last = here;
-                lastIndex = kPatchesPerWord * w + k;
+            const uint64_t litBefore = lit << kPatch | (last.lit ? rowsOf(0) : 0),
+                           darkBefore = dark << kPatch | (last.dark ? rowsOf(0) : 0);
+            uint64_t change = (lit ^ litBefore) | (dark ^ darkBefore);
+            if (!last.lit && !last.dark) change &= ~rowsOf(0);
+            if ((change & rowsOf(0)) != 0) mark(last.word, last.rows);
+            mark(w, (lit & dark) | change | change >> kPatch);
+            constexpr uint32_t kEnd = kPatchesPerWord - 1;
+            last = {(lit & rowsOf(kEnd)) != 0, (dark & rowsOf(kEnd)) != 0, w, rowsOf(kEnd)};
+        }
+    }
+
+    /// The last patch with rows that matter: what it shows, and where it lies.
+    struct Last {
+        bool lit = false, dark = false;
+        size_t word = 0;
+        uint64_t rows = 0;
+    };
+
+    /// The same in a word some of whose patches show nothing.
+    void markBordersOneByOne(size_t w, uint64_t lit, uint64_t dark, Last& last)
+    {
+        for (uint32_t k = 0; k < kPatchesPerWord; ++k) {
+            const uint64_t rows = rowsOf(k);
+            const bool isLit = (lit & rows) != 0, isDark = (dark & rows) != 0;
+            if (!isLit && !isDark) continue;
+            if (isLit && isDark) mark(w, rows);
+            if ((last.lit || last.dark) && (isLit != last.lit || isDark != last.dark)) {
+                mark(last.word, last.rows);
+                mark(w, rows);
             }
+            last = {isLit, isDark, w, rows};
         }
     }
 
@@ -232,17 +260,6 @@ private:
             wrong += static_cast<uint32_t>(std::popcount(p_.wrong(w) & away));
         }
         return wrong > trust_.stray * traced;
-    }
-
-    static Patch look(uint64_t rows, uint64_t lit)
-    {
-        if (rows == 0) return Patch::empty;
-        return lit == 0 ? Patch::dark : lit == rows ? Patch::lit : Patch::mixed;
-    }
-    uint32_t lastPatch(uint32_t w) const
-    {
-        return kPatchesPerWord * w +
-               static_cast<uint32_t>(63 - std::countl_zero(p_.common[w])) / kPatch;
     }
 
     /// Patches with traced rows that were predicted wrongly, and those around.
@@ -303,12 +320,14 @@ RepairOutcome repairColumn(Block& block, size_t c, const Basis& basis, Candidate
                            RepairTrust trust, Pcg32& random, RepairMemory& memory)
 {
     const Prediction p(block, c, basis, candidate, memory);
-    std::ranges::fill(memory.ask, 0);
-    fetchUnknown(p, memory.ask);
+    if (!p.complete) {
+        std::ranges::fill(memory.ask, 0);
+        fetchUnknown(p, memory.ask);
+    }
     const RepairOutcome outcome = p.evident && trust.probes <= 0
                                       ? RepairOutcome::agrees
                                       : Repair(p, trust, random, memory).run();
-    if (outcome != RepairOutcome::hopeless) predict(block, c, basis, candidate);
+    if (outcome != RepairOutcome::hopeless) p.write();
     return outcome;
 }
 
