@@ -67,7 +67,7 @@ reuse-pane-stale@shaders/shared/reuse_visibility.h@    F = shadow.contribution;@
 reuse-pane-hides@shaders/shared/reuse_visibility.h@ends ? distance : kInfinity, mostPanes(path, 0u, shadow.pdf),@ends ? distance : kInfinity, 0u,@*ReusePanes*cpu*
 reuse-other-side@shaders/shared/reuse_history.h@behind == (s.backFace != 0u) &&@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 completion-run-mass@core/completion/row_weights.cpp@raise(piece.begin, piece.end, share / length_[piece.run]);@raise(piece.begin, piece.end, share);@RowWeights*
-completion-no-complement@core/completion/basis.cpp@if (s == 0) found.push_back({k, true});@@Basis*:Matching*
+completion-no-complement@core/completion/basis.cpp@return neverSame ^ neverDiffer;@return neverDiffer;@Basis*:Matching*
 completion-key-spill@core/completion/basis.cpp@filling = end > 64 ? bits >> (64 - part.shift) : 0;@filling = 0;@Basis*
 completion-residual-unpaid@core/completion/matching.cpp@static_cast<float>(1 / apartProbability_)@1.0f@Residual*
 completion-rate-stays@core/completion/matching.cpp@basis_.matchesSamples(key_)) raiseRate();@basis_.matchesSamples(key_)) {}@Matching*

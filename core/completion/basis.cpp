@@ -3,8 +3,55 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstring>
 
 namespace core::many_lights {
+
+namespace {
+
+/// A word of each of eight columns.
+using Lanes = uint64_t __attribute__((vector_size(64)));
+
+/// Bit l is 1 where lane l is zero.
+uint32_t zeroLanes(const Lanes& lanes)
+{
+#ifdef __AVX512F__
+    const auto all = std::bit_cast<__m512i>(lanes);
+    return _mm512_testn_epi64_mask(all, all);
+#else
+    uint32_t zero = 0;
+    for (uint32_t l = 0; l < 8; ++l) zero |= (lanes[l] == 0 ? 1u : 0u) << l;
+    return zero;
+#endif
+}
+
+/// Which of eight columns agree with a key, or with its complement, in the rows of `mask` that both
+/// know. Where there are no such rows, as for a column that is not there, it is neither.
+struct Agreement {
+    Agreement(const uint64_t* group, const ColumnKey& key, const uint64_t* mask, size_t words)
+    {
+        Lanes differ{}, same{};
+        for (size_t w = 0; w < words; ++w, group += 16) {
+            Lanes bits, known;
+            std::memcpy(&bits, group, sizeof bits);
+            std::memcpy(&known, group + 8, sizeof known);
+            const Lanes both = known & (key.known[w] & mask[w]), unequal = (bits ^ key.bits[w]);
+            differ |= unequal & both;
+            same |= ~unequal & both;
+        }
+        neverDiffer = zeroLanes(differ);
+        neverSame = zeroLanes(same);
+    }
+    uint32_t complement() const { return neverSame & ~neverDiffer; }
+    uint32_t either() const { return neverSame ^ neverDiffer; }
+    /// Those, too, that share no such row with the key.
+    uint32_t possible() const { return neverSame | neverDiffer; }
+
+    uint32_t neverDiffer, neverSame;
+};
+
+}  // namespace
 
 uint32_t Basis::push(std::span<const uint64_t> bits, std::span<const uint64_t> known)
 {
@@ -17,22 +64,37 @@ uint32_t Basis::push(std::span<const uint64_t> bits, std::span<const uint64_t> k
 }
 
 std::optional<Candidate> Basis::findEqual(std::span<const uint64_t> bits,
-                                          std::span<const uint64_t> known) const
+                                          std::span<const uint64_t> known,
+                                          const ColumnKey* key) const
 {
-    const uint32_t half = countBits(known) / 2;
-    for (uint32_t k = 0; k < size_; ++k) {
-        uint64_t differ = 0, same = 0;
-        uint32_t common = 0;
-        for (size_t w = 0; w < words_ && (differ == 0 || same == 0); ++w) {
-            const uint64_t both = known[w] & known_[k * words_ + w];
-            const uint64_t unequal = bits[w] ^ bits_[k * words_ + w];
-            differ |= unequal & both;
-            same |= ~unequal & both;
-            common += static_cast<uint32_t>(std::popcount(both));
+    for (uint32_t first = 0; first < size_; first += kLanes) {
+        auto rest = static_cast<uint32_t>(wordOfRows(std::min(size_ - first, kLanes), 0));
+        if (key != nullptr)
+            rest &= Agreement(group(first), *key, wholeKey_.data(), keyWords_).possible();
+        for (; rest != 0; rest &= rest - 1) {
+            Candidate candidate{first + static_cast<uint32_t>(std::countr_zero(rest)), false};
+            if (isEqual(bits, known, candidate)) return candidate;
         }
-        if ((differ == 0 || same == 0) && common > half) return Candidate{k, differ != 0};
     }
     return std::nullopt;
+}
+
+/// Whether a column of the basis, or its complement, is the same, and which of them.
+bool Basis::isEqual(std::span<const uint64_t> bits, std::span<const uint64_t> known,
+                    Candidate& candidate) const
+{
+    const auto ours = this->bits(candidate.index), here = this->known(candidate.index);
+    uint64_t differ = 0, same = 0;
+    uint32_t common = 0, all = 0;
+    for (size_t w = 0; w < here.size(); ++w) {
+        const uint64_t both = known[w] & here[w], unequal = bits[w] ^ ours[w];
+        differ |= unequal & both;
+        same |= ~unequal & both;
+        common += static_cast<uint32_t>(std::popcount(both));
+        all += static_cast<uint32_t>(std::popcount(known[w]));
+    }
+    candidate.complement = differ != 0;
+    return (differ == 0 || same == 0) && common > all / 2;
 }
 
 void Basis::fill(Candidate candidate, std::span<const uint64_t> bits,
@@ -49,9 +111,10 @@ void Basis::fill(Candidate candidate, std::span<const uint64_t> bits,
 void Basis::select(std::span<const uint64_t> samples, std::span<const uint64_t> checks)
 {
     parts_.clear();
+    selected_.resize(words_);
     uint32_t count = 0;
     for (uint32_t w = 0; w < words_; ++w) {
-        const uint64_t mask = samples[w] | checks[w];
+        const uint64_t mask = selected_[w] = samples[w] | checks[w];
         if (mask == 0) continue;
         const auto bits = static_cast<uint32_t>(std::popcount(mask));
         parts_.push_back({w, count % 64, bits, mask});
@@ -63,13 +126,13 @@ void Basis::select(std::span<const uint64_t> samples, std::span<const uint64_t> 
     sampleKey_.resize(keyWords_);
     for (uint32_t w = 0; w < keyWords_; ++w) wholeKey_[w] = wordOfRows(count, w);
     pack(samples, sampleKey_.data());
-    scratch_.resize(keyWords_);
     keys_.assign(groupSize() * ((size_ + kLanes - 1) / kLanes), 0);
     for (uint32_t k = 0; k < size_; ++k) packLane(k);
 }
 
-/// Packs the selected bits into keyWords_ words. The word that is being filled stays in a register.
-void Basis::pack(std::span<const uint64_t> words, uint64_t* key) const
+/// Packs the selected bits into keyWords_ words, each `stride` behind the one before. The word that
+/// is being filled stays in a register.
+void Basis::pack(std::span<const uint64_t> words, uint64_t* key, size_t stride) const
 {
     uint64_t filling = 0;
     for (const Part& part : parts_) {
@@ -77,21 +140,30 @@ void Basis::pack(std::span<const uint64_t> words, uint64_t* key) const
         filling |= bits << part.shift;
         const uint32_t end = part.shift + part.count;
         if (end < 64) continue;
-        *key++ = filling;
+        *key = filling;
+        key += stride;
         filling = end > 64 ? bits >> (64 - part.shift) : 0;
     }
     if (unfinished_) *key = filling;
 }
 
+bool Basis::knowsSelected(std::span<const uint64_t> known) const
+{
+    uint64_t unknown = 0;
+    for (size_t w = 0; w < selected_.size(); ++w) unknown |= selected_[w] & ~known[w];
+    return unknown == 0;
+}
+
 void Basis::packLane(uint32_t k)
 {
+    constexpr size_t kStride = size_t(2) * kLanes;
     uint64_t* lane = keys_.data() + groupSize() * (k / kLanes) + k % kLanes;
-    const auto write = [&](std::span<const uint64_t> words, uint64_t* to) {
-        pack(words, scratch_.data());
-        for (uint32_t w = 0; w < keyWords_; ++w) to[size_t(2) * kLanes * w] = scratch_[w];
-    };
-    write(bits(k), lane);
-    write(known(k), lane + kLanes);
+    pack(bits(k), lane, kStride);
+    lane += kLanes;
+    if (knowsSelected(known(k)))  // as most columns do: packing takes longer
+        for (uint32_t w = 0; w < keyWords_; ++w) lane[kStride * w] = wholeKey_[w];
+    else
+        pack(known(k), lane, kStride);
 }
 
 void Basis::makeKey(std::span<const uint64_t> bits, std::span<const uint64_t> known,
@@ -99,9 +171,7 @@ void Basis::makeKey(std::span<const uint64_t> bits, std::span<const uint64_t> kn
 {
     key.bits.resize(keyWords_);
     pack(bits, key.bits.data());
-    uint64_t unknown = 0;
-    for (const Part& part : parts_) unknown |= part.mask & ~known[part.word];
-    if (unknown == 0) {
+    if (knowsSelected(known)) {
         key.known = wholeKey_;
     } else {
         key.known.resize(keyWords_);
@@ -113,26 +183,11 @@ void Basis::match(const ColumnKey& key, uint32_t fewest, std::vector<Candidate>&
 {
     found.clear();
     for (uint32_t first = 0; first < size_; first += kLanes) {
-        const uint64_t* group = keys_.data() + groupSize() * (first / kLanes);
-        std::array<uint64_t, kLanes> differ{}, same{};
-        uint32_t hopeless = 0;
-        for (uint32_t w = 0; w < keyWords_ && hopeless < kLanes; ++w, group += 2 * kLanes) {
-            const uint64_t bits = key.bits[w], known = key.known[w];
-            hopeless = 0;
-            for (uint32_t l = 0; l < kLanes; ++l) {
-                const uint64_t both = group[kLanes + l] & known, unequal = group[l] ^ bits;
-                differ[l] |= unequal & both;
-                same[l] |= ~unequal & both;
-                hopeless +=
-                    static_cast<uint32_t>(differ[l] != 0) & static_cast<uint32_t>(same[l] != 0);
-            }
-        }
-        if (hopeless == kLanes) continue;
-        for (uint32_t k = first; k < std::min(first + kLanes, size_); ++k) {
-            const uint64_t d = differ[k - first], s = same[k - first];
-            if ((d != 0 && s != 0) || commonRows(key, k) < fewest) continue;
-            if (d == 0) found.push_back({k, false});
-            if (s == 0) found.push_back({k, true});
+        const Agreement lanes(group(first), key, wholeKey_.data(), keyWords_);
+        for (uint32_t rest = lanes.either(); rest != 0; rest &= rest - 1) {
+            const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
+            if (commonRows(key, first + lane) < fewest) continue;
+            found.push_back({first + lane, (lanes.complement() >> lane & 1) != 0});
         }
     }
 }
@@ -149,15 +204,9 @@ uint32_t Basis::commonRows(const ColumnKey& key, uint32_t k) const
 
 bool Basis::matchesSamples(const ColumnKey& key) const
 {
-    for (uint32_t k = 0; k < size_; ++k) {
-        const uint64_t* lane = keys_.data() + groupSize() * (k / kLanes) + k % kLanes;
-        uint64_t differ = 0, same = 0;
-        for (uint32_t w = 0; w < keyWords_; ++w, lane += 2 * kLanes) {
-            const uint64_t both = lane[kLanes] & key.known[w] & sampleKey_[w];
-            differ |= (lane[0] ^ key.bits[w]) & both;
-            same |= ~(lane[0] ^ key.bits[w]) & both;
-        }
-        if ((differ == 0) != (same == 0)) return true;
+    for (uint32_t first = 0; first < size_; first += kLanes) {
+        const Agreement lanes(group(first), key, sampleKey_.data(), keyWords_);
+        if (lanes.either() != 0) return true;
     }
     return false;
 }
@@ -165,17 +214,25 @@ bool Basis::matchesSamples(const ColumnKey& key) const
 std::optional<Basis::Nearest> Basis::nearest(const ColumnKey& key, uint32_t fewest) const
 {
     std::optional<Nearest> best;
-    for (uint32_t k = 0; k < size_; ++k) {
-        const uint64_t* lane = keys_.data() + groupSize() * (k / kLanes) + k % kLanes;
-        uint32_t differ = 0;
-        for (uint32_t w = 0; w < keyWords_; ++w, lane += 2 * kLanes)
-            differ += static_cast<uint32_t>(
-                std::popcount((lane[0] ^ key.bits[w]) & lane[kLanes] & key.known[w]));
-        const uint32_t common = commonRows(key, k);
-        if (common < fewest) continue;
-        const bool complement = 2 * differ > common;
-        const Nearest here{{k, complement}, complement ? common - differ : differ, common};
-        if (!best || here.differ < best->differ) best = here;
+    for (uint32_t first = 0; first < size_; first += kLanes) {
+        std::array<uint64_t, kLanes> differ{}, common{};
+        const uint64_t* words = group(first);
+        for (uint32_t w = 0; w < keyWords_; ++w, words += 2 * kLanes) {
+            const uint64_t bits = key.bits[w], known = key.known[w];
+            for (uint32_t l = 0; l < kLanes; ++l) {
+                const uint64_t both = words[kLanes + l] & known;
+                differ[l] += static_cast<uint64_t>(std::popcount((words[l] ^ bits) & both));
+                common[l] += static_cast<uint64_t>(std::popcount(both));
+            }
+        }
+        for (uint32_t l = 0; l < std::min(kLanes, size_ - first); ++l) {
+            if (common[l] < fewest) continue;
+            const auto count = static_cast<uint32_t>(common[l]);
+            const auto wrong = static_cast<uint32_t>(differ[l]);
+            const bool complement = 2 * wrong > count;
+            const uint32_t least = complement ? count - wrong : wrong;
+            if (!best || least < best->differ) best = {{first + l, complement}, least, count};
+        }
     }
     return best;
 }

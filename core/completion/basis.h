@@ -36,8 +36,10 @@ public:
 
     /// A column that is the same, or its complement, in every row that both know, if these are
     /// more than half of `known`. The first of several.
+    /// `key`, of the same column, spares comparing it with most others; null: there is none.
     std::optional<Candidate> findEqual(std::span<const uint64_t> bits,
-                                       std::span<const uint64_t> known) const;
+                                       std::span<const uint64_t> known,
+                                       const ColumnKey* key = nullptr) const;
 
     /// Makes rows of a column known that were not: `bits` as the candidate has them.
     void fill(Candidate candidate, std::span<const uint64_t> bits, std::span<const uint64_t> rows);
@@ -73,20 +75,25 @@ private:
         uint64_t mask = 0;
     };
 
-    void pack(std::span<const uint64_t> words, uint64_t* key) const;
+    void pack(std::span<const uint64_t> words, uint64_t* key, size_t stride = 1) const;
+    bool knowsSelected(std::span<const uint64_t> known) const;
     void packLane(uint32_t k);
     size_t groupSize() const { return size_t(2) * kLanes * keyWords_; }
+    const uint64_t* group(uint32_t k) const { return keys_.data() + groupSize() * (k / kLanes); }
     uint32_t commonRows(const ColumnKey& key, uint32_t k) const;
+    bool isEqual(std::span<const uint64_t> bits, std::span<const uint64_t> known,
+                 Candidate& candidate) const;
 
     uint32_t words_ = 0, size_ = 0;
     Words bits_, known_;
-    std::vector<Part> parts_;  // of the selected rows
+    Words selected_;           // rows
+    std::vector<Part> parts_;  // of these
     uint32_t keyWords_ = 0;
     bool unfinished_ = false;     // the last word of a key has bits to spare
     Words sampleKey_, wholeKey_;  // which bits of a key are samples, and all of them
     // Groups of kLanes columns; in each, word by word, kLanes words of bits and kLanes of what is
     // known. Lanes without a column know nothing.
-    Words keys_, scratch_;
+    Words keys_;
 };
 
 }  // namespace core::many_lights

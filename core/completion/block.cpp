@@ -9,11 +9,17 @@ void Block::begin(std::span<const uint32_t> columns)
 {
     CHECK(columns.size() <= traced_.columns());
     columns_.assign(columns.begin(), columns.end());
-    for (uint32_t c = 0; c < columns_.size(); ++c) {
-        std::ranges::fill(traced_.column(c), 0);
-        std::ranges::fill(residual_.column(c), 0);
-        std::ranges::fill(residualBits_.column(c), 0);
-    }
+    matters_.clear();
+    for (const uint32_t j : columns_) matters_.push_back(tracer_.matters(j));
+    const auto clear = [this](BitMatrix& rows) {  // columns lie one after the other
+        std::fill_n(rows.column(0).data(), size() * visible_.wordsPerColumn(), 0);
+    };
+    if (columns_.empty()) return;
+    clear(traced_);
+    if (!apart_) return;
+    clear(residual_);
+    clear(residualBits_);
+    apart_ = false;
 }
 
 void Block::unionOfMatters(std::span<uint64_t> rows) const
@@ -28,14 +34,14 @@ void Block::unionOfMatters(std::span<uint64_t> rows) const
 void Block::fetchAll(std::span<const uint64_t> rows, std::span<const uint64_t> residual)
 {
     const size_t words = rows.size();
-    const bool apart = std::ranges::any_of(residual, [](uint64_t word) { return word != 0; });
+    apart_ = std::ranges::any_of(residual, [](uint64_t word) { return word != 0; });
     requests_.clear();
     for (uint32_t c = 0; c < size(); ++c) {
         const auto matters = this->matters(c);
         const auto traced = traced_.column(c);
         for (size_t w = 0; w < words; ++w) traced[w] = rows[w] & matters[w];
         requests_.push_back({column(c), traced.data(), visible(c).data()});
-        if (!apart) continue;
+        if (!apart_) continue;
         const auto set = residual_.column(c);
         for (size_t w = 0; w < words; ++w) set[w] = residual[w] & matters[w] & ~traced[w];
         requests_.push_back({column(c), set.data(), residualBits_.column(c).data()});
@@ -46,6 +52,7 @@ void Block::fetchAll(std::span<const uint64_t> rows, std::span<const uint64_t> r
 /// Marks rows as traced, takes those of the residual from there and writes those to ask for.
 uint32_t Block::claim(size_t c, std::span<const uint64_t> rows, std::span<uint64_t> ask)
 {
+    if (!apart_) return claimPlain(c, rows.data(), ask);
     const auto matters = this->matters(c);
     const auto traced = traced_.column(index(c));
     const auto residual = residual_.column(index(c)), visible = this->visible(c);
@@ -62,20 +69,53 @@ uint32_t Block::claim(size_t c, std::span<const uint64_t> rows, std::span<uint64
     return count;
 }
 
+/// Where there is no residual.
+uint32_t Block::claimPlain(size_t c, const uint64_t* rows, std::span<uint64_t> ask)
+{
+    const uint64_t* matters = this->matters(c).data();
+    uint64_t* __restrict traced = traced_.column(index(c)).data();
+    uint64_t* __restrict to = ask.data();
+    uint64_t count = 0;
+    for (size_t w = 0, words = ask.size(); w < words; ++w) {
+        const uint64_t fresh = rows[w] & matters[w] & ~traced[w];
+        to[w] = fresh;
+        traced[w] |= fresh;
+        count += static_cast<uint64_t>(std::popcount(fresh));
+    }
+    return static_cast<uint32_t>(count);
+}
+
 uint32_t Block::fetch(size_t c, std::span<const uint64_t> rows)
 {
-    ask_.resize(rows.size());
     const uint32_t count = claim(c, rows, ask_);
-    return count > 0 ? tracer_.trace(column(c), ask_, visible(c)) : 0;
+    if (count > 0) tracer_.trace(column(c), ask_, visible(c), count);
+    return count;
+}
+
+bool Block::fetchRow(size_t c, uint32_t row)
+{
+    const size_t w = row / 64;
+    const uint64_t bit = uint64_t(1) << row % 64;
+    traced_.column(index(c))[w] |= bit;
+    uint64_t& apart = residual_.column(index(c))[w];
+    if ((apart & bit) != 0) {
+        visible(c)[w] |= residualBits(c)[w] & bit;
+        apart &= ~bit;
+    } else {
+        std::ranges::fill(ask_, 0);
+        ask_[w] = bit;
+        tracer_.trace(column(c), ask_, visible(c), 1);
+    }
+    return (visible(c)[w] & bit) != 0;
 }
 
 void Block::fetchRest(std::span<const size_t> which)
 {
     const size_t words = visible_.wordsPerColumn();
-    ask_.resize(words * which.size());
+    askAll_.resize(words * which.size());
     requests_.clear();
     for (size_t k = 0; k < which.size(); ++k) {
-        const std::span<uint64_t> ask{&ask_[words * k], words};
+        const std::span<uint64_t> ask{&askAll_[words * k], words};
         if (claim(which[k], tracer_.all(), ask) > 0)
             requests_.push_back({column(which[k]), ask.data(), visible(which[k]).data()});
     }

@@ -154,15 +154,18 @@ void MatchingOctant::traceRepresentatives()
 
 void MatchingOctant::completeColumn(size_t c)
 {
-    windowActive_ += countBits(block_.matters(c));
-    windowSampled_ += countBits(block_.traced(c));
+    const uint32_t active = countBits(block_.matters(c)), sampled = countBits(block_.traced(c));
+    windowActive_ += active;
+    windowSampled_ += sampled;
     ++windowColumns_;
-    if (isTraced(c)) {  // nothing is left to predict; such a column costs no comparison later
+    keyed_ = false;
+    if (sampled == active) {  // nothing is left to predict; such a column costs no comparison later
         noteFull(c);
         return;
     }
-    if (countBits(block_.traced(c)) < fewestRows()) return traceFully(c);
+    if (sampled < fewestRows()) return traceFully(c);
     basis_.makeKey(block_.visible(c), block_.traced(c), key_);
+    keyed_ = true;
     basis_.match(key_, fewestRows(), candidates_);
     if (candidates_.empty()) {
         if (params_.joint && checked_ > 0 && basis_.matchesSamples(key_)) raiseRate();
@@ -222,10 +225,7 @@ Candidate MatchingOctant::ask(size_t c)
     while (candidates_.size() > 1) {
         const std::optional<uint32_t> row = dividingRow(c);
         if (!row) break;
-        std::ranges::fill(scratch_, 0);
-        setBit(scratch_, *row);
-        block_.fetch(c, scratch_);
-        const bool lit = getBit(block_.visible(c), *row);
+        const bool lit = block_.fetchRow(c, *row);
         std::erase_if(candidates_, [&](const Candidate& candidate) {
             return (getBit(basis_.bits(candidate.index), *row) != candidate.complement) != lit;
         });
@@ -246,12 +246,37 @@ std::optional<uint32_t> MatchingOctant::dividingRow(size_t c)
 {
     const auto matters = block_.matters(c), traced = block_.traced(c);
     for (size_t w = 0; w < rest_.size(); ++w) rest_[w] = matters[w] & ~traced[w];
+    if (candidates_.size() <= 3) return anyRow(keepDivided(rest_));
     counts_.begin(rest_, static_cast<uint32_t>(candidates_.size()));
     for (const Candidate& candidate : candidates_) {
         counts_.keep(basis_.known(candidate.index));
         counts_.add(basis_.bits(candidate.index), candidate.complement);
     }
-    const std::span<const uint64_t> rows = counts_.mostEven();
+    return anyRow(counts_.mostEven());
+}
+
+/// Leaves those of `rows` that two or three candidates know and that divide them, all of which do
+/// so equally well.
+std::span<const uint64_t> MatchingOctant::keepDivided(Words& rows)
+{
+    const Candidate& first = candidates_.front();
+    std::ranges::fill(scratch_, 0);
+    const auto bits = basis_.bits(first.index);
+    for (const Candidate& other : std::span(candidates_).subspan(1)) {
+        const auto otherBits = basis_.bits(other.index);
+        const uint64_t flip = other.complement != first.complement ? ~uint64_t(0) : 0;
+        for (size_t w = 0; w < rows.size(); ++w) scratch_[w] |= bits[w] ^ otherBits[w] ^ flip;
+    }
+    for (size_t w = 0; w < rows.size(); ++w) rows[w] &= scratch_[w];
+    for (const Candidate& candidate : candidates_) {
+        const auto known = basis_.known(candidate.index);
+        for (size_t w = 0; w < rows.size(); ++w) rows[w] &= known[w];
+    }
+    return rows;
+}
+
+std::optional<uint32_t> MatchingOctant::anyRow(std::span<const uint64_t> rows)
+{
     const uint32_t found = countBits(rows);
     if (found == 0) return std::nullopt;
     return rowOfNumber(rows, drawBelow(found, random_));
@@ -329,7 +354,7 @@ void MatchingOctant::append(size_t c)
 {
     const std::span<const uint64_t> bits = block_.visible(c), known = block_.matters(c);
     if (countBits(known) <= params_.smallSlice) return;
-    if (const auto equal = basis_.findEqual(bits, known))
+    if (const auto equal = basis_.findEqual(bits, known, keyed_ ? &key_ : nullptr))
         basis_.fill(*equal, bits, known);
     else
         basis_.push(bits, known);

@@ -37,6 +37,8 @@ private:
     Candidate choose(size_t c);
     Candidate ask(size_t c);
     std::optional<uint32_t> dividingRow(size_t c);
+    std::span<const uint64_t> keepDivided(Words& rows);
+    std::optional<uint32_t> anyRow(std::span<const uint64_t> rows);
     void take(size_t c, Candidate candidate);
     void noteResidual(size_t c);
     void unmatched(size_t c);
@@ -54,6 +56,7 @@ private:
     uint32_t drawn_ = 0;              // how many rows were drawn as samples
     uint32_t checked_ = 0;            // and how many to verify
     ColumnKey key_;
+    bool keyed_ = false;  // the key is that of the column being completed
     std::vector<Candidate> candidates_;
     Words scratch_, rest_, eligible_;
     RowCounts counts_;  // of candidates that predict light

@@ -29,9 +29,7 @@ public:
     /// Traces requests, which ask for each row once. Returns the rays.
     uint32_t trace(std::span<const TraceRequest> requests)
     {
-        const Clock::time_point start = Clock::now();
-        oracle_.trace(requests);
-        stats_.traceSeconds += secondsSince(start);
+        ask(requests);
         uint32_t rays = 0;
         for (const TraceRequest& request : requests) rays += countBits({request.rows, all_.size()});
         stats_.rays += rays;
@@ -42,10 +40,25 @@ public:
         const TraceRequest request{column, rows.data(), visible.data()};
         return trace({&request, 1});
     }
+    /// The same, of so many rows.
+    void trace(uint32_t column, std::span<const uint64_t> rows, std::span<uint64_t> visible,
+               uint32_t count)
+    {
+        const TraceRequest request{column, rows.data(), visible.data()};
+        ask({&request, 1});
+        stats_.rays += count;
+    }
 
     CompletionStats& stats() { return stats_; }
 
 private:
+    void ask(std::span<const TraceRequest> requests)
+    {
+        const Clock::time_point start = Clock::now();
+        oracle_.trace(requests);
+        stats_.traceSeconds += secondsSince(start);
+    }
+
     VisibilityOracle& oracle_;
     bool dontCare_;
     CompletionStats& stats_;
