@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace core::guiding {
@@ -17,6 +18,53 @@ constexpr size_t kMostLights = 4096;   // in one iteration; of more, every n-th
 constexpr double kMassPrior = 0.01, kWidthPrior = 0.1;
 constexpr double kMostKappa = 1e4, kLeastKappa = 0.1;
 constexpr float kFirstKappa = 5;
+
+/// A number of each lobe, for a loop in which compilers find no vectors by themselves. Passed by
+/// reference alone: how else it is passed depends on the processor that is compiled for.
+using Eight = float __attribute__((vector_size(32)));
+using EightInts = int32_t __attribute__((vector_size(32)));
+using EightFloats = std::array<float, DirectionLobes::kCount>;
+static_assert(sizeof(Eight) == sizeof(EightFloats));
+
+void take(const EightFloats& numbers, Eight& v)
+{
+    std::memcpy(&v, numbers.data(), sizeof v);
+}
+
+EightFloats floats(const Eight& v)
+{
+    EightFloats numbers;
+    std::memcpy(numbers.data(), &v, sizeof v);
+    return numbers;
+}
+
+float largest(const Eight& v)
+{
+    const EightFloats f = floats(v);
+    return std::max(std::max(std::max(f[0], f[1]), std::max(f[2], f[3])),
+                    std::max(std::max(f[4], f[5]), std::max(f[6], f[7])));
+}
+
+float sum(const Eight& v)
+{
+    float all = 0;
+    for (const float x : floats(v)) all += x;
+    return all;
+}
+
+/// shared::expMinus of x, to the bit.
+void toExpMinus(Eight& x)
+{
+    const Eight y = x * 1.442695041f;
+    const EightInts n = __builtin_convertvector(y + 0.5f, EightInts);
+    const Eight f = (__builtin_convertvector(n, Eight) - y) * 0.6931471806f;
+    const Eight tail = 0.041666667f + f * (0.0083333333f + f * 0.0013888889f);
+    const Eight p = 1.0f + f * (1.0f + f * (0.5f + f * (0.16666667f + f * tail)));
+    const EightInts left = 127 - n, power = (left > 0 ? left : 0) << 23;
+    Eight scale;
+    std::memcpy(&scale, &power, sizeof scale);
+    x = p * scale;
+}
 
 /// Directions all over the sphere, for lobes that nothing is known of.
 glm::vec3 spread(size_t k)
@@ -110,29 +158,33 @@ void DirectionLobes::seed(std::span<const Light> lights)
 /// Adds each lesson's light to the lobes in proportion to their densities there.
 void DirectionLobes::expect(std::span<const Light> lights, Sums& sums) const
 {
+    // All lobes at once, in registers.
+    Eight lobeX, lobeY, lobeZ, width, peak, all, allX, allY, allZ;
+    take(lobes_.x, lobeX);
+    take(lobes_.y, lobeY);
+    take(lobes_.z, lobeZ);
+    take(lobes_.kappa, width);
+    width *= -0.5f;
+    take(lobes_.peak, peak);
+    take(sums.light, all);
+    take(sums.x, allX);
+    take(sums.y, allY);
+    take(sums.z, allZ);
     for (const Light& light : lights) {
         const glm::vec3 w = light.direction;
-        Floats density;
-        for (size_t k = 0; k < kCount; ++k) {
-            const float x = lobes_.x[k] - w.x, y = lobes_.y[k] - w.y, z = lobes_.z[k] - w.z;
-            density[k] = -0.5f * lobes_.kappa[k] * (x * x + y * y + z * z);
-        }
+        const Eight x = lobeX - w.x, y = lobeY - w.y, z = lobeZ - w.z;
+        const Eight power = width * (x * x + y * y + z * z);
         // The largest becomes one: a direction far from every lobe belongs to the nearest.
-        float largest = density[0];
-        for (size_t k = 1; k < kCount; ++k) largest = std::max(largest, density[k]);
-        float sum = 0;
-        for (size_t k = 0; k < kCount; ++k)
-            density[k] = lobes_.peak[k] * shared::expMinus(largest - density[k]);
-        for (size_t k = 0; k < kCount; ++k) sum += density[k];
-        const float scale = light.value / sum;
-        for (size_t k = 0; k < kCount; ++k) {
-            const float part = scale * density[k];
-            sums.light[k] += part;
-            sums.x[k] += part * w.x;
-            sums.y[k] += part * w.y;
-            sums.z[k] += part * w.z;
-        }
+        Eight density = largest(power) - power;
+        toExpMinus(density);
+        density *= peak;
+        const Eight part = light.value / sum(density) * density;
+        all += part;
+        allX += part * w.x;
+        allY += part * w.y;
+        allZ += part * w.z;
     }
+    sums = {floats(all), floats(allX), floats(allY), floats(allZ)};
 }
 
 /// The likeliest lobes for these sums, given the priors.
