@@ -159,7 +159,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
                           ResolutionControl& control, std::stop_token stop)
 {
     estimate_.reset();
-    if (shaded_) return advanceShaded(renderer, control);
+    if (shaded_) return advanceShaded(renderer, request, control);
     const auto start = Clock::now();
     core::Budget budget{.samples = nextCount(request)};
     if (!quick()) budget.seconds = kCallSeconds;
@@ -167,8 +167,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     const core::RenderProgress now = renderer.progress();
     const bool some = now.samples > 0 || (now.fraction > 0 && coarse_ == Coarse::half);
     if (some && !aovs_ && (coarse_ == Coarse::moving || detailed_ || spreads(request)))
-        aovs_ = std::make_shared<core::Aovs>(
-            renderer.surfaces(request.camera, size_, sightOf(request)));
+        aovs_ = surfaces(renderer, request);
     const double seconds = core::secondsSince(start);
     if (now.version == version_) return;
     version_ = now.version;
@@ -186,12 +185,20 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     stepSeconds_ = 0;
 }
 
-/// First hits are found at once, whole.
-void PictureWork::advanceShaded(core::Renderer& renderer, ResolutionControl& control)
+/// Those that the pixels of this picture show.
+std::shared_ptr<const core::Aovs> PictureWork::surfaces(core::Renderer& renderer,
+                                                        const RenderRequest& request) const
+{
+    return std::make_shared<core::Aovs>(renderer.surfaces(request.camera, size_, sightOf(request)));
+}
+
+/// Surfaces are found at once, whole.
+void PictureWork::advanceShaded(core::Renderer& renderer, const RenderRequest& request,
+                                ResolutionControl& control)
 {
     if (samples_ > 0) return;
     const auto start = Clock::now();
-    aovs_ = std::make_shared<core::Aovs>(renderer.aovs());
+    aovs_ = surfaces(renderer, request);
     seconds_ = core::secondsSince(start);
     control.observe(double(size_.x) * size_.y, 0, seconds_, true);
     samples_ = 1;

@@ -80,7 +80,10 @@ private:
     uint32_t nextCount(const RenderRequest& request) const;
     void readEverything(core::Renderer& renderer);
     void fillFromBackdrop(core::Estimate& estimate) const;
-    void advanceShaded(core::Renderer& renderer, ResolutionControl& control);
+    std::shared_ptr<const core::Aovs> surfaces(core::Renderer& renderer,
+                                               const RenderRequest& request) const;
+    void advanceShaded(core::Renderer& renderer, const RenderRequest& request,
+                       ResolutionControl& control);
     bool spreads(const RenderRequest& request) const;
     void describe(Picture& picture, const core::Renderer& renderer,
                   const RenderRequest& request) const;
