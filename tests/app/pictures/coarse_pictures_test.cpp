@@ -239,6 +239,26 @@ TEST_F(CoarsePictures, ShadedMotionTracesNoPathsAndARestingPictureIsOneOfPaths)
     EXPECT_EQ(picture->samples, 1u);
 }
 
+TEST_F(CoarsePictures, LookIntoPanesUnlessFirstHitsThemselvesAreOnShow)
+{
+    start();
+    order.size = {640, 360};
+    order.moving = order.movingDetail = true;
+    for (const app::Moving shows : {app::Moving::filled, app::Moving::shaded})
+        for (const bool firstHits : {false, true}) {
+            book.set(&Book::sights, {});
+            order.movingShows = shows;
+            order.wantAovs = firstHits;
+            order.camera.position.x += 1;
+            post();
+            ASSERT_TRUE(until([&] { return newest() && newest()->generation >= generation; }));
+            const std::vector<core::Sight> sights = book.get(&Book::sights);
+            EXPECT_FALSE(sights.empty());
+            for (const core::Sight sight : sights)
+                EXPECT_EQ(sight, firstHits ? core::Sight::first : core::Sight::clear);
+        }
+}
+
 TEST_F(CoarsePictures, ASlowPictureIsPrecededByACoarseOne)
 {
     start();

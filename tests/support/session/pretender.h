@@ -33,6 +33,7 @@ struct Book {
     core::Start start = core::Start::anew;  // of the newest view
     core::AnyParams params;                 // of the newest view
     std::vector<glm::uvec2> sizes;          // of every view
+    std::vector<core::Sight> sights;        // of all surfaces that were asked for
     double secondsPerPixel = 0;             // of a sample; 0: at once
     std::deque<std::function<void()>> atMake, atWorld,
         atAdvance;              // the next calls do these; empty ones do nothing
@@ -150,8 +151,12 @@ public:
         return e;
     }
     core::Aovs aovs() override { return core::emptyAovs(size_.x, size_.y); }
-    core::Aovs surfaces(const core::Camera& camera, glm::uvec2 size, core::Sight) override
+    core::Aovs surfaces(const core::Camera& camera, glm::uvec2 size, core::Sight sight) override
     {
+        {
+            const std::lock_guard lock(book_.mutex);
+            book_.sights.push_back(sight);
+        }
         if (size != size_) book_.count(&Book::found);
         core::Aovs aovs = core::emptyAovs(size.x, size.y);
         std::ranges::fill(aovs.emission.pixels, static_cast<float>(camera.position.x));
