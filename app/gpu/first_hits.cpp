@@ -70,7 +70,7 @@ void FirstHits::compile(const GpuScene& scene, const Frame& frame)
     const Pipeline& pipeline = kernel_.pipeline({scene.features()});
     context_.device.submit(
         [&](VkCommandBuffer commands) {
-            kernel_.dispatch(commands, pipeline, {&scene.set(), &frame.set(), &set_}, {0, 0, 0}, 1);
+            kernel_.dispatch(commands, pipeline, {&scene.set(), &frame.set(), &set_}, {}, 1);
             barrier(commands);
         },
         "the compilation of the first hits");
