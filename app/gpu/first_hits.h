@@ -24,15 +24,22 @@ public:
     void prepare(const GpuScene& scene, const Frame& frame);
 
 private:
-    void makeRoom(uint64_t bytes);
-    void compile(const GpuScene& scene, const Frame& frame);
+    using TileKernel = Kernel<shared::TileRange, FeatureConstants>;
+
+    void makeRoom(uint64_t pixels, uint64_t lanes);
+    void compile(TileKernel& kernel, const DescriptorSet& own, const GpuScene& scene,
+                 const Frame& frame);
+    void compile(const GpuScene& scene, const Frame& frame, bool looksThrough);
     void trace(const GpuScene& scene, const Frame& frame, uint32_t endTile, shared::TileRange tiles,
                double seconds);
+    void record(VkCommandBuffer commands, const GpuScene& scene, const Frame& frame,
+                const shared::TileRange& tiles);
 
     Context& context_;
-    Kernel<shared::TileRange, FeatureConstants> kernel_;
-    DescriptorSet set_;
+    TileKernel hits_, seen_;
+    DescriptorSet hitsSet_, seenSet_;
     Buffer found_;
+    Buffer lookingLanes_, lookingHead_;  // what the second kernel looks at again
     BatchPace pace_;
 };
 

@@ -20,8 +20,9 @@ static shared::FirstHit seenAlong(const Accel& accel, const shared::SceneView& s
         ray.direction = way.direction;
         shared::Hit hit;
         if (!accel.closest(ray, hit)) return shared::seenNothing(scene, settings, way);
-        shared::FirstHit found;
-        if (!shared::see(scene, hit, way, found) || sight == Sight::first) return found;
+        shared::Arrival at;
+        const shared::FirstHit found = shared::arriveAt(scene, hit, way, at);
+        if (sight == Sight::first || !shared::goesOn(at, way)) return found;
     }
 }
 

@@ -62,8 +62,10 @@ SHARED_CONST uint kBindFilm2 = 3u;
 SHARED_CONST uint kBindFilmWeight = 4u;  // vec2 per pixel
 SHARED_CONST uint kBindMean = 0u;        // vec3 per pixel
 
-// Set 2 of first_hits.
-SHARED_CONST uint kBindFirstHits = 0u;  // FirstHit per pixel
+// Set 2 of first_hits and seen.
+SHARED_CONST uint kBindFirstHits = 0u;     // FirstHit per pixel
+SHARED_CONST uint kBindLookingLanes = 1u;  // lanes of first_hits that are left to seen,
+SHARED_CONST uint kBindLookingHead = 2u;   // and their QueueHead
 
 // Set 2 of the kernels of sample reuse, beside those of the film: what the frame before has left
 // (texels), what this one leaves to the next, and what one kernel leaves to the next.

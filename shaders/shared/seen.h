@@ -57,28 +57,46 @@ SHARED_FN FirstHit seenNothing(IN(SceneView) scene, PathSettings settings, IN(Se
     return found;
 }
 
-/// The hit of a way's ray as it is seen. True where the way goes on: then its next ray tells what
-/// is seen.
-SHARED_FN bool see(IN(SceneView) scene, Hit hit, INOUT(SeenWay) way, OUT(FirstHit) found)
+/// Where a way meets a surface.
+struct Arrival {
+    SurfacePoint surface;
+    Bsdf bsdf;
+    vec3 wo;  // in its frame
+    uint flags;
+};
+
+/// The hit of a way's ray as it is seen.
+SHARED_FN FirstHit arriveAt(IN(SceneView) scene, Hit hit, INOUT(SeenWay) way, OUT(Arrival) at)
 {
     SurfacePoint s = makeSurfacePoint(scene, hit, way.direction);
     const Shading shading = evaluateMaterial(scene, s, way.direction);
-    const Bsdf bsdf = makeBsdf(shading.inputs);
-    const vec3 wo = toLocal(s.frame, -way.direction);
-    if (FEATURE(kFeatureVolume))
-        way.beta *= transmittanceTo(scene, s, shading.inputs.flags, hit.t, way.medium);
+    at.surface = s;
+    at.bsdf = makeBsdf(shading.inputs);
+    at.wo = toLocal(s.frame, -way.direction);
+    at.flags = shading.inputs.flags;
+    if (FEATURE(kFeatureVolume)) way.beta *= transmittanceTo(scene, s, at.flags, hit.t, way.medium);
     way.distance += hit.t;
     way.emission += way.beta * shading.emission;
-    found = firstHitOf(s, shading, bsdf, wo);
+    FirstHit found = firstHitOf(s, shading, at.bsdf, at.wo);
     found.depth = way.distance;
     found.normal = way.turn * found.normal;
     found.albedo *= way.beta;
     found.emission = way.emission;
-    if (!FEATURE(kFeatureDelta) || !isDelta(bsdf) || way.surfaces == kMostSeenThrough ||
-        (shading.inputs.flags & kMaterialUnlit) != 0u)
-        return false;
+    return found;
+}
 
-    const DeltaWays ways = deltaWays(bsdf, wo);
+/// Whether something else may be seen there: the cheap part of goesOn.
+SHARED_FN bool mayGoOn(IN(Arrival) at)
+{
+    return FEATURE(kFeatureDelta) && isDelta(at.bsdf) && (at.flags & kMaterialUnlit) == 0u;
+}
+
+/// Whether a way goes on from where it has arrived: then its next ray tells what is seen.
+SHARED_FN bool goesOn(IN(Arrival) at, INOUT(SeenWay) way)
+{
+    if (!mayGoOn(at) || way.surfaces == kMostSeenThrough) return false;
+    const SurfacePoint s = at.surface;
+    const DeltaWays ways = deltaWays(at.bsdf, at.wo);
     const bool reflects = maxComponent(ways.reflected) > maxComponent(ways.through);
     const vec3 taken = reflects ? ways.reflected : ways.through;
     const vec3 other = reflects ? ways.through : ways.reflected;
@@ -92,7 +110,7 @@ SHARED_FN bool see(IN(SceneView) scene, Hit hit, INOUT(SeenWay) way, OUT(FirstHi
     way.origin = originOnSide(s, side);
     way.direction = direction;
     way.beta *= taken;
-    if (!(side > 0.0f)) way.medium = mediumBehind(way.medium, s, bsdf);
+    if (!(side > 0.0f)) way.medium = mediumBehind(way.medium, s, at.bsdf);
     ++way.surfaces;
     return true;
 }

@@ -29,6 +29,7 @@
 #include "spirv/reuse_new.h"
 #include "spirv/reuse_old.h"
 #include "spirv/reuse_weigh.h"
+#include "spirv/seen.h"
 
 namespace {
 
@@ -62,6 +63,7 @@ const NamedKernel kKernels[] = {
     {"reuse_new", k_reuse_new},
     {"reuse_old", k_reuse_old},
     {"reuse_weigh", k_reuse_weigh},
+    {"seen", k_seen},
 };
 
 TEST(Kernel, TheBounceWantsWhatItIsGiven)
@@ -126,6 +128,7 @@ TEST(Kernel, PushConstantsAreAsLongAsTheirTypes)
     EXPECT_EQ(readKernelInterface(k_megakernel).pushBytes, sizeof(shared::Batch));
     EXPECT_EQ(readKernelInterface(k_mean).pushBytes, sizeof(shared::PixelRange));
     EXPECT_EQ(readKernelInterface(k_first_hits).pushBytes, sizeof(shared::TileRange));
+    EXPECT_EQ(readKernelInterface(k_seen).pushBytes, sizeof(shared::TileRange));
     EXPECT_EQ(readKernelInterface(k_reuse_old).pushBytes, sizeof(shared::ReuseBatch));
     EXPECT_EQ(readKernelInterface(k_reuse_bounce).pushBytes, sizeof(shared::ReuseBounceBatch));
     EXPECT_EQ(readKernelInterface(k_gather).pushBytes, sizeof(shared::GatherRules));
