@@ -6,6 +6,7 @@
 #include <new>
 
 #include "app/args/args.h"
+#include "app/base/crash_report.h"
 #include "app/bench/flythrough/bench_flythrough.h"
 #include "app/bench/guiding/bench_guiding.h"
 #include "app/bench/light/bench_light.h"
@@ -69,6 +70,7 @@ int main(int argc, char** argv)
 {
     // A limit on file sizes then is an error of the write, with a message.
     std::signal(SIGXFSZ, SIG_IGN);
+    app::reportCrashes();
     try {
         const int code = std::visit(Run(), app::parseArguments(argc, argv));
         std::cout.flush();

@@ -57,7 +57,7 @@ room(app/view/ui SEES ${core} app/base app/report app/methods app/files app/came
      app/view/imgui FOREIGN imgui nlohmann/)
 room(app/view SEES ${core} app/base app/args app/files app/commands app/session app/view/imgui app/view/ui app/gpu/base
      app/gpu/window FOREIGN GLFW/ imgui backends/ nlohmann/ vulkan/)
-room(app SEES core/base app/args app/bench/throughput app/bench/flythrough app/bench/guiding app/bench/light
+room(app SEES core/base app/base app/args app/bench/throughput app/bench/flythrough app/bench/guiding app/bench/light
      app/bench/many_lights app/commands app/view)
 
 room(assets/generator SEES ${base} core/image FOREIGN nlohmann/)

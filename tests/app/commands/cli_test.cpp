@@ -189,6 +189,28 @@ TEST_F(Cli, DefaultSizeIsTheCamerasOwn)
     EXPECT_FALSE(exr("x.exr").hasLayer("variance"));  // one sample has no spread
 }
 
+/// A crash tells from where, and is a crash to whoever has started the program.
+TEST_F(Cli, ACrashIsReported)
+{
+#ifdef REKINDLE_SANITIZED
+    GTEST_SKIP() << "sanitizers report crashes themselves";
+#endif
+    for (const int signal : {SIGSEGV, SIGABRT}) {
+        const pid_t pid = start({"render", kScene, "-o", "x.exr", "--device", "cpu", "--size",
+                                 "64x64", "--spp", "2000000000"});
+        waitForError("render: ");
+        kill(pid, signal);
+        const Result result = finish(pid);
+        EXPECT_EQ(result.code, -1);
+        EXPECT_EQ(result.signal, signal);
+        EXPECT_TRUE(contains(result.err, "rekindle: error: crashed by " + std::string("SIG") +
+                                             sigabbrev_np(signal)))
+            << result.err;
+        EXPECT_TRUE(contains(result.err, "in thread \"rekindle\"")) << result.err;
+        EXPECT_GE(lineCount(result.err), 5u) << "the calls are listed: " << result.err;
+    }
+}
+
 /// What cannot be shown leaves nothing behind, and what is there stays.
 TEST_F(Cli, FlyThroughsHaveAFolderEach)
 {

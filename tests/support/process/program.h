@@ -50,6 +50,7 @@ inline Strings smallRender(const std::string& device, const std::string& output)
 struct Result {
     int code = -1;  // -1: killed, by a signal or because it took too long
     std::string out, err;
+    int signal = 0;  // that has ended it
 };
 
 #ifdef REKINDLE_SANITIZED
@@ -119,7 +120,7 @@ protected:
         }
         EXPECT_FALSE(late) << "took longer than " << seconds << " s";
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readAll(outFile()),
-                readAll(errFile())};
+                readAll(errFile()), WIFSIGNALED(status) ? WTERMSIG(status) : 0};
     }
 
     Result run(const Strings& arguments, const Strings& environment = {})
