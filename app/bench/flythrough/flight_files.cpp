@@ -70,6 +70,9 @@ Json windowJson(const SceneResult& scene)
                         {"shown_mse", row.shown.value},
                         {"shown_mse_ratio", row.shownRatio.value},
                         {"shown_mse_ratio_se", row.shownRatio.error},
+                        {"under_way_mse", row.underWay.value},
+                        {"under_way_mse_ratio", row.underWayRatio.value},
+                        {"under_way_mse_ratio_se", row.underWayRatio.error},
                         {"shown_mse_by_size", row.bySize.value},
                         {"shown_mse_by_size_ratio", row.bySizeRatio.value}});
     return {{"speed", scene.windowSpeed},
@@ -175,7 +178,7 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
         std::to_string(r.windowSize.y) + ", " + numberText(scene.windowSpeed) + ' ' + scene.unit +
         " per second:\n" + padded("", 26) +
         "target ms  ms/picture  light  surfaces  relMSE/discard  no fireflies  as shown           "
-        "by size\n";
+        "under way         by size\n";
     for (const WindowRow& row : scene.window)
         text +=
             "  " +
@@ -188,6 +191,9 @@ static std::string windowTable(const Results& r, const SceneResult& scene)
             padded(printed("%.3g", row.trimmedRatio.value), 14) +
             padded(printed("%.3g", row.shownRatio.value) +
                        printed(" +- %.2g", row.shownRatio.error),
+                   18) +
+            padded(printed("%.3g", row.underWayRatio.value) +
+                       printed(" +- %.2g", row.underWayRatio.error),
                    18) +
             printed("%.3g", row.bySizeRatio.value) + '\n';
     return text;

@@ -30,17 +30,18 @@ std::string windowTable(const SceneResult& scene, double target)
                 numberCell(measured(row.ratio.value, row.ratio.error)) +
                 numberCell(shortNumber(row.trimmedRatio.value)) +
                 numberCell(measured(row.shownRatio.value, row.shownRatio.error)) +
+                numberCell(measured(row.underWayRatio.value, row.underWayRatio.error)) +
                 numberCell(shortNumber(row.bySizeRatio.value)) +
                 numberCell(percent(bias.value / scene.windowRadiance) + " ± " +
                            percent(bias.error / scene.windowRadiance)) +
                 "</tr>\n";
     }
-    return tableMarkup("<th>strategy</th>" + numberHead("ms per picture") +
-                           numberHead("sides, light") + numberHead("surfaces") +
-                           numberHead("relMSE") + numberHead("over discard") +
-                           numberHead("without fireflies") + numberHead("as shown") +
-                           numberHead("by size") + numberHead("signed error"),
-                       rows);
+    return tableMarkup(
+        "<th>strategy</th>" + numberHead("ms per picture") + numberHead("sides, light") +
+            numberHead("surfaces") + numberHead("relMSE") + numberHead("over discard") +
+            numberHead("without fireflies") + numberHead("as shown") + numberHead("under way") +
+            numberHead("by size") + numberHead("signed error"),
+        rows);
 }
 
 }  // namespace
@@ -58,7 +59,9 @@ std::string windowMarkup(const Results& r, const SceneResult& scene)
             "What is on show in the last view is compared with what the window shows there at "
             "rest, so that edges count, too; as radiance, and <i>as shown</i>: the mean square "
             "error of the colours on the screen (smooth within surfaces while the camera moves) "
-            "over Discard's. <i>By size</i>: that of pictures whose light has as few pixels but no "
+            "over Discard's. <i>Under way</i>: the same of what is on show at the moment "
+            "in which the camera arrives, which was made for a place before it. <i>By size</i>: "
+            "that of pictures whose light has as few pixels but no "
             "noise, on the same surfaces. <i>Sides</i> are of light and of surfaces (first hits) "
             "over the window's; <i>paths</i> are new ones per pixel and picture.");
     double last = 0, share = 0;

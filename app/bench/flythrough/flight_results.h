@@ -56,11 +56,12 @@ struct WindowRow {
     double share = 1;           // of the time its threads wanted to run, that they ran: the clock
                                 // of all other times is slowed by it
     PictureErrors errors{};
-    Measured shown{};  // mean square error of the colours on show
+    Measured shown{};     // mean square error of the colours on show
+    Measured underWay{};  // and of those when the camera arrived, made for a place before
     // The same of pictures whose light has as few pixels, but no noise
     Measured bySize{};
     // over those of Discard at the same target; of bySize over what Discard has on show
-    Measured ratio{}, trimmedRatio{}, shownRatio{}, bySizeRatio{};
+    Measured ratio{}, trimmedRatio{}, shownRatio{}, underWayRatio{}, bySizeRatio{};
 };
 
 /// A picture of the last frame, and the part of it that is shown larger.

@@ -61,7 +61,9 @@ std::optional<WindowLanding> WindowPilot::fly(const CameraTrack& track,
     landing.share = landing.seconds / core::secondsSince(start);
     landing.scale = scales / std::max(landing.pictures, 1u);
     landing.fineScale = fineScales / std::max(landing.pictures, 1u);
-    if (!flown || !land(landing)) return {};
+    if (!flown) return {};
+    landing.underWay = displayColours(shown->mean, shown->guide.get(), size_);
+    if (!land(landing)) return {};
     return landing;
 }
 

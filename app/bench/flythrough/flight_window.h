@@ -15,6 +15,7 @@ namespace app::flight {
 struct WindowLanding {
     core::Image picture;              // of the flight's last view, stretched over the window
     core::Image colours;              // the same as the window shows it (displayColours)
+    core::Image underWay;             // what it showed when the flight ended, of a view before
     glm::uvec2 size{0}, fineSize{0};  // in which its light was sampled, its surfaces
     std::shared_ptr<const core::Image> guide;  // to pictures of fineSize; may be null
     // Of the sides of light and surfaces to the window's, means of the flight

@@ -31,20 +31,22 @@ struct Landed {
 
 /// All that is known of one crew at one rate.
 struct WindowCell {
-    ErrorSum errors, shown;
+    ErrorSum errors, shown, underWay;
     std::vector<double> scales, fineScales, pictureSeconds, shares;
     std::vector<Landed> landed;
 
     /// `colours`: of the reference. Noise that is left in it counts as an error of all.
     WindowCell(const FlightReference& reference, const core::Image& colours,
                const core::Image& noVariance)
-        : errors(reference.mean, reference.variance), shown(colours, noVariance)
+        : errors(reference.mean, reference.variance), shown(colours, noVariance),
+          underWay(colours, noVariance)
     {}
 
     void add(const WindowLanding& landing)
     {
         errors.add(landing.picture);
         shown.add(landing.colours);
+        underWay.add(landing.underWay);
         scales.push_back(landing.scale);
         fineScales.push_back(landing.fineScale);
         pictureSeconds.push_back(landing.pictureSeconds());
@@ -72,7 +74,8 @@ WindowRow rowOf(const Crew& crew, double target, const WindowCell& cell)
             .fineScale = mean(cell.fineScales),
             .share = mean(cell.shares),
             .errors = cell.errors.errors(),
-            .shown = cell.shown.errors().mse};
+            .shown = cell.shown.errors().mse,
+            .underWay = cell.underWay.errors().mse};
 }
 
 }  // namespace
@@ -188,6 +191,7 @@ void Measurement::flyInWindow(size_t index)
             rows.back().ratio = quotient(rows.back().errors.relMse, first.errors.relMse);
             rows.back().trimmedRatio = quotient(rows.back().errors.trimmed, first.errors.trimmed);
             rows.back().shownRatio = quotient(rows.back().shown, first.shown);
+            rows.back().underWayRatio = quotient(rows.back().underWay, first.underWay);
         }
     }
     SceneResult& result = results_.scenes.back();

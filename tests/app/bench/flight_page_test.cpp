@@ -112,6 +112,7 @@ TEST(FlightPage, TellsErrorsOfTheWindowByWhatTheWindowShows)
     scene.window = {{.strategy = "discard", .target = 0.1}};
     scene.window[0].errors.signedError = {0.01, 0.001};
     scene.window[0].shownRatio = {0.345, 0.012};
+    scene.window[0].underWayRatio = {0.456, 0.013};
     scene.window[0].bySizeRatio = {0.217, 0.001};
     results.scenes = {scene};
     const std::string page = resultsPage(results, {});
@@ -125,7 +126,10 @@ TEST(FlightPage, TellsErrorsOfTheWindowByWhatTheWindowShows)
     EXPECT_EQ(row.at("shown_mse_ratio_se"), 0.012);
     EXPECT_EQ(row.at("shown_mse_by_size_ratio"), 0.217);
     EXPECT_TRUE(contains(page, "by size") && contains(page, "0.217")) << page;
-    EXPECT_TRUE(contains(resultsTable(results), "0.345 +- 0.012    0.217"))
+    EXPECT_TRUE(contains(page, "under way") && contains(page, "0.46 ± 0.01")) << page;
+    EXPECT_EQ(row.at("under_way_mse_ratio"), 0.456);
+    EXPECT_EQ(row.at("under_way_mse_ratio_se"), 0.013);
+    EXPECT_TRUE(contains(resultsTable(results), "0.345 +- 0.012    0.456 +- 0.013    0.217"))
         << resultsTable(results);
 }
 

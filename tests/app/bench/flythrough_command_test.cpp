@@ -156,6 +156,7 @@ TEST_F(FlythroughCommand, FliesInTheWindowsOwnLoop)
         EXPECT_LE(row.at("scale"), 1);
         EXPECT_EQ(row.at("pictures"), 2);
         EXPECT_GT(row.at("shown_mse_by_size"), 0);
+        EXPECT_GT(row.at("under_way_mse"), 0);
         if (i % 2 == 0) {
             EXPECT_EQ(row.at("relmse_ratio"), 1);
             EXPECT_LT(row.at("shown_mse_by_size"), row.at("shown_mse")) << "there is noise, too";
