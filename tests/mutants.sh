@@ -43,7 +43,8 @@ reuse-first-hits-on-edges@shaders/shared/reuse_path.h@insideTriangle(triangleInS
 reuse-remainder-whole@core/methods/reuse_competition_body.h@remainder -= scale * brings[i];@@*ReuseMethod*cpu*:*ReuseBias*cpu*
 reuse-remainder-forgotten@shaders/shared/reuse_sums.h@const vec3 sum = s.carried + s.remainder;@const vec3 sum = s.remainder;@*ReuseMethod.AFew*cpu*
 detail-light-across@app/pictures/fine_light.cpp@if (!oneSurface(here, there)) continue;@@FineLight*
-detail-of-the-view-before@app/pictures/picture_work.cpp@renderer.surfaces(ahead, fineSize_, sight)@renderer.surfaces(seen, fineSize_, sight)@*PictureWorkInMotion.TheyAre*:MovingOn*
+detail-of-the-view-before@app/pictures/picture_work.cpp@renderer.surfaces(ahead, fineSize_, sightOf(request))@renderer.surfaces(request.camera, fineSize_, sightOf(request))@*PictureWorkInMotion.TheyAre*:MovingOn*
+detail-goes-back@app/pictures/picture_work.cpp@(published_ > 0 || ahead == request.camera || ahead == light.shown)@(ahead == light.shown)@*PictureWorkInMotion*
 detail-light-moves-along@app/pictures/fine_light.cpp@p.point = from_ + rays_.point(x, y, depth);@p.point = rays_.point(x, y, depth);@FineLight.ACamera*
 detail-behind-panes-aside@shaders/shared/seen.h@way.distance += hit.t;@way.distance = hit.t;@*Seen.*
 detail-mirrored-normals@shaders/shared/seen.h@found.normal = way.turn * found.normal;@@*Seen.*Mirrors*

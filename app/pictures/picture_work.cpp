@@ -21,8 +21,11 @@ namespace app {
 namespace {
 
 constexpr double kPieceStill = 0.02, kPieceMoving = 0.008;  // seconds of one dispatch
-constexpr double kCallSeconds = 0.1;                        // of one call of the renderer
-constexpr double kFirstLookSeconds = 0.05;                  // of the small sample that comes first
+constexpr double kPieceBridged = 0.016;     // and of one between two of which surfaces may be shown
+constexpr double kLeastBridged = 1.0 / 60;  // seconds of light before they are
+constexpr double kWorthBridging = 0.5;      // of the time for surfaces that a motion gains by it
+constexpr double kCallSeconds = 0.1;        // of one call of the renderer
+constexpr double kFirstLookSeconds = 0.05;  // of the small sample that comes first
 constexpr double kOverhead = 0.15;
 constexpr double kLeastForPaths = 0.5;  // of the time of a picture in motion
 constexpr double kGrowthBetweenPoints = 1.2;
@@ -53,9 +56,11 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
                         core::Start start, ResolutionControl& control, double paceFactor)
 {
     std::shared_ptr<const core::Image> backdrop = std::move(backdrop_);
+    std::optional<KnownLight> known = std::move(light_);
     const MovingDetail detail = detail_;
     *this = {};
     detail_ = detail;
+    if (coarse == Coarse::moving && start == core::Start::moved) light_ = std::move(known);
     coarse_ = coarse;
     if (!quick()) backdrop_ = std::move(backdrop);
     shaded_ = coarse == Coarse::moving && request.movingShows == Moving::shaded;
@@ -89,9 +94,12 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
         depth_ = preview.depth;
     }
     if (depth != nullptr && !shaded_) *depth = depth_;
+    const double light = control.predict(double(size_.x) * size_.y, depth_);
+    bridged_ = light_ && detailed_ &&
+               light > secondsBeforeAhead() + kWorthBridging * detail_.seconds(fineSize_);
     // The first sample of a small picture is finished whatever comes.
-    pace_ = {.dispatchSeconds = (quick() ? kPieceMoving : kPieceStill) * paceFactor,
-             .whole = quick()};
+    const double piece = bridges() ? kPieceBridged : quick() ? kPieceMoving : kPieceStill;
+    pace_ = {.dispatchSeconds = piece * paceFactor, .whole = quick() && !bridges()};
     renderer.setPace(pace_);
     const bool centred = quick() && request.movingShows != Moving::path;
     renderer.setView({request.camera, size_, params, centred}, start);
@@ -99,6 +107,12 @@ void PictureWork::begin(core::Renderer& renderer, const RenderRequest& request, 
     version_ = publishedVersion_ = renderer.progress().version;
     nextPoint_ = 2;
     begun_ = true;
+}
+
+/// What light gets before surfaces are shown without it: as long as they take themselves, at least.
+double PictureWork::secondsBeforeAhead() const
+{
+    return std::max(detail_.seconds(fineSize_), kLeastBridged);
 }
 
 std::shared_ptr<Picture> PictureWork::look(core::Renderer& renderer, const RenderRequest& request,
@@ -163,6 +177,7 @@ void PictureWork::advance(core::Renderer& renderer, const RenderRequest& request
     const auto start = Clock::now();
     core::Budget budget{.samples = nextCount(request)};
     if (!quick()) budget.seconds = kCallSeconds;
+    if (bridges()) budget.seconds = secondsBeforeAhead();
     renderer.advance(budget, stop);
     const core::RenderProgress now = renderer.progress();
     const bool some = now.samples > 0 || (now.fraction > 0 && coarse_ == Coarse::half);
@@ -219,7 +234,6 @@ void PictureWork::addPreview(core::Renderer& renderer, Picture& picture,
                              const RenderRequest& request, const core::Camera& ahead)
 {
     if (!aovs_ || !fits(*aovs_, picture.mean)) return;
-    const auto start = Clock::now();
     if (shaded_) {
         picture.mean = litFromCamera(*aovs_, request.camera);
         picture.shaded = true;
@@ -230,24 +244,47 @@ void PictureWork::addPreview(core::Renderer& renderer, Picture& picture,
         fillUnlit(picture.mean, *aovs_, request.camera);
     }
     if (detailed_) {
-        const bool found = fine_ != nullptr;
-        addDetail(renderer, picture, request.camera, ahead, sightOf(request));
-        if (!found) detail_.observe(fineSize_, core::secondsSince(start));
+        const core::Camera shown = light_ ? light_->shown : request.camera;
+        light_ = {std::move(picture.mean), aovs_, request.camera, shown};
+        addDetail(renderer, picture, request, ahead);
     }
     picture.guide = std::make_shared<const core::Image>(surfaceGuide(fine_ ? *fine_ : *aovs_));
 }
 
-/// Surfaces finer than the light on them that `seen` has.
-void PictureWork::addDetail(core::Renderer& renderer, Picture& picture, const core::Camera& seen,
-                            const core::Camera& ahead, core::Sight sight)
+/// The newest light on surfaces that are finer, as `ahead` sees them. Made again a picture keeps
+/// them, and none goes back to a camera before the one on show.
+void PictureWork::addDetail(core::Renderer& renderer, Picture& picture,
+                            const RenderRequest& request, const core::Camera& ahead)
 {
-    if (!fine_) {
-        fine_ = std::make_shared<const core::Aovs>(renderer.surfaces(ahead, fineSize_, sight));
-        fineCamera_ = ahead;
+    const auto start = Clock::now();
+    KnownLight& light = *light_;
+    const bool keeps = fine_ && (published_ > 0 || ahead == request.camera || ahead == light.shown);
+    if (!keeps) {
+        fine_ = std::make_shared<const core::Aovs>(
+            renderer.surfaces(ahead, fineSize_, sightOf(request)));
+        light.shown = ahead;
     }
-    picture.mean = lightOnSurfaces(picture.mean, {*aovs_, seen}, {*fine_, fineCamera_});
-    picture.camera = fineCamera_;
-    picture.sampled = size_;
+    picture.mean = lightOnSurfaces(light.mean, {*light.aovs, light.camera}, {*fine_, light.shown});
+    picture.sampled = {light.mean.width, light.mean.height};
+    picture.camera = light.shown;
+    if (!keeps) detail_.observe(fineSize_, core::secondsSince(start));
+}
+
+std::shared_ptr<Picture> PictureWork::makeAhead(core::Renderer& renderer,
+                                                const RenderRequest& request,
+                                                const core::Camera& ahead)
+{
+    // Pictures with numbers beside them are those of whole samples.
+    const bool numbers = request.wantAovs || request.wantMaps || request.wantVariance;
+    if (!bridges() || numbers || ahead == light_->shown) return nullptr;
+    auto picture = std::make_shared<Picture>();
+    describe(*picture, renderer, request);
+    addDetail(renderer, *picture, request, ahead);
+    picture->guide = std::make_shared<const core::Image>(surfaceGuide(*fine_));
+    picture->preview = true;
+    picture->samples = 1;
+    picture->seconds = seconds_;
+    return picture;
 }
 
 void PictureWork::readEverything(core::Renderer& renderer)

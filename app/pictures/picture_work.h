@@ -38,7 +38,7 @@ public:
                                   ResolutionControl& control);
 
     /// Renders for a tenth of a second, up to the next limit or point of the curve: some samples,
-    /// or a part of one. Small pictures are completed.
+    /// or a part of one. Small pictures are completed, but for what makeAhead() may come between.
     void advance(core::Renderer& renderer, const RenderRequest& request, ResolutionControl& control,
                  std::stop_token stop);
 
@@ -59,6 +59,14 @@ public:
     std::shared_ptr<Picture> make(core::Renderer& renderer, const RenderRequest& request,
                                   const core::Camera& ahead);
 
+    /// What the picture before has left while the light of this one is on its way: that light on
+    /// the surfaces that `ahead` sees. Null where there is none, or the same is on show.
+    std::shared_ptr<Picture> makeAhead(core::Renderer& renderer, const RenderRequest& request,
+                                       const core::Camera& ahead);
+
+    /// Whether makeAhead() may come before this picture's own light, which is not there yet.
+    bool bridges() const { return bridged_ && samples_ == 0; }
+
     void changeLimits() { finished_ = false; }  // measureError() looks again
     bool begun() const { return begun_; }
     void discard() { *this = {}; }  // the renderer holds no picture any more
@@ -77,6 +85,14 @@ public:
     bool finished() const { return finished_; }
 
 private:
+    /// The light of a picture in motion: its mean without what is finer, at the pixels that show
+    /// `aovs`; and the camera of the newest picture with that light.
+    struct KnownLight {
+        core::Image mean;
+        std::shared_ptr<const core::Aovs> aovs;
+        core::Camera camera, shown;
+    };
+
     uint32_t nextCount(const RenderRequest& request) const;
     void readEverything(core::Renderer& renderer);
     void fillFromBackdrop(core::Estimate& estimate) const;
@@ -89,14 +105,16 @@ private:
                   const RenderRequest& request) const;
     void addPreview(core::Renderer& renderer, Picture& picture, const RenderRequest& request,
                     const core::Camera& ahead);
-    void addDetail(core::Renderer& renderer, Picture& picture, const core::Camera& seen,
-                   const core::Camera& ahead, core::Sight sight);
+    void addDetail(core::Renderer& renderer, Picture& picture, const RenderRequest& request,
+                   const core::Camera& ahead);
+    double secondsBeforeAhead() const;
     bool limitReached(const RenderRequest& request) const;
 
     bool begun_ = false, finished_ = false;
     Coarse coarse_ = Coarse::no;
     bool shaded_ = false;    // first hits alone
     bool detailed_ = false;  // its surfaces are finer than its light
+    bool bridged_ = false;   // which takes so long that the light before it is shown meanwhile
     bool follows_ = false;   // see Picture
     glm::uvec2 size_{0}, fineSize_{0};
     float scale_ = 1;
@@ -111,8 +129,8 @@ private:
     std::optional<core::Estimate>
         estimate_;  // with everything, as it stands, when it has been read
     std::shared_ptr<const core::Image> backdrop_;    // the small picture that came before this one
-    std::shared_ptr<const core::Aovs> aovs_, fine_;  // of this view; of fineSize_
-    core::Camera fineCamera_;                        // that sees fine_
+    std::shared_ptr<const core::Aovs> aovs_, fine_;  // of this view; of light_->shown
+    std::optional<KnownLight> light_;                // the newest
     MovingDetail detail_;
 };
 

@@ -75,6 +75,7 @@ private:
     void warmUp();
     void takeSamples();
     void publish();
+    void handOutNewest(const std::function<std::shared_ptr<Picture>(const core::Camera&)>& make);
     void handOut(std::shared_ptr<Picture> picture);
     void fail(const std::exception_ptr& failure);
     void suspendUntil(Change until, const std::string& error);
@@ -346,7 +347,14 @@ void RenderThread::Loop::takeSamples()
     const bool firstLook = work_.quick() && work_.samples() == 0;
     const std::stop_token stop =
         enter(firstLook ? RenderPhase::coarse : RenderPhase::sampling, "render");
-    work_.advance(*renderer_, request_, controlOf(work_.coarse(), work_.shaded()), stop);
+    ResolutionControl& control = controlOf(work_.coarse(), work_.shaded());
+    work_.advance(*renderer_, request_, control, stop);
+    while (work_.bridges() && !stop.stop_requested()) {
+        handOutNewest([&](const core::Camera& camera) {
+            return work_.makeAhead(*renderer_, request_, camera);
+        });
+        work_.advance(*renderer_, request_, control, stop);
+    }
     exchange.leave(work_.fraction());
 }
 
@@ -359,16 +367,24 @@ std::stop_token RenderThread::Loop::enter(RenderPhase phase, const char* stage)
 
 void RenderThread::Loop::publish()
 {
-    // What the hand does while paths are traced need not wait for the next ones.
+    handOutNewest(
+        [&](const core::Camera& camera) { return work_.make(*renderer_, request_, camera); });
+    publishDue_ = false;
+}
+
+/// What `make` makes for the newest camera, if anything: what the hand does while paths are traced
+/// need not wait for the next ones.
+void RenderThread::Loop::handOutNewest(
+    const std::function<std::shared_ptr<Picture>(const core::Camera&)>& make)
+{
     const std::optional<MotionAhead> ahead = exchange.ahead();
-    std::shared_ptr<Picture> picture =
-        work_.make(*renderer_, request_, ahead ? ahead->camera : request_.camera);
+    std::shared_ptr<Picture> picture = make(ahead ? ahead->camera : request_.camera);
+    if (!picture) return;
     if (ahead && picture->camera == ahead->camera) {
         generation_ = ahead->generation;
         postedAt_ = ahead->postedAt;
     }
     handOut(std::move(picture));
-    publishDue_ = false;
 }
 
 void RenderThread::Loop::handOut(std::shared_ptr<Picture> picture)

@@ -324,6 +324,31 @@ TEST_F(MovingOn, IsSeenInThePictureUnderWay)
     EXPECT_LT(picture->sampled.x, picture->mean.width);
 }
 
+/// Of slow light the surfaces come before it, for each step of the camera; the light goes on.
+TEST_F(MovingOn, IsSeenBeforeThereIsNewLight)
+{
+    start();
+    book.set(&Book::secondsPerPixel, 3e-5);  // light has far fewer pixels than surfaces
+    post();
+    ASSERT_TRUE(until([&] { return newest() && newest()->generation == generation; }));
+    const int views = book.get(&Book::views);
+    book.set(&Book::secondsPerPixel, 1e-2);  // light takes twenty seconds at least
+    for (const double x : {2.0, 3.0, 4.0}) {
+        order.camera.position.x = x;
+        post();
+        ASSERT_TRUE(until([&] { return newest()->generation == generation; })) << x;
+        EXPECT_EQ(newest()->camera, order.camera);
+        EXPECT_EQ(double(newest()->mean.pixels[0]), x);
+        EXPECT_TRUE(newest()->preview);
+        EXPECT_EQ(book.get(&Book::views), views + 1) << "one picture is under way";
+    }
+    book.set(&Book::secondsPerPixel, 0.0);
+    order.moving = false;
+    post();
+    EXPECT_EQ(finished()->mean.pixels[0], 4.0f);
+    EXPECT_FALSE(newest()->preview);
+}
+
 TEST_F(MovingOn, NotWhereSomethingElseDiffersToo)
 {
     const std::vector<std::function<void()>> others{

@@ -25,6 +25,7 @@ protected:
         request_.size = {64, 64};
         request_.movingShows = app::Moving::filled;
         request_.movingDetail = true;
+        request_.targetFrameSeconds = 10;  // surfaces are as fine as can be on any machine
         setMethod(core::ReuseParams{});
     }
 
@@ -38,7 +39,9 @@ protected:
     std::shared_ptr<const app::Picture> show(app::Coarse coarse, core::Start start, double degrees,
                                              uint64_t samples, const core::Camera* ahead = nullptr)
     {
-        // One that has seen nothing yet chooses a quarter of the sides.
+        // Ones that have seen nothing yet choose a quarter of the sides, and surfaces as fine as
+        // can be.
+        if (start == core::Start::anew) work_.discard();
         app::ResolutionControl control;
         request_.camera = swung(*world_, degrees);
         request_.params.sppLimit = samples;
@@ -113,6 +116,52 @@ TEST_P(PictureWorkInMotion, TheyAreThoseOfACameraThatHasMovedOn)
         EXPECT_EQ(again->camera, there);
         EXPECT_EQ(again->mean.pixels, picture->mean.pixels);
     }
+}
+
+/// While the light of a picture is on its way, that of the one before is shown on them.
+TEST_P(PictureWorkInMotion, TheyNeedNotWaitForLight)
+{
+    truth_ = show(app::Coarse::moving, core::Start::anew, 6, 64)->mean;
+    const core::Camera there = request_.camera;
+    const auto before = show(app::Coarse::moving, core::Start::moved, 0.5, 64);
+    const double late = error(before->mean);
+    app::ResolutionControl control;
+    const auto next = [&](core::Start start, bool slow = true) {
+        control.forget();
+        if (slow) control.observe(1, 1, 1, true);
+        request_.camera = swung(*world_, 1);
+        work_.begin(*renderer_, request_, app::Coarse::moving, start, control, 1);
+    };
+    next(core::Start::moved);
+    const auto ahead = work_.makeAhead(*renderer_, request_, there);
+    ASSERT_NE(ahead, nullptr);
+    EXPECT_EQ(ahead->camera, there);
+    EXPECT_TRUE(ahead->preview);
+    EXPECT_EQ(app::sampledSize(*ahead), app::sampledSize(*before));
+    EXPECT_EQ(ahead->guide->width, 64u);
+    EXPECT_LT(error(ahead->mean), 0.1 * late);
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr) << "it is on show";
+
+    // With the light of its own, and no way back.
+    while (work_.samples() == 0) work_.advance(*renderer_, request_, control, {});
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, request_.camera), nullptr);
+    const auto picture = work_.make(*renderer_, request_, request_.camera);
+    EXPECT_EQ(picture->camera, there);
+    EXPECT_NE(picture->mean.pixels, ahead->mean.pixels);
+
+    request_.wantAovs = true;
+    next(core::Start::moved);
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr);
+    request_.wantAovs = false;
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr) << "still on show";
+    EXPECT_NE(work_.makeAhead(*renderer_, request_, request_.camera), nullptr);
+    next(core::Start::moved, false);
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr) << "light is quick";
+    next(core::Start::anew);
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr) << "nothing of before counts";
+    show(app::Coarse::no, core::Start::moved, 0.5, 1);
+    next(core::Start::moved);
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr) << "after a rest";
 }
 
 /// Before a full picture, too, whether or not its light is averaged.
