@@ -17,7 +17,8 @@ namespace app {
 namespace {
 
 constexpr int kMostCalls = 48;
-constexpr size_t kStackBytes = 64 << 10;  // for the handler, where the thread's own is used up
+constexpr size_t kStackBytes = 64 << 10;  // for the handler, where the main thread's is used up
+constexpr unsigned kMostSeconds = 10;
 
 struct Crash {
     int signal;
@@ -39,6 +40,9 @@ void report(int signal)
     const char* name = "a signal";
     for (const Crash& crash : kCrashes)
         if (crash.signal == signal) name = crash.name;
+    // A lock that whoever crashed holds must not turn a crash into a hang.
+    std::signal(SIGALRM, SIG_DFL);
+    alarm(kMostSeconds);
     std::array<char, 16> thread{};
     prctl(PR_GET_NAME, thread.data());
     for (const char* text :

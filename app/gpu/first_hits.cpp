@@ -45,7 +45,7 @@ core::Aovs FirstHits::find(const GpuScene& scene, const Frame& frame, core::Sigh
     const bool looksThrough =
         sight == core::Sight::clear && (scene.features() & shared::kFeatureDelta) != 0;
     makeRoom(uint64_t(width) * std::min(8 * band, height),
-             uint64_t(band) * tilesPerRow * shared::kGroupSize);
+             looksThrough ? uint64_t(band) * tilesPerRow * shared::kGroupSize : 1);
     compile(scene, frame, looksThrough);
     if (seconds < BatchPace::kLongest) pace_.again();
     std::vector<shared::FirstHit> hits;
