@@ -21,7 +21,7 @@ namespace app {
 namespace {
 
 constexpr double kPieceStill = 0.02, kPieceMoving = 0.008;  // seconds of one dispatch
-constexpr double kPieceBridged = 0.016;     // and of one between two of which surfaces may be shown
+constexpr double kPieceBridged = 0.016;     // and of one where surfaces may be shown in between
 constexpr double kLeastBridged = 1.0 / 60;  // seconds of light before they are
 constexpr double kWorthBridging = 0.5;      // of the time for surfaces that a motion gains by it
 constexpr double kCallSeconds = 0.1;        // of one call of the renderer

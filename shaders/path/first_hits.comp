@@ -1,5 +1,5 @@
 // First hits at the pixel centres of some tiles. Panes and mirrors are left to seen.comp: software devices would run its
-// branches for every pixel, which takes up to half as long again.
+// branches for every pixel, which takes up to 1.4 times as long.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

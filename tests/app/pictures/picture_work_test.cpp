@@ -151,7 +151,7 @@ TEST_P(PictureWorkInMotion, TheyNeedNotWaitForLight)
 
     request_.wantAovs = true;
     next(core::Start::moved);
-    EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr);
+    EXPECT_EQ(work_.makeAhead(*renderer_, request_, request_.camera), nullptr);
     request_.wantAovs = false;
     EXPECT_EQ(work_.makeAhead(*renderer_, request_, there), nullptr) << "still on show";
     EXPECT_NE(work_.makeAhead(*renderer_, request_, request_.camera), nullptr);
