@@ -11,6 +11,8 @@ build=$root/build-mutants/build
 faults='
 missing-cosine@shaders/shared/connection.h@e.radiance * (abs(wi.z) * weight)@e.radiance * weight@Furnace*:Direct*
 missing-pi@shaders/shared/bsdf.h@f = b.diffuse * kInvPi;@f = b.diffuse;@Bsdf*:Furnace*
+paths-of-a-block-mixed@core/methods/path_kernel_body.h@block.paths[b] = i;@block.paths[b] = wave.active[first];@PathAlone*
+holes-of-emitters-forgotten@core/scene/world_emitters.cpp@(hasAlphaTest(m) ? shared::kEmitterAlpha : 0u)@0u@Direct*:GpuPath*
 half-vector-jacobian@shaders/shared/microfacet.h@r.pdf = 0.5f * d / (depth * wo.z + rootO);@r.pdf = d / (depth * wo.z + rootO);@Bsdf*
 mis-swapped@shaders/shared/connection.h@powerHeuristic(pmf * e.pdf, pdf)@powerHeuristic(pdf, pmf * e.pdf)@Furnace*:Direct*:Path*
 light-pdf-in-area@shaders/shared/emitter.h@float pdf = 2.0f * distance * distance / projected;@float pdf = 2.0f / projected;@Emitter*:Direct*

@@ -13,9 +13,12 @@ std::span<const PathVariant> pathVariants()
 {
     using namespace shared;
     static constexpr PathVariant kVariants[] = {
-        {"flat", kFeatureEmissiveTriangles | kFeatureManyEmitters | kFeatureEmitterTree,
-         renderFlatTile},
-        {"any", 0xffffffffu, renderAnyTile},
+        {"flat", kFeatureEmissiveTriangles | kFeatureManyEmitters, renderFlatTile},
+        {"flat, emitters by place",
+         kFeatureEmissiveTriangles | kFeatureManyEmitters | kFeatureEmitterTree,
+         renderFlatTreeTile},
+        {"any", ~kFeatureEmitterTree, renderAnyTile},
+        {"any, emitters by place", 0xffffffffu, renderAnyTreeTile},
     };
     return kVariants;
 }

@@ -1,5 +1,5 @@
-// Everything a scene may hold.
-#define REKINDLE_FEATURES 0xffffffffu
+// Everything a scene may hold but emitters that are chosen by place.
+#define REKINDLE_FEATURES (~shared::kFeatureEmitterTree)
 #include "core/methods/path_kernel_body.h"
 
 namespace core {

@@ -1,6 +1,5 @@
 // Diffuse surfaces in flat colours under lamps of triangles: the classic box.
-#define REKINDLE_FEATURES                                                                          \
-    (shared::kFeatureEmissiveTriangles | shared::kFeatureManyEmitters | shared::kFeatureEmitterTree)
+#define REKINDLE_FEATURES (shared::kFeatureEmissiveTriangles | shared::kFeatureManyEmitters)
 #include "core/methods/path_kernel_body.h"
 
 namespace core {

@@ -40,6 +40,8 @@ const Variant& leastAble(std::span<const Variant> variants, uint32_t features)
 }
 
 TileTally renderFlatTile(const PathJob& job, const Tile& tile, Film& film);
+TileTally renderFlatTreeTile(const PathJob& job, const Tile& tile, Film& film);
 TileTally renderAnyTile(const PathJob& job, const Tile& tile, Film& film);
+TileTally renderAnyTreeTile(const PathJob& job, const Tile& tile, Film& film);
 
 }  // namespace core

@@ -2,12 +2,15 @@
 // each pixel of a tile makes a wave of paths that go on together: rays are traced in packets of 16,
 // shading is one path at a time. What a vertex does is a parameter, PlainVertices by default.
 // Included once by each path_*.cpp and guided_*.cpp, after REKINDLE_FEATURES is defined.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
+#include <type_traits>
 
 #include "core/base/per_thread.h"
 #include "core/methods/path_kernel.h"
+#include "core/trace/scene_view.h"
 #include "shared/path.h"
 
 namespace core {
@@ -147,37 +150,149 @@ void traceWave(const PathJob& job, Wave& wave)
     job.accel->closest({wave.rays.data(), wave.activeCount}, wave.hits.data(), wave.depth == 0);
 }
 
-/// Shades every active path; keeps those that go on and queues connections to emitters.
-template <class Vertices> void shadeWave(const PathJob& job, Wave& wave, Vertices& vertices)
+/// Asks memory for what the hits after `k` need: those of a wave lie anywhere in a scene, and
+/// shading would wait for each.
+void prefetchHits(const PathJob& job, const Wave& wave, size_t k)
 {
-    drawNumbers(wave);
+    constexpr size_t kAhead = 8;
+    if (k + 2 * kAhead < wave.activeCount)
+        prefetchTriangle(job.scene, wave.hits[k + 2 * kAhead].slot);
+    if (k + kAhead < wave.activeCount) prefetchVertices(job.scene, wave.hits[k + kAhead].slot);
+}
+
+/// The random numbers of the `k`-th active path.
+shared::VertexNumbers numbersOf(const Wave& wave, size_t k)
+{
+    return {{wave.bsdf.x[k], wave.bsdf.y[k]},
+            {wave.lobe.x[k], wave.lobe.y[k]},
+            {wave.light.x[k], wave.light.y[k]},
+            FEATURE(shared::kFeatureManyEmitters) ? wave.choice.x[k] : 0.0f};
+}
+
+/// Queues the connection of path `i`, if anything can come of it.
+void queueConnection(const PathJob& job, const shared::ShadowRay& shadow, uint32_t i, Wave& wave)
+{
+    if (shadow.contribution == glm::vec3(0)) return;
+    const size_t s = wave.shadowCount++;
+    setRay(wave, s, shadow.origin, shadow.direction, shadow.tMax, i, 1);
+    wave.contributions[s] = shadow.contribution;
+    wave.shadowOwner[s] = i;
+    if (shared::passesPanes(job.settings)) wave.shadows[s] = shadow;
+}
+
+/// Shades every active path one after the other; returns how many go on, the first active ones.
+template <class Vertices> size_t shadeEach(const PathJob& job, Wave& wave, Vertices& vertices)
+{
     size_t going = 0;
-    wave.shadowCount = 0;
     for (size_t k = 0; k < wave.activeCount; ++k) {
+        prefetchHits(job, wave, k);
         const uint32_t i = wave.active[k];
         shared::PathState& path = wave.paths[i];
         if (wave.hits[k].slot == shared::kNone) {
             wave.radiance[i] += shared::shadeMiss(job.scene, job.settings, path);
             continue;
         }
-        const shared::VertexNumbers numbers{{wave.bsdf.x[k], wave.bsdf.y[k]},
-                                            {wave.lobe.x[k], wave.lobe.y[k]},
-                                            {wave.light.x[k], wave.light.y[k]},
-                                            FEATURE(shared::kFeatureManyEmitters) ? wave.choice.x[k]
-                                                                                  : 0.0f};
         shared::ShadowRay shadow;
-        const bool goes =
-            vertices.shade(job, numbers, wave.hits[k], i, path, shadow, wave.radiance[i]);
-        if (shadow.contribution != glm::vec3(0)) {
-            const size_t s = wave.shadowCount++;
-            setRay(wave, s, shadow.origin, shadow.direction, shadow.tMax, i, 1);
-            wave.contributions[s] = shadow.contribution;
-            wave.shadowOwner[s] = i;
-            if (shared::passesPanes(job.settings)) wave.shadows[s] = shadow;
-        }
+        const bool goes = vertices.shade(job, numbersOf(wave, k), wave.hits[k], i, path, shadow,
+                                         wave.radiance[i]);
+        queueConnection(job, shadow, i, wave);
         if (goes) wave.active[going++] = i;
     }
-    wave.activeCount = going;
+    return going;
+}
+
+/// Vertices whose emitters are chosen together.
+struct VertexBlock {
+    static constexpr size_t kSize = 8;
+    std::array<shared::Vertex, kSize> vertices;
+    std::array<shared::VertexNumbers, kSize> numbers;
+    std::array<shared::EmitterChoice, kSize> choices;
+    std::array<uint32_t, kSize> paths;
+    size_t count;
+};
+
+/// Shades the active paths from `first` up to their choice of emitters.
+void prepareBlock(const PathJob& job, size_t first, Wave& wave, VertexBlock& block)
+{
+    block.count = 0;
+    const size_t end = std::min(first + VertexBlock::kSize, wave.activeCount);
+    for (size_t k = first; k < end; ++k) {
+        prefetchHits(job, wave, k);
+        const uint32_t i = wave.active[k];
+        shared::PathState& path = wave.paths[i];
+        if (wave.hits[k].slot == shared::kNone) {
+            wave.radiance[i] += shared::shadeMiss(job.scene, job.settings, path);
+            continue;
+        }
+        const size_t b = block.count;
+        block.numbers[b] = numbersOf(wave, k);
+        block.paths[b] = i;
+        if (shared::prepareVertex(job.scene, job.settings, wave.hits[k], path, block.vertices[b],
+                                  wave.radiance[i]))
+            ++block.count;
+    }
+}
+
+/// Takes all choices of the block down the tree, one step of each in turn: a step is short, and
+/// each waits for memory and for the one before it.
+void chooseTogether(const PathJob& job, VertexBlock& block)
+{
+    std::array<glm::vec3, VertexBlock::kSize> normals;
+    std::array<bool, VertexBlock::kSize> oneSided;
+    std::array<uint8_t, VertexBlock::kSize> open;
+    size_t openCount = 0;
+    for (size_t b = 0; b < block.count; ++b) {
+        const shared::Vertex& vertex = block.vertices[b];
+        block.choices[b] =
+            shared::beginConnection(job.scene, job.settings, block.numbers[b], vertex);
+        oneSided[b] = shared::unpackReceiver(shared::receiverOf(job.settings, vertex), normals[b]);
+        if (block.choices[b].word != shared::kNone) open[openCount++] = uint8_t(b);
+    }
+    while (openCount > 0) {
+        size_t left = 0;
+        for (size_t n = 0; n < openCount; ++n) {
+            const uint8_t b = open[n];
+            shared::stepInTree(job.scene, block.vertices[b].surface.position, oneSided[b],
+                               normals[b], block.choices[b]);
+            if (block.choices[b].word != shared::kNone) open[left++] = b;
+        }
+        openCount = left;
+    }
+}
+
+/// shadeEach with shared::shadeSurface, by blocks: where emitters are chosen in their tree.
+[[maybe_unused]] size_t shadeBlocks(const PathJob& job, Wave& wave)
+{
+    VertexBlock& block = perThread<VertexBlock>();
+    size_t going = 0;
+    for (size_t first = 0; first < wave.activeCount; first += VertexBlock::kSize) {
+        prepareBlock(job, first, wave, block);
+        chooseTogether(job, block);
+        for (size_t b = 0; b < block.count; ++b) {
+            const uint32_t i = block.paths[b];
+            shared::ShadowRay shadow;
+            const bool goes =
+                shared::leaveVertex(job.scene, job.settings, block.choices[b], block.numbers[b],
+                                    block.vertices[b], wave.paths[i], shadow);
+            queueConnection(job, shadow, i, wave);
+            if (goes) wave.active[going++] = i;
+        }
+    }
+    return going;
+}
+
+/// Shades every active path; keeps those that go on and queues connections to emitters.
+template <class Vertices> void shadeWave(const PathJob& job, Wave& wave, Vertices& vertices)
+{
+    drawNumbers(wave);
+    wave.shadowCount = 0;
+    // Known when this is compiled: with both in one program compilers leave vertices in memory.
+    constexpr bool kBlocks =
+        FEATURE(shared::kFeatureEmitterTree) && std::is_same_v<Vertices, PlainVertices>;
+    if constexpr (kBlocks)
+        wave.activeCount = shadeBlocks(job, wave);
+    else
+        wave.activeCount = shadeEach(job, wave, vertices);
     ++wave.depth;
 }
 

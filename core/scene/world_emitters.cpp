@@ -11,6 +11,7 @@
 #include "core/base/check.h"
 #include "core/scene/emitter_choice.h"
 #include "core/scene/emitter_tree.h"
+#include "core/scene/features.h"
 #include "core/scene/light_table.h"
 #include "core/scene/world_parts.h"
 #include "shared/surface.h"
@@ -184,7 +185,8 @@ void addTriangles(World& world, const std::vector<TriangleEmission>& emission, C
         shared::Emitter e{};
         e.kind = shared::kEmitterTriangle | (twoSided ? shared::kEmitterTwoSided : 0u) |
                  (emitting.textured ? shared::kEmitterTextured : 0u) |
-                 (coated ? shared::kEmitterCoated : 0u);
+                 (coated ? shared::kEmitterCoated : 0u) |
+                 (hasAlphaTest(m) ? shared::kEmitterAlpha : 0u);
         e.a = a;
         e.b = b;
         e.c = c;

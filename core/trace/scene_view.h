@@ -28,4 +28,23 @@ inline shared::SceneView sceneView(const World& world)
             orNull(world.instanceTable)};
 }
 
+/// Asks memory for the triangle in a slot, which is shaded soon,
+inline void prefetchTriangle(const shared::SceneView& scene, uint32_t slot)
+{
+    if (slot >= shared::kFirstInstancedSlot) return;
+    __builtin_prefetch(scene.triangles + slot);
+    if (scene.triangleEmitter != nullptr) __builtin_prefetch(scene.triangleEmitter + slot);
+}
+
+/// and for its vertices, when its indices are there.
+inline void prefetchVertices(const shared::SceneView& scene, uint32_t slot)
+{
+    if (slot >= shared::kFirstInstancedSlot) return;
+    const shared::WorldTriangle& t = scene.triangles[slot];
+    for (const uint32_t v : {t.v0, t.v1, t.v2}) {
+        __builtin_prefetch(scene.positions + v);
+        if (scene.attributes != nullptr) __builtin_prefetch(scene.attributes + v);
+    }
+}
+
 }  // namespace core

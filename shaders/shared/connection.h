@@ -124,16 +124,38 @@ SHARED_FN uint receiverOf(PathSettings settings, IN(Vertex) vertex)
     return packReceiver(vertex.surface.frame[2]);
 }
 
+/// Begins the choice of the emitter that the vertex is connected to; finishChoice makes it.
+SHARED_FN EmitterChoice beginConnection(IN(SceneView) scene, PathSettings settings,
+                                        VertexNumbers numbers, IN(Vertex) vertex)
+{
+    if (!connects(settings, vertex)) return emitterChosen(0u, 0.0f);
+    return beginChoiceIn(scene, settings, vertex.skyRegion, numbers.choice);
+}
+
+/// Chooses the emitter that the vertex is connected to.
+SHARED_FN EmitterChoice chooseConnection(IN(SceneView) scene, PathSettings settings,
+                                         VertexNumbers numbers, IN(Vertex) vertex)
+{
+    EmitterChoice c = beginConnection(scene, settings, numbers, vertex);
+    finishChoice(scene, vertex.surface.position, receiverOf(settings, vertex), c);
+    return c;
+}
+
+/// Connects the vertex to the emitter that was chosen for it; contribution zero when nothing can
+/// come of it.
+SHARED_FN ShadowRay connectChosen(IN(SceneView) scene, PathSettings settings, EmitterChoice choice,
+                                  VertexNumbers numbers, PathState path, IN(Vertex) vertex)
+{
+    if (!(choice.pmf > 0.0f)) return noShadowRay(vertex.surface.position);
+    return connectTo(scene, settings, choice.emitter, choice.pmf, numbers.light, path, vertex);
+}
+
 /// Connects the vertex to one emitter; contribution zero when nothing can come of it.
 SHARED_FN ShadowRay connect(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
                             PathState path, IN(Vertex) vertex)
 {
-    if (!connects(settings, vertex)) return noShadowRay(vertex.surface.position);
-    float pmf;
-    const uint emitter = chooseEmitterIn(scene, settings, vertex.skyRegion, vertex.surface.position,
-                                         receiverOf(settings, vertex), numbers.choice, pmf);
-    if (!(pmf > 0.0f)) return noShadowRay(vertex.surface.position);
-    return connectTo(scene, settings, emitter, pmf, numbers.light, path, vertex);
+    return connectChosen(scene, settings, chooseConnection(scene, settings, numbers, vertex),
+                         numbers, path, vertex);
 }
 
 /// Whether the triangle in a slot may be a pane somewhere.

@@ -123,36 +123,78 @@ SHARED_FN uint chooseLane(Lanes weights, INOUT(float) u, OUT(float) chance)
     return lane;
 }
 
-/// The emitter that u leads to, for a point p and a `departure` from it; pmf 0 where none can bring
-/// anything. u is a multiple of `grain`: of more than kUnitGrain where it has been stretched.
-SHARED_FN uint chooseInTree(IN(SceneView) scene, uint treeEmitters, vec3 p, uint departure, float u,
-                            float grain, OUT(float) pmf)
+/// A choice among emitters under way. Step by step, so that a processor can follow several at once:
+/// each waits for memory at every node.
+struct EmitterChoice {
+    uint word;     // the node where it is; kNone: the choice is made
+    uint emitter;  // that was chosen
+    float pmf;     // of the way so far; 0 where none can bring anything
+    float u;       // the random number that is left,
+    float grain;   // a multiple of this: of more than kUnitGrain where it has been stretched
+    uint fresh;    // bits for where it has become coarse
+};
+
+/// A choice that is made.
+SHARED_FN EmitterChoice emitterChosen(uint emitter, float pmf)
 {
-    vec3 normal;
-    const bool oneSided = unpackReceiver(departure, normal);
-    uint word = emitterTreeRoot(treeEmitters);
-    uint fresh = floatBitsToUint(u);
-    pmf = 1.0f;
-    while (true) {
-        float chance;
-        const Lanes weights = emitterImportance(scene, word, p, oneSided, normal);
-        const uint lane = chooseLane(weights, u, chance);
-        pmf *= chance;
-        if (!(chance > 0.0f)) return 0u;
-        const uint link = fetchEmitterTree(scene, word + 8u)[LANE(lane)];
-        if ((link & kEmitterLeaf) != 0u) return link & kEmitterIndex;
-        word = link;
-        // Stretched over and over, u runs out of bits: new ones fill the gaps.
-        grain /= chance;
-        if (grain > kCoarseGrain) {
-            fresh = hashUint(fresh + word);
-            u = min(u + grain * unitFloat(fresh), kOneMinusEpsilon);
-            grain = kUnitGrain;
-        }
+    EmitterChoice c;
+    c.word = kNone;
+    c.emitter = emitter;
+    c.pmf = pmf;
+    c.u = 0.0f;
+    c.grain = kUnitGrain;
+    c.fresh = 0u;
+    return c;
+}
+
+/// A choice that begins at the root of the tree, which is reached with probability `pmf`.
+SHARED_FN EmitterChoice beginInTree(uint treeEmitters, float u, float grain, float pmf)
+{
+    EmitterChoice c = emitterChosen(0u, pmf);
+    c.word = emitterTreeRoot(treeEmitters);
+    c.u = u;
+    c.grain = grain;
+    c.fresh = floatBitsToUint(u);
+    return c;
+}
+
+/// One step down, by what emitters may bring to p on the side of `normal` if `oneSided`.
+SHARED_FN void stepInTree(IN(SceneView) scene, vec3 p, bool oneSided, vec3 normal,
+                          INOUT(EmitterChoice) c)
+{
+    float chance;
+    const Lanes weights = emitterImportance(scene, c.word, p, oneSided, normal);
+    const uint lane = chooseLane(weights, c.u, chance);
+    c.pmf *= chance;
+    const uint link =
+        chance > 0.0f ? fetchEmitterTree(scene, c.word + 8u)[LANE(lane)] : kEmitterLeaf;
+    if ((link & kEmitterLeaf) != 0u) {
+        c.emitter = link & kEmitterIndex;
+        c.word = kNone;
+        prefetchEmitter(scene, c.emitter);
+        return;
+    }
+    c.word = link;
+    prefetchEmitterNode(scene, link);
+    // Stretched over and over, u runs out of bits: new ones fill the gaps.
+    c.grain /= chance;
+    if (c.grain > kCoarseGrain) {
+        c.fresh = hashUint(c.fresh + c.word);
+        c.u = min(c.u + c.grain * unitFloat(c.fresh), kOneMinusEpsilon);
+        c.grain = kUnitGrain;
     }
 }
 
-/// Probability with which chooseInTree returns `emitter`.
+/// Makes the choice for a point p and a `departure` from it.
+SHARED_FN void finishChoice(IN(SceneView) scene, vec3 p, uint departure, INOUT(EmitterChoice) c)
+{
+    if (!FEATURE(kFeatureEmitterTree)) return;
+    vec3 normal;
+    const bool oneSided = unpackReceiver(departure, normal);
+    while (c.word != kNone) stepInTree(scene, p, oneSided, normal, c);
+}
+
+/// Probability with which a choice that begins at the root ends at `emitter`.
 SHARED_FN float pmfInTree(IN(SceneView) scene, uint treeEmitters, uint emitter, vec3 p,
                           uint departure)
 {

@@ -290,9 +290,11 @@ SHARED_FN bool shadeGuided(IN(SceneView) scene, IN(GuideView) guide, PathSetting
     const bool wanted = recorded != 0u;
     recorded = 0u;
     Vertex vertex;
-    const bool scatters = prepareVertex(scene, settings, hit, path, vertex, L);
+    if (!prepareVertex(scene, settings, hit, path, vertex, L)) {
+        shadow = noShadowRay(vertex.surface.position);
+        return false;
+    }
     shadow = noShadowRay(vertex.surface.position);
-    if (!scatters) return false;
     const vec3 normal = vertex.surface.frame[2];
     GuideLeaf leaf = noGuideLeaf();
     if (follows) {

@@ -17,6 +17,7 @@
 #define OUT(T) T&
 #define INOUT(T) T&
 #define PRECISE
+#define ALIGNED(bytes) alignas(bytes)  // of a struct: one line of a processor's cache holds it
 
 // A source file may define REKINDLE_FEATURES (kFeature bits) before it includes anything: the
 // functions are then its own and hold code for these bits only, as a specialised pipeline does.
@@ -65,6 +66,7 @@ inline uint floatAsUint(float x)
 #define OUT(T) out T
 #define INOUT(T) inout T
 #define PRECISE precise
+#define ALIGNED(bytes)
 #define uintAsFloat uintBitsToFloat
 #define floatAsUint floatBitsToUint
 

@@ -137,7 +137,7 @@ SHARED_CONST uint kEmitterSun = 5u;
 ///   sun          b direction towards the sun (unit); scale = 1 - cos(angular radius), which is
 ///                kept rather than the cosine so that half a degree does not drown in rounding;
 ///                radiance of the disk
-struct Emitter {
+struct ALIGNED(64) Emitter {
     vec3 a;
     uint kind;
     vec3 b;
@@ -151,6 +151,7 @@ SHARED_CONST uint kEmitterWords = 4u;
 SHARED_CONST uint kEmitterTwoSided = 0x100u;  // or-ed to kind
 SHARED_CONST uint kEmitterTextured = 0x200u;
 SHARED_CONST uint kEmitterCoated = 0x400u;  // radiance is that of the front below a clear coat
+SHARED_CONST uint kEmitterAlpha = 0x800u;   // its material may have holes: surfaceAlpha
 
 /// One flattened triangle: three vertices, its material.
 struct WorldTriangle {

@@ -49,21 +49,34 @@ SHARED_FN bool choosesByPlace(PathSettings settings)
     return FEATURE(kFeatureEmitterTree) && settings.treeEmitters != 0u;
 }
 
-/// Chooses an emitter for a path at p whose next departure is known. What is not in the tree is
-/// infinitely far away, and as good in one place as in another. pmf 0: none can bring anything.
+/// Begins the choice of an emitter by what it may bring to a place. What is not in the tree is
+/// infinitely far away, and as good in one place as in another: it is chosen at once.
+SHARED_FN EmitterChoice beginChoiceFor(IN(SceneView) scene, PathSettings settings, float u)
+{
+    if (!FEATURE(kFeatureManyEmitters)) return emitterChosen(0u, 1.0f);
+    float near = 0.0f;
+    uint first = 0u;
+    if (choosesByPlace(settings)) {
+        first = settings.treeEmitters;
+        near = fetchEmitterCdf(scene, first);
+        if (u < near)
+            return beginInTree(first, min(u / near, kOneMinusEpsilon), kUnitGrain / near, near);
+    }
+    float pmf;
+    const uint emitter = invertEmitterCdf(scene, first, settings.emitterCount, u, pmf);
+    prefetchEmitter(scene, emitter);
+    return emitterChosen(emitter, pmf);
+}
+
+/// Chooses an emitter for a path at p whose next departure is known. pmf 0: none can bring
+/// anything.
 SHARED_FN uint chooseEmitterFor(IN(SceneView) scene, PathSettings settings, vec3 p, uint departure,
                                 float u, OUT(float) pmf)
 {
-    pmf = 1.0f;
-    if (!FEATURE(kFeatureManyEmitters)) return 0u;
-    if (!choosesByPlace(settings)) return chooseEmitter(scene, settings.emitterCount, u, pmf);
-    const float near = fetchEmitterCdf(scene, settings.treeEmitters);
-    if (u >= near)
-        return invertEmitterCdf(scene, settings.treeEmitters, settings.emitterCount, u, pmf);
-    const uint emitter = chooseInTree(scene, settings.treeEmitters, p, departure,
-                                      min(u / near, kOneMinusEpsilon), kUnitGrain / near, pmf);
-    pmf *= near;
-    return emitter;
+    EmitterChoice c = beginChoiceFor(scene, settings, u);
+    finishChoice(scene, p, departure, c);
+    pmf = c.pmf;
+    return c.emitter;
 }
 
 /// Probability with which chooseEmitterFor returns `emitter`.
@@ -82,36 +95,51 @@ SHARED_FN bool drawsSkyByPlace(PathSettings settings)
     return FEATURE(kFeatureSkyRegions) && settings.skyRegions != 0u;
 }
 
-/// Chooses among emitters other than the environment, by `others` from 0 to the sum of their
-/// probabilities; `pmf` as chooseEmitterFor.
-SHARED_FN uint chooseBesideSky(IN(SceneView) scene, PathSettings settings, vec3 p, uint departure,
-                               float others, OUT(float) pmf)
+/// Begins a choice among emitters other than the environment, by `others` from 0 to the sum of
+/// their probabilities.
+SHARED_FN EmitterChoice beginBesideSky(IN(SceneView) scene, PathSettings settings, float others)
 {
     const float first = fetchEmitterCdf(scene, settings.environmentEmitter);
     const float whole = fetchEmitterCdf(scene, settings.environmentEmitter + 1u) - first;
-    return chooseEmitterFor(scene, settings, p, departure,
-                            min(others < first ? others : others + whole, kOneMinusEpsilon), pmf);
+    return beginChoiceFor(scene, settings,
+                          min(others < first ? others : others + whole, kOneMinusEpsilon));
 }
 
-/// chooseEmitterFor in a region of the sky (0: none), which has its own share of the environment:
+/// Makes that choice; `pmf` as chooseEmitterFor.
+SHARED_FN uint chooseBesideSky(IN(SceneView) scene, PathSettings settings, vec3 p, uint departure,
+                               float others, OUT(float) pmf)
+{
+    EmitterChoice c = beginBesideSky(scene, settings, others);
+    finishChoice(scene, p, departure, c);
+    pmf = c.pmf;
+    return c.emitter;
+}
+
+/// beginChoiceFor in a region of the sky (0: none), which has its own share of the environment:
 /// all of it where there is nothing else.
+SHARED_FN EmitterChoice beginChoiceIn(IN(SceneView) scene, PathSettings settings, uint region,
+                                      float u)
+{
+    if (!FEATURE(kFeatureSkyRegions) || !FEATURE(kFeatureManyEmitters) || region == 0u)
+        return beginChoiceFor(scene, settings, u);
+    const uint sky = settings.environmentEmitter;
+    const float share = skyShare(scene, region);
+    if (u < share) return emitterChosen(sky, share);
+    // The rest of u goes over the CDF without the environment.
+    const float rest = 1.0f - pmfEmitter(scene, sky);
+    EmitterChoice c = beginBesideSky(scene, settings, (u - share) * (rest / (1.0f - share)));
+    c.pmf *= (1.0f - share) / rest;
+    return c;
+}
+
+/// chooseEmitterFor in a region of the sky.
 SHARED_FN uint chooseEmitterIn(IN(SceneView) scene, PathSettings settings, uint region, vec3 p,
                                uint departure, float u, OUT(float) pmf)
 {
-    if (!FEATURE(kFeatureSkyRegions) || !FEATURE(kFeatureManyEmitters) || region == 0u)
-        return chooseEmitterFor(scene, settings, p, departure, u, pmf);
-    const uint sky = settings.environmentEmitter;
-    const float share = skyShare(scene, region);
-    if (u < share) {
-        pmf = share;
-        return sky;
-    }
-    // The rest of u goes over the CDF without the environment.
-    const float rest = 1.0f - pmfEmitter(scene, sky);
-    const uint emitter =
-        chooseBesideSky(scene, settings, p, departure, (u - share) * (rest / (1.0f - share)), pmf);
-    pmf *= (1.0f - share) / rest;
-    return emitter;
+    EmitterChoice c = beginChoiceIn(scene, settings, region, u);
+    finishChoice(scene, p, departure, c);
+    pmf = c.pmf;
+    return c.emitter;
 }
 
 /// By how much emitters other than the environment are more likely there than by the CDF.
@@ -297,7 +325,7 @@ SHARED_FN bool sampleEmitter(IN(SceneView) scene, PathSettings settings, uint in
             s.radiance *= emitterTexture(scene, e.slot, s.barycentrics);
         }
         // Rays meet a transparent emitter with probability alpha: so much of it shines.
-        if (FEATURE(kFeatureAlpha) && found)
+        if (FEATURE(kFeatureAlpha) && found && (e.kind & kEmitterAlpha) != 0u)
             s.radiance *= surfaceAlpha(scene, e.slot, s.barycentrics);
     }
     if (FEATURE(kFeaturePunctualLights) && kind >= kEmitterPoint && kind <= kEmitterDirectional) {

@@ -2,13 +2,13 @@
 // estimation, multiple importance sampling with the power heuristic (Veach 1997), Russian roulette.
 // Devices only trace rays in between:
 //   beginPath; loop { hit? shadeSurface : shadeMiss; trace the shadow ray; } until the path ends.
-// shadeSurface is prepareVertex, connect, scatter. How a vertex chooses the direction it goes on in
-// is the one pair sampleDirection / pdfDirection (directions.h); a method that chooses otherwise
-// brings a pair of its own and nothing else.
-// Thin smooth walls (panes) let light straight through: connections pass them, dimmed, and a path
-// that does keeps the density of its last real vertex, so that what it meets behind them is weighed
-// against connections as if they were not there. A passage still counts as a scattering event.
-// Solids absorb on every way through them that ends somewhere, connections within one included.
+// shadeSurface is prepareVertex, a connection, a direction. How a vertex chooses the direction it
+// goes on in is the one pair sampleDirection / pdfDirection (directions.h); a method that chooses
+// otherwise brings a pair of its own and nothing else. Thin smooth walls (panes) let light straight
+// through: connections pass them, dimmed, and a path that does keeps the density of its last real
+// vertex, so that what it meets behind them is weighed against connections as if they were not
+// there. A passage still counts as a scattering event. Solids absorb on every way through them that
+// ends somewhere, connections within one included.
 #ifndef REKINDLE_SHARED_PATH_H
 #define REKINDLE_SHARED_PATH_H
 
@@ -156,17 +156,19 @@ SHARED_FN bool follow(PathSettings settings, VertexNumbers numbers, IN(Vertex) v
            survivesByThroughput(settings, numbers.lobe.y, path, survival);
 }
 
-/// Draws a direction and follows it.
-SHARED_FN bool scatter(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
-                       IN(Vertex) vertex, INOUT(PathState) path)
+/// Sets the connection to an emitter that has been chosen, and moves `path` on to the next ray;
+/// returns false when the path ends here (the shadow ray still counts).
+SHARED_FN bool leaveVertex(IN(SceneView) scene, PathSettings settings, EmitterChoice choice,
+                           VertexNumbers numbers, IN(Vertex) vertex, INOUT(PathState) path,
+                           OUT(ShadowRay) shadow)
 {
     BsdfSample next;
-    return sampleDirection(scene, vertex, numbers, next) &&
-           follow(settings, numbers, vertex, next, path);
+    const bool goes = sampleDirection(scene, vertex, numbers, next);
+    shadow = connectChosen(scene, settings, choice, numbers, path, vertex);
+    return goes && follow(settings, numbers, vertex, next, path);
 }
 
-/// One vertex of a path. Adds emission to L, sets the connection to an emitter, and moves `path` on
-/// to the next ray; returns false when the path ends here (the shadow ray still counts).
+/// One vertex of a path: adds emission to L, the rest is leaveVertex.
 SHARED_FN bool shadeSurface(IN(SceneView) scene, PathSettings settings, VertexNumbers numbers,
                             Hit hit, INOUT(PathState) path, OUT(ShadowRay) shadow, INOUT(vec3) L)
 {
@@ -175,8 +177,8 @@ SHARED_FN bool shadeSurface(IN(SceneView) scene, PathSettings settings, VertexNu
         shadow = noShadowRay(vertex.surface.position);
         return false;
     }
-    shadow = connect(scene, settings, numbers, path, vertex);
-    return scatter(scene, settings, numbers, vertex, path);
+    const EmitterChoice choice = chooseConnection(scene, settings, numbers, vertex);
+    return leaveVertex(scene, settings, choice, numbers, vertex, path, shadow);
 }
 
 SHARED_END

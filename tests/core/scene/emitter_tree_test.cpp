@@ -165,11 +165,12 @@ TEST(EmitterTree, StretchedNumbersAreFilledUp)
     ASSERT_EQ(world->treeEmitters, uint32_t(kSide * kSide));
     std::array<int, 4> taken{};
     for (uint32_t i = 0; i < kNumbers; ++i) {
-        float pmf = 0;
-        const uint32_t chosen =
-            shared::chooseInTree(scene, world->treeEmitters, {0, 1000, 0}, shared::kAllSides,
-                                 static_cast<float>(i) / float(kNumbers), 1 / float(kNumbers), pmf);
-        ASSERT_GT(pmf, 0.0f);
+        shared::EmitterChoice choice =
+            shared::beginInTree(world->treeEmitters, static_cast<float>(i) / float(kNumbers),
+                                1 / float(kNumbers), 1.0f);
+        shared::finishChoice(scene, {0, 1000, 0}, shared::kAllSides, choice);
+        const uint32_t chosen = choice.emitter;
+        ASSERT_GT(choice.pmf, 0.0f);
         const glm::uvec4 four = shared::fetchEmitterTree(scene, chosen / 4);
         uint32_t trail = four[static_cast<int>(chosen % 4)];
         uint32_t word = shared::emitterTreeRoot(world->treeEmitters);
