@@ -180,6 +180,15 @@ void queueConnection(const PathJob& job, const shared::ShadowRay& shadow, uint32
     if (shared::passesPanes(job.settings)) wave.shadows[s] = shadow;
 }
 
+/// Whether the `k`-th active path has hit nothing; adds what it brings home then.
+bool hasMissed(const PathJob& job, Wave& wave, size_t k)
+{
+    if (wave.hits[k].slot != shared::kNone) return false;
+    const uint32_t i = wave.active[k];
+    wave.radiance[i] += shared::shadeMiss(job.scene, job.settings, wave.paths[i]);
+    return true;
+}
+
 /// Shades every active path one after the other; returns how many go on, the first active ones.
 template <class Vertices> size_t shadeEach(const PathJob& job, Wave& wave, Vertices& vertices)
 {
@@ -188,10 +197,7 @@ template <class Vertices> size_t shadeEach(const PathJob& job, Wave& wave, Verti
         prefetchHits(job, wave, k);
         const uint32_t i = wave.active[k];
         shared::PathState& path = wave.paths[i];
-        if (wave.hits[k].slot == shared::kNone) {
-            wave.radiance[i] += shared::shadeMiss(job.scene, job.settings, path);
-            continue;
-        }
+        if (hasMissed(job, wave, k)) continue;
         shared::ShadowRay shadow;
         const bool goes = vertices.shade(job, numbersOf(wave, k), wave.hits[k], i, path, shadow,
                                          wave.radiance[i]);
@@ -220,10 +226,7 @@ void prepareBlock(const PathJob& job, size_t first, Wave& wave, VertexBlock& blo
         prefetchHits(job, wave, k);
         const uint32_t i = wave.active[k];
         shared::PathState& path = wave.paths[i];
-        if (wave.hits[k].slot == shared::kNone) {
-            wave.radiance[i] += shared::shadeMiss(job.scene, job.settings, path);
-            continue;
-        }
+        if (hasMissed(job, wave, k)) continue;
         const size_t b = block.count;
         block.numbers[b] = numbersOf(wave, k);
         block.paths[b] = i;
