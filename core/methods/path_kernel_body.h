@@ -1,7 +1,7 @@
 // The loop of the path tracers around the shared estimator (shaders/shared/path.h). One sample of
 // each pixel of a tile makes a wave of paths that go on together: rays are traced in packets of 16,
-// shading is one path at a time. What a vertex does is a parameter, PlainVertices by default.
-// Included once by each path_*.cpp and guided_*.cpp, after REKINDLE_FEATURES is defined.
+// shading is one path at a time, but for the choice of emitters in their tree. What a vertex does
+// is a parameter. Included once by path_*.cpp and guided_*.cpp, after REKINDLE_FEATURES is defined.
 #include <algorithm>
 #include <array>
 #include <cmath>

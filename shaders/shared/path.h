@@ -2,13 +2,13 @@
 // estimation, multiple importance sampling with the power heuristic (Veach 1997), Russian roulette.
 // Devices only trace rays in between:
 //   beginPath; loop { hit? shadeSurface : shadeMiss; trace the shadow ray; } until the path ends.
-// shadeSurface is prepareVertex, a connection, a direction. How a vertex chooses the direction it
-// goes on in is the one pair sampleDirection / pdfDirection (directions.h); a method that chooses
-// otherwise brings a pair of its own and nothing else. Thin smooth walls (panes) let light straight
-// through: connections pass them, dimmed, and a path that does keeps the density of its last real
-// vertex, so that what it meets behind them is weighed against connections as if they were not
-// there. A passage still counts as a scattering event. Solids absorb on every way through them that
-// ends somewhere, connections within one included.
+// shadeSurface is prepareVertex, then leaveVertex. How a vertex chooses the direction it goes on in
+// is the one pair sampleDirection / pdfDirection (directions.h); a method that chooses otherwise
+// brings a pair of its own and nothing else.
+// Thin smooth walls (panes) let light straight through: connections pass them, dimmed, and a path
+// that does keeps the density of its last real vertex, so that what it meets behind them is weighed
+// against connections as if they were not there. A passage still counts as a scattering event.
+// Solids absorb on every way through them that ends somewhere, connections within one included.
 #ifndef REKINDLE_SHARED_PATH_H
 #define REKINDLE_SHARED_PATH_H
 
