@@ -81,13 +81,14 @@ double treeGain(const World& world, std::span<const EmitterBounds> bounds)
                     (static_cast<float>(i) + shared::unitFloat(random.bits())) / kConnections;
                 const float x = shared::unitFloat(random.bits()),
                             y = shared::unitFloat(random.bits());
-                float pmf;
-                const uint32_t chosen =
-                    shared::chooseEmitterFor(view, settings[way], place.position, departure,
-                                             std::min(u, shared::kOneMinusEpsilon), pmf);
-                if (!(pmf > 0) || chosen >= bounds.size()) continue;  // from afar: the same by both
-                connections.add(contribution(world.emitters[chosen], bounds[chosen], place,
-                                             static_cast<double>(pmf), {x, y}));
+                const shared::EmitterChoice chosen = shared::finishChoice(
+                    view, place.position, departure,
+                    shared::beginChoiceFor(view, settings[way],
+                                           std::min(u, shared::kOneMinusEpsilon)));
+                // From afar: the same by both.
+                if (!(chosen.pmf > 0) || chosen.emitter >= bounds.size()) continue;
+                connections.add(contribution(world.emitters[chosen.emitter], bounds[chosen.emitter],
+                                             place, static_cast<double>(chosen.pmf), {x, y}));
             }
             deviations[way] += connections.deviation();
             light += connections.mean() / 2;

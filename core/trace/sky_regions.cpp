@@ -146,17 +146,19 @@ private:
         const Place& p = places_[place];
         const float lamps = 1 - shared::pmfEmitter(view, settings_.environmentEmitter);
         for (float& b : brings) {
-            float pmf;
             const auto u = [&] {
                 return std::min(static_cast<float>(random()), shared::kOneMinusEpsilon);
             };
-            const uint32_t emitter = shared::chooseBesideSky(
-                view, settings_, p.position, shared::packReceiver(p.normal), lamps * u(), pmf);
+            const shared::EmitterChoice chosen =
+                shared::finishChoice(view, p.position, shared::packReceiver(p.normal),
+                                     shared::beginBesideSky(view, settings_, lamps * u()));
             const float x = u();
             shared::EmitterSample sample;
-            if (pmf > 0 && emitter != settings_.environmentEmitter &&
-                shared::sampleEmitter(view, settings_, emitter, p.position, 0, {x, u()}, sample))
-                bringing.add(p, sample, lamps / (pmf * (sample.pdf > 0 ? sample.pdf : 1)), b);
+            if (chosen.pmf > 0 && chosen.emitter != settings_.environmentEmitter &&
+                shared::sampleEmitter(view, settings_, chosen.emitter, p.position, 0, {x, u()},
+                                      sample))
+                bringing.add(p, sample, lamps / (chosen.pmf * (sample.pdf > 0 ? sample.pdf : 1)),
+                             b);
         }
     }
 

@@ -136,9 +136,8 @@ SHARED_FN EmitterChoice beginConnection(IN(SceneView) scene, PathSettings settin
 SHARED_FN EmitterChoice chooseConnection(IN(SceneView) scene, PathSettings settings,
                                          VertexNumbers numbers, IN(Vertex) vertex)
 {
-    EmitterChoice c = beginConnection(scene, settings, numbers, vertex);
-    finishChoice(scene, vertex.surface.position, receiverOf(settings, vertex), c);
-    return c;
+    return finishChoice(scene, vertex.surface.position, receiverOf(settings, vertex),
+                        beginConnection(scene, settings, numbers, vertex));
 }
 
 /// Connects the vertex to the emitter that was chosen for it; contribution zero when nothing can

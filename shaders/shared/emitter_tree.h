@@ -185,13 +185,16 @@ SHARED_FN void stepInTree(IN(SceneView) scene, vec3 p, bool oneSided, vec3 norma
     }
 }
 
-/// Makes the choice for a point p and a `departure` from it.
-SHARED_FN void finishChoice(IN(SceneView) scene, vec3 p, uint departure, INOUT(EmitterChoice) c)
+/// What the choice ends at for a point p and a `departure` from it.
+SHARED_FN EmitterChoice finishChoice(IN(SceneView) scene, vec3 p, uint departure,
+                                     EmitterChoice begun)
 {
-    if (!FEATURE(kFeatureEmitterTree)) return;
+    EmitterChoice c = begun;
+    if (!FEATURE(kFeatureEmitterTree)) return c;
     vec3 normal;
     const bool oneSided = unpackReceiver(departure, normal);
     while (c.word != kNone) stepInTree(scene, p, oneSided, normal, c);
+    return c;
 }
 
 /// Probability with which a choice that begins at the root ends at `emitter`.

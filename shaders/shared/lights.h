@@ -68,18 +68,7 @@ SHARED_FN EmitterChoice beginChoiceFor(IN(SceneView) scene, PathSettings setting
     return emitterChosen(emitter, pmf);
 }
 
-/// Chooses an emitter for a path at p whose next departure is known. pmf 0: none can bring
-/// anything.
-SHARED_FN uint chooseEmitterFor(IN(SceneView) scene, PathSettings settings, vec3 p, uint departure,
-                                float u, OUT(float) pmf)
-{
-    EmitterChoice c = beginChoiceFor(scene, settings, u);
-    finishChoice(scene, p, departure, c);
-    pmf = c.pmf;
-    return c.emitter;
-}
-
-/// Probability with which chooseEmitterFor returns `emitter`.
+/// Probability with which that choice ends at `emitter`, made for a `departure` from p.
 SHARED_FN float pmfEmitterFor(IN(SceneView) scene, PathSettings settings, uint emitter, vec3 p,
                               uint departure)
 {
@@ -105,16 +94,6 @@ SHARED_FN EmitterChoice beginBesideSky(IN(SceneView) scene, PathSettings setting
                           min(others < first ? others : others + whole, kOneMinusEpsilon));
 }
 
-/// Makes that choice; `pmf` as chooseEmitterFor.
-SHARED_FN uint chooseBesideSky(IN(SceneView) scene, PathSettings settings, vec3 p, uint departure,
-                               float others, OUT(float) pmf)
-{
-    EmitterChoice c = beginBesideSky(scene, settings, others);
-    finishChoice(scene, p, departure, c);
-    pmf = c.pmf;
-    return c.emitter;
-}
-
 /// beginChoiceFor in a region of the sky (0: none), which has its own share of the environment:
 /// all of it where there is nothing else.
 SHARED_FN EmitterChoice beginChoiceIn(IN(SceneView) scene, PathSettings settings, uint region,
@@ -132,16 +111,6 @@ SHARED_FN EmitterChoice beginChoiceIn(IN(SceneView) scene, PathSettings settings
     return c;
 }
 
-/// chooseEmitterFor in a region of the sky.
-SHARED_FN uint chooseEmitterIn(IN(SceneView) scene, PathSettings settings, uint region, vec3 p,
-                               uint departure, float u, OUT(float) pmf)
-{
-    EmitterChoice c = beginChoiceIn(scene, settings, region, u);
-    finishChoice(scene, p, departure, c);
-    pmf = c.pmf;
-    return c.emitter;
-}
-
 /// By how much emitters other than the environment are more likely there than by the CDF.
 SHARED_FN float shareBesideSky(IN(SceneView) scene, PathSettings settings, uint region)
 {
@@ -150,7 +119,7 @@ SHARED_FN float shareBesideSky(IN(SceneView) scene, PathSettings settings, uint 
     return rest > 0.0f ? (1.0f - skyShare(scene, region)) / rest : 0.0f;
 }
 
-/// Probability with which chooseEmitterIn returns `emitter`, which is not the environment,
+/// Probability with which a choice there ends at `emitter`, which is not the environment,
 SHARED_FN float pmfEmitterIn(IN(SceneView) scene, PathSettings settings, uint region, uint emitter,
                              vec3 p, uint departure)
 {
@@ -158,7 +127,7 @@ SHARED_FN float pmfEmitterIn(IN(SceneView) scene, PathSettings settings, uint re
            pmfEmitterFor(scene, settings, emitter, p, departure);
 }
 
-/// and that with which it returns the environment.
+/// and that with which it is the environment.
 SHARED_FN float pmfEnvironmentIn(IN(SceneView) scene, PathSettings settings, uint region)
 {
     if (!FEATURE(kFeatureSkyRegions) || !FEATURE(kFeatureManyEmitters) || region == 0u)

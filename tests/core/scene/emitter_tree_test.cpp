@@ -122,17 +122,17 @@ TEST(EmitterTree, EmittersAreChosenByTheirProbability)
         std::vector<double> observed(settings.emitterCount + 1), expected(observed.size());
         const int draws = 200'000;
         for (int i = 0; i < draws; ++i) {
-            float pmf = 0;
-            const uint32_t chosen = shared::chooseEmitterFor(scene, settings, p.position,
-                                                             p.departure, uniform(random), pmf);
-            if (!(pmf > 0)) {
+            const shared::EmitterChoice chosen =
+                shared::finishChoice(scene, p.position, p.departure,
+                                     shared::beginChoiceFor(scene, settings, uniform(random)));
+            if (!(chosen.pmf > 0)) {
                 observed.back() += 1;
                 continue;
             }
-            ASSERT_LT(chosen, settings.emitterCount);
-            ASSERT_FLOAT_EQ(
-                pmf, shared::pmfEmitterFor(scene, settings, chosen, p.position, p.departure));
-            observed[chosen] += 1;
+            ASSERT_LT(chosen.emitter, settings.emitterCount);
+            ASSERT_FLOAT_EQ(chosen.pmf, shared::pmfEmitterFor(scene, settings, chosen.emitter,
+                                                              p.position, p.departure));
+            observed[chosen.emitter] += 1;
         }
         double sum = 0;
         for (uint32_t i = 0; i < settings.emitterCount; ++i) {
@@ -165,10 +165,10 @@ TEST(EmitterTree, StretchedNumbersAreFilledUp)
     ASSERT_EQ(world->treeEmitters, uint32_t(kSide * kSide));
     std::array<int, 4> taken{};
     for (uint32_t i = 0; i < kNumbers; ++i) {
-        shared::EmitterChoice choice =
+        const shared::EmitterChoice choice = shared::finishChoice(
+            scene, {0, 1000, 0}, shared::kAllSides,
             shared::beginInTree(world->treeEmitters, static_cast<float>(i) / float(kNumbers),
-                                1 / float(kNumbers), 1.0f);
-        shared::finishChoice(scene, {0, 1000, 0}, shared::kAllSides, choice);
+                                1 / float(kNumbers), 1.0f));
         const uint32_t chosen = choice.emitter;
         ASSERT_GT(choice.pmf, 0.0f);
         const glm::uvec4 four = shared::fetchEmitterTree(scene, chosen / 4);
@@ -234,12 +234,14 @@ TEST(EmitterTree, SameMeanLessNoise)
         const float u = uniform(random);
         const glm::vec2 v(uniform(random), uniform(random));
         const auto sample = [&](const shared::PathSettings& settings) {
-            float pmf = 0;
-            const uint32_t chosen = shared::chooseEmitterFor(scene, settings, p, up, u, pmf);
+            const shared::EmitterChoice chosen =
+                shared::finishChoice(scene, p, up, shared::beginChoiceFor(scene, settings, u));
             shared::EmitterSample s;
-            if (!(pmf > 0) || !shared::sampleEmitter(scene, settings, chosen, p, 0, v, s))
+            if (!(chosen.pmf > 0) ||
+                !shared::sampleEmitter(scene, settings, chosen.emitter, p, 0, v, s))
                 return 0.0;
-            return static_cast<double>(s.radiance.x * std::max(s.wi.y, 0.0f) / (s.pdf * pmf));
+            return static_cast<double>(s.radiance.x * std::max(s.wi.y, 0.0f) /
+                                       (s.pdf * chosen.pmf));
         };
         place.add(sample(byPlace));
         power.add(sample(byPower));

@@ -178,20 +178,20 @@ TEST(SkyRegions, EmittersAreChosenByTheirProbability)
         std::vector<double> observed(count + 1), expected(count + 1);
         const int draws = 200'000;
         for (int i = 0; i < draws; ++i) {
-            float pmf = 0;
-            const uint32_t chosen = shared::chooseEmitterIn(room.scene, room.settings, region, p,
-                                                            departure, uniform(random), pmf);
-            if (!(pmf > 0)) {
+            const shared::EmitterChoice chosen = shared::finishChoice(
+                room.scene, p, departure,
+                shared::beginChoiceIn(room.scene, room.settings, region, uniform(random)));
+            if (!(chosen.pmf > 0)) {
                 observed.back() += 1;
                 continue;
             }
-            ASSERT_LT(chosen, count);
-            const float stated =
-                chosen == room.settings.environmentEmitter
-                    ? shared::pmfEnvironmentIn(room.scene, room.settings, region)
-                    : shared::pmfEmitterIn(room.scene, room.settings, region, chosen, p, departure);
-            ASSERT_FLOAT_EQ(pmf, stated);
-            observed[chosen] += 1;
+            ASSERT_LT(chosen.emitter, count);
+            const float stated = chosen.emitter == room.settings.environmentEmitter
+                                     ? shared::pmfEnvironmentIn(room.scene, room.settings, region)
+                                     : shared::pmfEmitterIn(room.scene, room.settings, region,
+                                                            chosen.emitter, p, departure);
+            ASSERT_FLOAT_EQ(chosen.pmf, stated);
+            observed[chosen.emitter] += 1;
         }
         double sum = 0;
         for (uint32_t i = 0; i < count; ++i) {
@@ -228,11 +228,11 @@ TEST(SkyRegions, TheSkyAloneIsAlwaysChosen)
         ASSERT_GT(region, 0u);
         EXPECT_EQ(shared::pmfEnvironmentIn(room.scene, room.settings, region), 1.0f);
         for (const float u : {0.0f, 0.5f, 0.94f, 0.96f, shared::kOneMinusEpsilon}) {
-            float pmf = 0;
-            EXPECT_EQ(shared::chooseEmitterIn(room.scene, room.settings, region, glm::vec3(0),
-                                              departure, u, pmf),
-                      room.settings.environmentEmitter);
-            EXPECT_EQ(pmf, 1.0f) << u;
+            const shared::EmitterChoice chosen =
+                shared::finishChoice(room.scene, glm::vec3(0), departure,
+                                     shared::beginChoiceIn(room.scene, room.settings, region, u));
+            EXPECT_EQ(chosen.emitter, room.settings.environmentEmitter);
+            EXPECT_EQ(chosen.pmf, 1.0f) << u;
         }
     }
 }
