@@ -78,20 +78,24 @@ void followChange(Ray r, inout uint node, inout LocalRay ray, inout GridRay grid
     grid = makeGridRayOf(ray.origin, ray.direction, a, b);
 }
 
+/// What makes lanes wait for the others before they go on.
+const uint kStops = kFeatureAlpha | kFeatureGridChanges | kFeatureInstances | kFeatureSurroundings;
+
 /// Both traversals; `anyHit` is a literal, so each is compiled for itself. hit.t holds tMax at first, hit.slot kNone.
 /// A hit that needs the alpha test stops its lane, which goes on where it was once all lanes have stopped or are done:
 /// the test, which costs as much as several triangles even when no lane wants it, is then run a few times per ray
 /// rather than with every triangle.
 void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
 {
-    GridRay grid = makeGridRay(r.origin, r.direction, frame.gridLow, frame.gridScale);
+    GridRay grid = makeGridRay(r.origin, r.direction, frame.entry.gridLow, frame.entry.gridScale);
     ShearRay shear = makeShearRay(r.origin, r.direction);
     LocalRay ray = LocalRay(r.origin, r.direction, 0u, 0u);
     int nearest = boxBound(r.tMin);
     uint stack[kBvhStackSize];
-    int top = 0;
     stack[0] = kBvhDone;
-    uint node = 0u;
+    stack[1] = frame.entry.way;
+    int top = FEATURE(kFeatureSurroundings) ? 1 : 0;
+    uint node = FEATURE(kFeatureSurroundings) ? frame.entry.node : 0u;
     bool waits = false;  // for the alpha test of `candidate`
     Hit candidate = hit;
     do {
@@ -137,6 +141,13 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
                 waits = false;
             }
         }
+        if (FEATURE(kFeatureSurroundings)) {
+            if (node == frame.entry.way) {
+                bool outside = goesOutside(frame.entry, r.origin, r.direction, nearest, boxBound(hit.t), grid);
+                node = outside ? frame.entry.surroundings.w : kBvhDone;
+                top = 0;
+            }
+        }
         if (FEATURE(kFeatureGridChanges | kFeatureInstances)) {
             if (node >= kBvhChange && node != kBvhDone) {
                 uint back;
@@ -148,7 +159,7 @@ void traverse(Ray r, uint alphaSeed, bool anyHit, inout Hit hit)
                 node = enters ? node : popped;
             }
         }
-    } while (FEATURE(kFeatureAlpha | kFeatureGridChanges | kFeatureInstances) && node != kBvhDone);
+    } while (FEATURE(kStops) && node != kBvhDone);
     if (node != kBvhDone) atomicAdd(counters.cutRays, 1u);
 }
 

@@ -96,6 +96,9 @@ instance-slots-device@shaders/traverse.glsl@hit.slot = found ? slot + ray.offset
 instance-mirrored@core/scene/world_geometry.cpp@if (mirrored) std::swap(w.v1, w.v2);@@Instances.Show*:World*
 bvh-one-grid@core/trace/bvh_grid.h@count >= all / 64 ? 2.0f : 0.25f@0.0f@BvhFar*
 bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= bounds.box.extent()@false@BvhFar*
+bvh-entry-apart@core/trace/bvh_entry.cpp@leafMeets(bvh, entry.surroundings, outer.record(whole, 0)) ? 0 : 1@1@BvhFar*
+bvh-entry-ends@shaders/shared/intersect.h@within.x <= tMin && tMax < within.y@within.x <= tMin@BvhFar*
+bvh-no-reach@core/trace/bvh_builder.cpp@if (parts) consider(findReachSplit(span(range), bounds));@@BvhFar*
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*
 coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);@;@CoatedLamp.*
 light-rims-dark@shaders/shared/virtual_light.h@    if (!(side * local.z > 0.0f)) {@    if (!(side * local.z > 0.0f)) return vec3(0.0f); if (false) {@VirtualLights.SendWhat*:ManyLights.*CoarseSmooth*

@@ -14,8 +14,7 @@ GpuRays::GpuRays(Device& device, const core::World& world, bool alpha)
                                                     : scene_.features() & ~shared::kFeatureAlpha}
 {
     shared::FrameData frame{};
-    frame.gridLow = scene_.gridLow();
-    frame.gridScale = scene_.gridScale();
+    frame.entry = core::entryOf(scene_.hierarchy());
     frame_.write(frame);
 }
 

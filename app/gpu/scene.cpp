@@ -219,9 +219,12 @@ void GpuScene::uploadPiece(uint32_t binding, const char* name, const core::Share
 
 uint32_t GpuScene::features() const
 {
-    const bool changes = bvh_ && bvh_->gridChanges() > 0;
-    return world_.features | (changes ? shared::kFeatureGridChanges : 0) |
-           (sky_ ? shared::kFeatureSkyRegions : 0);
+    uint32_t features = world_.features | (sky_ ? shared::kFeatureSkyRegions : 0);
+    if (!bvh_) return features;
+    const bool surrounded = core::entryOf(*bvh_).way != shared::kBvhDone;
+    if (surrounded) features |= shared::kFeatureSurroundings;
+    if (bvh_->gridChanges() > (surrounded ? 1u : 0u)) features |= shared::kFeatureGridChanges;
+    return features;
 }
 
 void GpuScene::addTo(core::RenderStats& stats) const

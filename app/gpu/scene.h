@@ -35,8 +35,6 @@ public:
 
     /// What kernels need to know of the world and of its hierarchy, as kFeature bits.
     uint32_t features() const;
-    glm::vec3 gridLow() const { return bvh_->gridLow; }
-    glm::vec3 gridScale() const { return bvh_->gridScale; }
     /// Of a scene that is traced.
     const core::Bvh& hierarchy() const { return *bvh_; }
     /// The same, to be kept.

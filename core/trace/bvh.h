@@ -57,8 +57,9 @@ struct BvhPart {
 /// grid (see intersect.h): two nodes whose words hold floats. The first leads there: (low.xyz,
 /// reference to the subtree's root), (scale.xyz, kBvhDone); the one behind leads back: (low.xyz,
 /// kBvhDone) and (scale.xyz, kBvhDone) of the grid around. A traversal that enters pushes the way
-/// back, so that the change counts as a node in the depth. Most scenes have no change, and kernels
-/// are compiled without (kFeatureGridChanges).
+/// back, so that the change counts as a node in the depth. Where node 0 has such a subtree, rays
+/// begin in there (entryOf). Most scenes have no change, and kernels are compiled without
+/// (kFeatureGridChanges, kFeatureSurroundings).
 ///
 /// A prototype has a tree over its own space, on a grid of its own. In the tree of the world each
 /// instance is a leaf: a change of space, three nodes. The first two lead there: rows of the matrix
@@ -122,6 +123,9 @@ std::optional<Bvh> refitBvh(const Bvh& bvh, std::span<const glm::vec3> positions
 std::optional<Bvh> rebuildMoving(const Bvh& bvh, std::span<const glm::vec3> positions,
                                  std::span<const WorldTriangle> triangles,
                                  const BvhOptions& options);
+
+/// Where rays begin in a hierarchy, which is not empty.
+shared::BvhEntry entryOf(const Bvh& bvh);
 
 /// How many times more tests a line is expected to take than if the moving triangles' tree were as
 /// tight as when it was built: 1 or more.

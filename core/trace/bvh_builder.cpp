@@ -17,10 +17,16 @@ constexpr size_t kTaskSize = 1u << 12;  // references below which one task build
 constexpr float kMinOverlap = 1e-5f;
 // Fewer references share a few leaves: not worth a scale of their own.
 constexpr size_t kMinRegion = 64;
-// How many times smaller than the whole the small ones' box must be in a split by size. Scenes
+// How many times smaller than the whole the small ones' box must be in a split of scales. Scenes
 // without far geometry then have next to none: their trees are built for what is seen, and 16 or 64
 // change no count of tests by a thousandth.
 constexpr float kMinStep = 16;
+constexpr float kEqualCosts = 1e-3f;
+
+bool partsScales(SplitKind kind)
+{
+    return kind == SplitKind::size || kind == SplitKind::reach;
+}
 
 uint32_t leafReference(size_t count, size_t firstSlot)
 {
@@ -100,19 +106,21 @@ bool Builder::holdsInstances(const Range& range)
                        [&](const Reference& r) { return mesh_.instance(r.triangle()) != nullptr; });
 }
 
-/// A region with a grid of its own for references that are too small for the present one. Not for
-/// the root of the whole, where every ray begins.
+/// A region with a grid of its own for references that are too small for the present one, or where
+/// rays are to begin. Not for the root of the whole.
 std::optional<Builder::Region> Builder::finerRegion(const Range& range, const RangeBounds& bounds,
                                                     uint32_t depth, const Region& region) const
 {
     if (range.size() < kMinRegion || depth == 0 || mustHalve(range.size(), depth + 1) ||
-        !region.grid.isCoarseFor(bounds.box, range.size(), subset_.count))
+        !(region.begins || region.grid.isCoarseFor(bounds.box, range.size(), subset_.count)))
         return std::nullopt;
     return Region{Grid(bounds.box), bounds.box.halfArea()};
 }
 
-/// The cheapest of all kinds; none where the references cannot be told apart.
-Split Builder::bestSplit(const Range& range, const RangeBounds& bounds, const Region& region)
+/// The cheapest of all kinds; none where the references cannot be told apart. Where rays may begin
+/// in a part, `parts`, one may lie within the rest.
+Split Builder::bestSplit(const Range& range, const RangeBounds& bounds, const Region& region,
+                         bool parts)
 {
     const size_t n = range.size();
     Split best = findObjectSplit(span(range), bounds);
@@ -121,9 +129,14 @@ Split Builder::bestSplit(const Range& range, const RangeBounds& bounds, const Re
                         (best.axis < 0 || overlap > kMinOverlap * region.area) &&
                         !holdsInstances(range);
     if (n >= kMinRegion) {
-        const Split bySize = findSizeSplit(span(range), bounds);
-        if (bySize.cost < best.cost && kMinStep * bySize.left.extent() <= bounds.box.extent())
-            best = bySize;
+        // Where a plane parts them as well, it is still two scales that are parted.
+        const auto consider = [&](const Split& split) {
+            if (split.cost <= best.cost * (1 + kEqualCosts) &&
+                kMinStep * split.left.extent() <= bounds.box.extent())
+                best = split;
+        };
+        consider(findSizeSplit(span(range), bounds));
+        if (parts) consider(findReachSplit(span(range), bounds));
     }
     if (mayCut) {
         const Split spatial = findSpatialSplit(mesh_, span(range), bounds.box);
@@ -137,7 +150,8 @@ bool Builder::split(Range range, const RangeBounds& bounds, uint32_t depth, cons
                     Decision& d)
 {
     const size_t n = range.size();
-    const Split best = mustHalve(n, depth) ? Split{} : bestSplit(range, bounds, region);
+    const Split best =
+        mustHalve(n, depth) ? Split{} : bestSplit(range, bounds, region, beginsBelow(depth));
     if (n <= options_.leafSize && !holdsInstances(range)) {
         const float area = bounds.box.halfArea();
         const float leafCost = options_.triangleCost * static_cast<float>(n) * area;
@@ -161,11 +175,19 @@ bool Builder::split(Range range, const RangeBounds& bounds, uint32_t depth, cons
     return true;
 }
 
-/// What a split by size sets apart has an area of its own to judge overlaps by.
-Builder::Region Builder::regionOf(const Decision& d, const Region& region)
+/// Whether rays may begin below a node: see entryOf.
+bool Builder::beginsBelow(uint32_t depth) const
 {
-    if (d.kind != SplitKind::size) return region;
-    return {region.grid, d.leftBounds.box.halfArea()};
+    return depth == depth_ && options_.moving.empty();
+}
+
+/// What a split of scales sets apart has an area of its own to judge overlaps by. At the root rays
+/// begin in there, so that those inside do not come across what surrounds it: of a dome, which no
+/// box keeps away from its middle, some twenty nodes.
+Builder::Region Builder::leftRegion(const Decision& d, uint32_t depth, const Region& region) const
+{
+    if (!partsScales(d.kind)) return region;
+    return {region.grid, d.leftBounds.box.halfArea(), beginsBelow(depth)};
 }
 
 /// Gives both sides free room in proportion to their cost; the right side moves up behind the left
@@ -174,9 +196,9 @@ Builder::Region Builder::regionOf(const Decision& d, const Region& region)
 void Builder::shareRoom(const Range& range, Decision& d)
 {
     const size_t leftCount = d.middle - range.begin, rightCount = range.end - d.middle;
-    const bool bySize = d.kind == SplitKind::size;
+    const bool scales = partsScales(d.kind);
     const auto weight = [&](size_t count, const Box& box) {
-        return static_cast<double>(count) * (bySize ? 1.0 : static_cast<double>(box.halfArea()));
+        return static_cast<double>(count) * (scales ? 1.0 : static_cast<double>(box.halfArea()));
     };
     const double left = weight(leftCount, d.leftBounds.box);
     const double right = weight(rightCount, d.rightBounds.box);
@@ -210,8 +232,8 @@ uint32_t Builder::buildInto(Chunk& chunk, const Range& range, const RangeBounds&
     chunk.nodes.resize(node + 2);
     chunk.depth = std::max(chunk.depth, depth + 1);
     chunk.cost += static_cast<double>(bounds.box.halfArea());
-    const Region leftRegion = regionOf(d, region);
-    const uint32_t left = buildInto(chunk, d.left, d.leftBounds, depth + 1, leftRegion);
+    const uint32_t left =
+        buildInto(chunk, d.left, d.leftBounds, depth + 1, leftRegion(d, depth, region));
     const uint32_t right = buildInto(chunk, d.right, d.rightBounds, depth + 1, region);
     chunk.nodes[node] = region.grid.record(d.leftBounds.box, left);
     chunk.nodes[node + 1] = region.grid.record(d.rightBounds.box, right);
@@ -271,8 +293,8 @@ std::unique_ptr<Builder::Task> Builder::buildTask(const Range& range, const Rang
     task->chunk.cost = static_cast<double>(bounds.box.halfArea());
     task->box[0] = d.leftBounds.box;
     task->box[1] = d.rightBounds.box;
-    const Region leftRegion = regionOf(d, region);
-    parallelInvoke([&] { task->child[0] = buildTask(d.left, d.leftBounds, depth + 1, leftRegion); },
+    const Region left = leftRegion(d, depth, region);
+    parallelInvoke([&] { task->child[0] = buildTask(d.left, d.leftBounds, depth + 1, left); },
                    [&] { task->child[1] = buildTask(d.right, d.rightBounds, depth + 1, region); });
     return task;
 }

@@ -75,8 +75,9 @@ public:
 private:
     /// The whole, or a part of it that is of a far smaller scale.
     struct Region {
-        Grid grid;   // of its boxes
-        float area;  // half the surface of its bounds
+        Grid grid;            // of its boxes
+        float area;           // half the surface of its bounds
+        bool begins = false;  // rays are to begin in it: it gets a grid of its own
     };
 
     /// A finished subtree with node and slot numbers of its own, root reference included.
@@ -133,10 +134,12 @@ private:
     bool holdsInstances(const Range& range);
     std::optional<Region> finerRegion(const Range& range, const RangeBounds& bounds, uint32_t depth,
                                       const Region& region) const;
-    Split bestSplit(const Range& range, const RangeBounds& bounds, const Region& region);
+    Split bestSplit(const Range& range, const RangeBounds& bounds, const Region& region,
+                    bool parts);
     bool split(Range range, const RangeBounds& bounds, uint32_t depth, const Region& region,
                Decision& d);
-    static Region regionOf(const Decision& d, const Region& region);
+    bool beginsBelow(uint32_t depth) const;
+    Region leftRegion(const Decision& d, uint32_t depth, const Region& region) const;
     void shareRoom(const Range& range, Decision& d);
     uint32_t buildInto(Chunk& chunk, const Range& range, const RangeBounds& bounds, uint32_t depth,
                        const Region& region);

@@ -87,11 +87,18 @@ bool takePart(Reader& reader, const PartHead& head, BvhPart& part)
 uint64_t layoutHash()
 {
     ContentHash hash;
-    const std::array<uint32_t, 10> layout{shared::kBvhLeaf,      shared::kBvhCountShift,
-                                          shared::kBvhCountMask, shared::kBvhIndexMask,
-                                          shared::kBvhChange,    shared::kBvhDone,
-                                          shared::kBvhInstance,  shared::kBvhWorld,
-                                          shared::kBvhMaxDepth,  sizeof(Head)};
+    constexpr uint32_t kBuilder = 2;  // counted up where it builds other trees than before
+    const std::array<uint32_t, 11> layout{shared::kBvhLeaf,
+                                          shared::kBvhCountShift,
+                                          shared::kBvhCountMask,
+                                          shared::kBvhIndexMask,
+                                          shared::kBvhChange,
+                                          shared::kBvhDone,
+                                          shared::kBvhInstance,
+                                          shared::kBvhWorld,
+                                          shared::kBvhMaxDepth,
+                                          sizeof(Head),
+                                          kBuilder};
     hash.addValue(layout);
     hash.add(std::as_bytes(std::span(__VERSION__)));  // another compiler may round in another way
     return hash.value();

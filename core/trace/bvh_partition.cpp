@@ -11,10 +11,9 @@ size_t partitionObjects(std::span<Reference> references, const Split& split, Ran
                         RangeBounds& right)
 {
     const auto isLeft = [&](const Reference& r) {
+        if (split.kind != SplitKind::centroid) return scaleBin(r, split) < split.bin;
         const float place = (r.centroidTwice()[split.axis] - split.origin) * split.scale;
-        const int bin =
-            split.kind == SplitKind::size ? sizeBin(r, split.largest) : static_cast<int>(place);
-        return bin < split.bin;
+        return static_cast<int>(place) < split.bin;
     };
     size_t l = 0, r = references.size();
     while (true) {

@@ -223,32 +223,64 @@ Split findObjectSplit(std::span<const Reference> references, const RangeBounds& 
     return best;
 }
 
-Split findSizeSplit(std::span<const Reference> references, const RangeBounds& bounds)
+/// Improves a split by size or reach, of which all but the bin is known.
+static Split bestScaleSplit(std::span<const Reference> references, Split best)
 {
-    const int largest = exponentOf(bounds.box.extent());
-    using Sizes = std::array<Bin, kBins>;
-    const Sizes sizes = reduceOver<Sizes>(
+    using Scales = std::array<Bin, kBins>;
+    const Scales scales = reduceOver<Scales>(
         references,
-        [&](Sizes& bins, std::span<const Reference> part) {
+        [&](Scales& bins, std::span<const Reference> part) {
             for (const Reference& r : part) {
-                Bin& bin = bins[static_cast<size_t>(sizeBin(r, largest))];
+                Bin& bin = bins[static_cast<size_t>(scaleBin(r, best))];
                 bin.box.grow(r.box());
                 ++bin.count;
             }
         },
-        [](Sizes& a, const Sizes& b) {
+        [](Scales& a, const Scales& b) {
             for (size_t i = 0; i < kBins; ++i) {
                 a[i].box.grow(b[i].box);
                 a[i].count += b[i].count;
             }
         });
-    Split best;
-    best.kind = SplitKind::size;
-    best.largest = largest;
-    const auto countOf = [&](size_t i) { return sizes[i].count; };
-    const auto boxOf = [&](size_t i) -> const Box& { return sizes[i].box; };
+    const auto countOf = [&](size_t i) { return scales[i].count; };
+    const auto boxOf = [&](size_t i) -> const Box& { return scales[i].box; };
     if (sweep(kBins, boxOf, countOf, countOf, best)) best.axis = 0;
     return best;
+}
+
+Split findSizeSplit(std::span<const Reference> references, const RangeBounds& bounds)
+{
+    Split split;
+    split.kind = SplitKind::size;
+    split.largest = exponentOf(bounds.box.extent());
+    return bestScaleSplit(references, split);
+}
+
+/// The median of some of the centroids, axis by axis.
+static Float4 medianOf(std::span<const Reference> references)
+{
+    constexpr size_t kMost = 4096;
+    const size_t step = references.size() / kMost + 1;
+    Float4 median{};
+    std::vector<float> places;
+    for (int a = 0; a < 3; ++a) {
+        places.clear();
+        for (size_t i = 0; i < references.size(); i += step)
+            places.push_back(0.5f * references[i].centroidTwice()[a]);
+        const auto middle = places.begin() + static_cast<ptrdiff_t>(places.size() / 2);
+        std::nth_element(places.begin(), middle, places.end());
+        median[a] = *middle;
+    }
+    return median;
+}
+
+Split findReachSplit(std::span<const Reference> references, const RangeBounds& bounds)
+{
+    Split split;
+    split.kind = SplitKind::reach;
+    split.centre = medianOf(references);
+    split.largest = exponentOf(reachOf(bounds.box, split.centre));
+    return bestScaleSplit(references, split);
 }
 
 Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, const Box& bounds)

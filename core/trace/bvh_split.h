@@ -103,18 +103,20 @@ struct Range {
     size_t room() const { return capacity - end; }
 };
 
-/// Into sets of references by their centroids, or by their sizes, or by a plane that cuts them.
-enum class SplitKind { centroid, size, space };
+/// Into sets of references by their centroids, or by their sizes, or by how far they reach from
+/// where most of them are, or by a plane that cuts them.
+enum class SplitKind { centroid, size, reach, space };
 
 /// A candidate: cost is leftArea * leftCount + rightArea * rightCount. axis < 0: none found.
 struct Split {
     float cost = kHuge;
     SplitKind kind = SplitKind::centroid;
-    int axis = -1;                // of a split by size 0
-    int bin = 0;                  // centroid, size: the left side holds the bins below
+    int axis = -1;                // of a split by size or reach 0
+    int bin = 0;                  // all but space: the left side holds the bins below
     float origin = 0, scale = 0;  // centroid: bin = (doubled centroid - origin) * scale
     float plane = 0;              // space: where it cuts
-    int largest = 0;              // size: exponentOf the largest extent
+    int largest = 0;              // size, reach: exponentOf the largest
+    Float4 centre{};              // reach: from where it counts
     size_t leftCount = 0, rightCount = 0;
     Box left, right;
 };
@@ -127,11 +129,20 @@ inline int exponentOf(float length)
     return static_cast<int>(std::bit_cast<uint32_t>(std::max(length, 0.0f)) >> 23);
 }
 
-/// The bin of a reference in a split by size. The last one holds extents with the exponent
-/// `largest`, each one before half as large ones.
-inline int sizeBin(const Reference& r, int largest)
+/// How far a box reaches from a place, along the axis where that is farthest.
+inline float reachOf(const Box& box, Float4 centre)
 {
-    return std::clamp(kBins - 1 - (largest - exponentOf(r.box().extent())), 0, kBins - 1);
+    const Float4 d = maximum(centre - box.low, box.high - centre);
+    return std::max({d[0], d[1], d[2]});
+}
+
+/// The bin of a reference in a split by size or reach. The last one holds those with the exponent
+/// `largest`, each one before half as large ones.
+inline int scaleBin(const Reference& r, const Split& split)
+{
+    const float length =
+        split.kind == SplitKind::size ? r.box().extent() : reachOf(r.box(), split.centre);
+    return std::clamp(kBins - 1 - (split.largest - exponentOf(length)), 0, kBins - 1);
 }
 
 /// An instance as a tree holds it, in the place of a triangle.
@@ -171,10 +182,15 @@ Split findObjectSplit(std::span<const Reference> references, const RangeBounds& 
 /// Best split into small references, on the left, and large ones, by powers of two of the extent.
 Split findSizeSplit(std::span<const Reference> references, const RangeBounds& bounds);
 
+/// Best split into those near the median of the centroids, on the left, and those that reach
+/// farther, by powers of two: a room and the dome around it, also where the room's walls are larger
+/// than the triangles of the dome.
+Split findReachSplit(std::span<const Reference> references, const RangeBounds& bounds);
+
 /// Best split of the box by a plane; references across it go to both sides. Not for instances.
 Split findSpatialSplit(const Mesh& mesh, std::span<const Reference> references, const Box& bounds);
 
-/// Carries out a split by centroid or size; returns where the right side begins.
+/// Carries out a split other than by space; returns where the right side begins.
 size_t partitionObjects(std::span<Reference> references, const Split& split, RangeBounds& left,
                         RangeBounds& right);
 

@@ -56,13 +56,23 @@ void traverse(const Bvh& bvh, glm::vec3 origin, glm::vec3 direction, float tMin,
     TraversalCounts ignored;
     TraversalCounts& count = counts != nullptr ? *counts : ignored;
     LocalRay ray(origin, direction);
-    shared::GridRay grid = shared::makeGridRay(origin, direction, bvh.gridLow, bvh.gridScale);
+    const shared::BvhEntry entry = entryOf(bvh);
+    shared::GridRay grid = shared::makeGridRay(origin, direction, entry.gridLow, entry.gridScale);
     std::array<uint32_t, shared::kBvhStackSize> stack;
     size_t top = 0;
     stack[top] = shared::kBvhDone;
-    uint32_t node = 0;
+    if (entry.way != shared::kBvhDone) stack[++top] = entry.way;
+    uint32_t node = entry.node;
     const int nearest = shared::boxBound(tMin);
     while (node != shared::kBvhDone) {
+        if (node == entry.way) {
+            const bool outside = shared::goesOutside(entry, origin, direction, nearest,
+                                                     shared::boxBound(tMax), grid);
+            node = outside ? entry.surroundings.w : shared::kBvhDone;
+            top = 0;
+            ++count.gridChanges;
+            continue;
+        }
         if (node >= shared::kBvhChange) {
             const shared::uvec4* words = bvh.node(node & shared::kBvhIndexMask);
             const bool enters = words[0].w != shared::kBvhDone;

@@ -7,6 +7,7 @@
 #ifndef REKINDLE_SHARED_BINDINGS_H
 #define REKINDLE_SHARED_BINDINGS_H
 
+#include "intersect.h"
 #include "layout.h"
 #include "reuse_allocation.h"
 
@@ -137,9 +138,7 @@ SHARED_CONST uint kSpecializeShow = 1u;     // the display's first: see app/gpu/
 struct FrameData {
     PathSettings settings;
     CameraData camera;
-    vec3 gridLow;  // of the BVH: cell = (world - gridLow) * gridScale
-    uint reserved0;
-    vec3 gridScale;
+    BvhEntry entry;
     uint tilesPerRow;  // 8x8 pixels each
 };
 
@@ -242,7 +241,7 @@ SHARED_CONST uint kStateWords = 4u;
 SHARED_CONST uint kStateLaneBits = 18u;
 
 #ifdef __cplusplus
-static_assert(sizeof(FrameData) == 188 && sizeof(QueueHead) == 16 && sizeof(WaitingHead) == 20 &&
+static_assert(sizeof(FrameData) == 240 && sizeof(QueueHead) == 16 && sizeof(WaitingHead) == 20 &&
               sizeof(Counters) == 56 + 4 * kDeviationBins);
 static_assert(sizeof(ReuseBatch) == kMostPushBytes);
 #endif

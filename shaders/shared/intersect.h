@@ -37,6 +37,21 @@ struct GridRay {
     vec3 offsetHigh;
 };
 
+/// Where rays begin (core::entryOf): at node 0, or, where that one leads to a part of the scene
+/// that is far smaller, such as a room on a ground of kilometres, in there, on its own grid. What
+/// surrounds the part is looked at last, and only by rays that get there.
+struct BvhEntry {
+    vec3 gridLow;  // cell = (x - gridLow) * gridScale
+    uint node;
+    vec3 gridScale;
+    uint way;  // the change that leads out to the surroundings; kBvhDone: there are none
+    vec3 outerLow;
+    uint apart;  // 1: nothing of them is within the grid
+    vec3 outerScale;
+    uint unused;
+    uvec4 surroundings;  // their record, on the outer grid
+};
+
 /// A ray as triangles see it: rows of the matrix that maps vertices, relative to the origin, to the
 /// plane perpendicular to the major axis (x, y) and to t (z).
 struct ShearRay {
@@ -110,6 +125,21 @@ SHARED_FN ivec2 intersectBox(GridRay r, uvec4 child, int tMin, int tMax)
     ivec3 last = max(a, b);
     return ivec2(max(max(first.x, first.y), max(first.z, tMin)),
                  min(min(last.x, last.y), min(last.z, tMax)));
+}
+
+/// Whether a ray that has found all there is where it began, the nearest at `tMax`, may find
+/// something in the surroundings, nearer than that; `grid` is then the ray on theirs. tMin and tMax
+/// as boxBound made them.
+SHARED_FN bool goesOutside(BvhEntry entry, vec3 origin, vec3 direction, int tMin, int tMax,
+                           INOUT(GridRay) grid)
+{
+    // A cell from the borders, which is more than the slack.
+    const uint inner = 0xfffe0001u;
+    const ivec2 within = intersectBox(grid, uvec4(inner, inner, inner, 0u), tMin, 0x7f800000);
+    const bool ends = entry.apart != 0u && within.x <= tMin && tMax < within.y;
+    grid = makeGridRay(origin, direction, entry.outerLow, entry.outerScale);
+    const ivec2 outside = intersectBox(grid, entry.surroundings, tMin, tMax);
+    return !ends && outside.x <= outside.y;
 }
 
 /// `direction` is not zero and need not be of unit length; t counts in its lengths.

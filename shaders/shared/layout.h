@@ -33,7 +33,7 @@ SHARED_CONST uint kFeatureManyEmitters = 1u << 17;
 SHARED_CONST uint kFeatureEmitterTree = 1u << 18;  // so many that they are chosen by place, too
 SHARED_CONST uint kFeaturePanes = 1u << 19;  // thin smooth walls that light goes straight through
 SHARED_CONST uint kFeatureAsksVisibility = 1u << 20;  // sample reuse, of old samples
-SHARED_CONST uint kFeatureGridChanges = 1u << 21;     // a hierarchy of more than one grid
+SHARED_CONST uint kFeatureGridChanges = 1u << 21;     // grids that are come to on the way down
 SHARED_CONST uint kFeatureInstances = 1u << 22;       // meshes that are stored once, shown often
 // An environment that most places see through openings
 SHARED_CONST uint kFeatureSkyRegions = 1u << 23;
@@ -42,6 +42,7 @@ SHARED_CONST uint kFeatureMoves = 1u << 24;  // sample reuse, of a scene whose p
 SHARED_CONST uint kFeatureKeepsSamples = 1u << 25;
 SHARED_CONST uint kFeatureKeepsPlaces = 1u << 26;
 SHARED_CONST uint kFeatureKeepsMeans = 1u << 27;
+SHARED_CONST uint kFeatureSurroundings = 1u << 28;  // rays begin on a finer grid: BvhEntry
 
 SHARED_CONST uint kNone = 0xffffffffu;
 

@@ -78,7 +78,6 @@ BenchRays makeBenchRays(const core::World& world, const core::EmbreeRays& embree
     for (uint32_t i = 0; i < world.triangleEmitter.size(); ++i) {
         if (world.triangleEmitter[i] != shared::kNone) emitting.push_back(i);
     }
-    const float step = 1e-5f * glm::length(world.boundsHigh - world.boundsLow);
     for (uint32_t i = 0; i < hits.size(); ++i) {
         if (hits[i].triangle == shared::kNone) continue;
         const core::WorldTriangle& t = world.triangles[hits[i].triangle];
@@ -87,7 +86,9 @@ BenchRays makeBenchRays(const core::World& world, const core::EmbreeRays& embree
         glm::vec3 n =
             glm::normalize(glm::cross(world.positions[t.v1] - a, world.positions[t.v2] - a));
         if (glm::dot(n, from.direction) > 0) n = -n;
-        const glm::vec3 p = from.origin + hits[i].t * from.direction + step * n;
+        const glm::vec3 at = from.origin + hits[i].t * from.direction;
+        // By the place, not by the scene: a ground of kilometres lifts no ray off a table.
+        const glm::vec3 p = at + 1e-5f * (hits[i].t + glm::length(at)) * n;
         const glm::mat3 frame = shared::makeFrame(n);
         const glm::vec4 u = randomOf(i, 1), v = randomOf(i, 2);
         const auto cosine = [&](glm::vec2 w) {

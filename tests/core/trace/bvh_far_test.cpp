@@ -106,6 +106,28 @@ Nearest nearestInDouble(const Mesh& mesh, const RaySegment& ray)
     return nearest;
 }
 
+/// The nearest hit by the test of every triangle; `t` is the ray's end where there is none.
+struct Tested {
+    float t;
+    uint32_t triangle = shared::kNone;
+};
+
+Tested nearestOfAll(const Mesh& mesh, const RaySegment& ray)
+{
+    const shared::ShearRay shear = shared::makeShearRay(ray.origin, ray.direction);
+    Tested nearest{ray.tMax};
+    for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+        const core::WorldTriangle& t = mesh.triangles[i];
+        float distance;
+        glm::vec2 barycentrics;
+        if (shared::intersectTriangle(shear, mesh.positions[t.v0], mesh.positions[t.v1],
+                                      mesh.positions[t.v2], ray.tMin, nearest.t, distance,
+                                      barycentrics))
+            nearest = {distance, i};
+    }
+    return nearest;
+}
+
 /// Where the test of every triangle is right, the hierarchy finds the very same, to the bit. It is
 /// not always: to a ray that passes kilometres from a triangle of millimetres the three vertices
 /// are one place, and rounding alone decides on which side of an edge that is. Boxes know better.
@@ -118,20 +140,7 @@ TEST(BvhFar, LosesNoHit)
         int wrong = 0, hits = 0;
         const int count = 1000;
         for (const RaySegment& ray : segmentsAmong(scene, count, 21)) {
-            const shared::ShearRay shear = shared::makeShearRay(ray.origin, ray.direction);
-            float nearest = shared::kInfinity;
-            uint32_t triangle = shared::kNone;
-            for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-                const core::WorldTriangle& t = mesh.triangles[i];
-                float distance;
-                glm::vec2 barycentrics;
-                if (!shared::intersectTriangle(shear, mesh.positions[t.v0], mesh.positions[t.v1],
-                                               mesh.positions[t.v2], 0, nearest, distance,
-                                               barycentrics))
-                    continue;
-                nearest = distance;
-                triangle = i;
-            }
+            const auto [nearest, triangle] = nearestOfAll(mesh, ray);
             if (nearestInDouble(mesh, ray).triangle != triangle) {
                 ++wrong;
                 continue;
@@ -208,18 +217,25 @@ double testsOf(const Bvh& bvh, const Mesh& mesh, const std::vector<RaySegment>& 
     return static_cast<double>(counts.nodes + counts.triangles) / static_cast<double>(rays.size());
 }
 
+/// From anywhere in roomMesh, in all directions.
+std::vector<RaySegment> raysInRoom(size_t count, uint32_t seed)
+{
+    Random random(seed);
+    std::vector<RaySegment> rays(count);
+    for (RaySegment& ray : rays) {
+        ray.origin = vec3(0, 1.5f, 0) + random.around(1) * vec3(3.9f, 1.4f, 2.9f);
+        ray.direction = glm::normalize(random.around(1));
+    }
+    return rays;
+}
+
 /// Among the things of a room, what surrounds it costs a few tests per ray: a ground of two
 /// triangles these two and a node, one of many squares and a dome the nodes whose boxes contain the
 /// room.
 TEST(BvhFar, CostsAFewTests)
 {
     const Mesh room = tests::roomMesh(94);
-    Random random(41);
-    std::vector<RaySegment> rays(20000);
-    for (RaySegment& ray : rays) {
-        ray.origin = vec3(0, 1.5f, 0) + random.around(1) * vec3(3.9f, 1.4f, 2.9f);
-        ray.direction = glm::normalize(random.around(1));
-    }
+    const std::vector<RaySegment> rays = raysInRoom(20000, 41);
     const double alone = testsOf(bvhOf(room), room, rays);
     for (const float scale : {100.0f, 1000.0f, 5000.0f, 1e6f}) {
         SCOPED_TRACE(scale);
@@ -232,6 +248,95 @@ TEST(BvhFar, CostsAFewTests)
         // all eight octants of the dome are met.
         EXPECT_LE(testsOf(bvhOf(dome), dome, rays), (scale < 1e5f ? 1.5 : 2.2) * alone);
     }
+}
+
+/// Rays begin in the room and end there, however it is surrounded: not one test more. The last dome
+/// consists of triangles that are smaller than the walls.
+TEST(BvhFar, RaysThatStayInsidePayNothing)
+{
+    const Mesh room = tests::roomMesh(98);
+    const std::vector<RaySegment> rays = raysInRoom(20000, 42);
+    const double alone = testsOf(bvhOf(room), room, rays);
+    std::vector<Mesh> surrounded{tests::underDome(room, 80, 60)};
+    for (const float scale : {1000.0f, 5000.0f, 1e6f}) {
+        surrounded.push_back(tests::onGround(room, scale, 1));
+        surrounded.push_back(tests::onGround(room, scale, 40));
+        surrounded.push_back(tests::underDome(room, scale, 20));
+    }
+    for (const Mesh& mesh : surrounded) {
+        SCOPED_TRACE(mesh.triangles.size());
+        const Bvh bvh = bvhOf(mesh);
+        const shared::BvhEntry entry = core::entryOf(bvh);
+        ASSERT_NE(entry.way, shared::kBvhDone);
+        EXPECT_EQ(entry.apart, 1u);
+        EXPECT_NEAR(testsOf(bvh, mesh, rays), alone, 0.01 * alone);
+        tests::expectSound(mesh, bvh, {});
+    }
+}
+
+/// Beside a ball, within its box: what misses the ball meets the dome, which is closed.
+TEST(BvhFar, RaysLeaveWhereTheyBegin)
+{
+    const Mesh mesh = tests::underDome(tests::sphereMesh(40, 1, 0, vec3(0)), 1000, 12);
+    const Bvh bvh = bvhOf(mesh);
+    ASSERT_EQ(core::entryOf(bvh).apart, 1u);
+    Random random(45);
+    int missed = 0, far = 0;
+    const int count = 5000;
+    for (int i = 0; i < count; ++i) {
+        BvhHit hit;
+        missed += !trace(bvh, mesh, {vec3(0.8f, 0.8f, -0.8f), 0, random.around(1)}, hit);
+        far += hit.t > 100;
+    }
+    EXPECT_EQ(missed, 0);
+    EXPECT_GT(far, count / 2);
+}
+
+/// A ground that goes through the room is met in there, on any part of a ray.
+TEST(BvhFar, SurroundingsMayReachIn)
+{
+    Mesh mesh = tests::roomMesh(99);
+    const uint32_t inRoom = static_cast<uint32_t>(mesh.triangles.size());
+    const float half = 5000, high = 1.5f;
+    mesh.add({-half, high, -half}, {half, high, half}, {half, high, -half});
+    mesh.add({-half, high, -half}, {-half, high, half}, {half, high, half});
+    const Bvh bvh = bvhOf(mesh);
+    ASSERT_NE(core::entryOf(bvh).way, shared::kBvhDone);
+    EXPECT_EQ(core::entryOf(bvh).apart, 0u);
+    Random random(43);
+    int ground = 0, room = 0, none = 0;
+    for (RaySegment ray : raysInRoom(3000, 44)) {
+        ray.tMin = random() < 0.5f ? 0.0f : 6 * random();
+        ray.tMax = random() < 0.5f ? ray.tMin + 6 * random() : shared::kInfinity;
+        const auto [nearest, triangle] = nearestOfAll(mesh, ray);
+        BvhHit hit;
+        const bool found = trace(bvh, mesh, ray, hit);
+        ASSERT_EQ(found, triangle != shared::kNone);
+        ASSERT_EQ(found, core::traceAny(bvh, mesh.positions, mesh.triangles, ray.origin,
+                                        ray.direction, ray.tMin, ray.tMax));
+        if (found) {
+            ASSERT_EQ(hit.t, nearest);
+        }
+        ++(!found ? none : triangle >= inRoom ? ground : room);
+    }
+    EXPECT_GT(ground, 300);
+    EXPECT_GT(room, 300);
+    EXPECT_GT(none, 300);
+}
+
+/// What moves has records that change from pose to pose: rays begin at the root.
+TEST(BvhFar, RaysBeginAtTheRootOfWhatMoves)
+{
+    Mesh mesh = tests::sphereMesh(40, 0.1f, 0.1f, {0, 0.2f, 0});
+    core::BvhOptions options;
+    options.moving = {0, static_cast<uint32_t>(mesh.triangles.size())};
+    mesh = tests::onGround(std::move(mesh), 5000, 1);
+    const Bvh bvh = bvhOf(mesh, options);
+    ASSERT_GT(bvh.moving.gridChanges, 0u);
+    const shared::BvhEntry entry = core::entryOf(bvh);
+    EXPECT_EQ(entry.way, shared::kBvhDone);
+    EXPECT_EQ(entry.node, 0u);
+    EXPECT_EQ(entry.gridScale, bvh.gridScale);
 }
 
 TEST(BvhFar, OneGridWhereThereIsOneScale)
