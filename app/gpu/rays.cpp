@@ -14,7 +14,7 @@ GpuRays::GpuRays(Device& device, const core::World& world, bool alpha)
                                                     : scene_.features() & ~shared::kFeatureAlpha}
 {
     shared::FrameData frame{};
-    frame.entry = core::entryOf(scene_.hierarchy());
+    frame.entry = scene_.entry();
     frame_.write(frame);
 }
 

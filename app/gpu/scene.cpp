@@ -124,6 +124,7 @@ void GpuScene::setWorld(const core::World& world, const core::Progress& progress
            world.environmentCdf);
     world_ = world;
     bvh_ = bvh;
+    if (bvh_) entry_ = core::entryOf(*bvh_);
 }
 
 void GpuScene::setSky(std::shared_ptr<const core::SkyRegions> sky)
@@ -221,7 +222,7 @@ uint32_t GpuScene::features() const
 {
     uint32_t features = world_.features | (sky_ ? shared::kFeatureSkyRegions : 0);
     if (!bvh_) return features;
-    const bool surrounded = core::entryOf(*bvh_).way != shared::kBvhDone;
+    const bool surrounded = entry_.way != shared::kBvhDone;
     if (surrounded) features |= shared::kFeatureSurroundings;
     if (bvh_->gridChanges() > (surrounded ? 1u : 0u)) features |= shared::kFeatureGridChanges;
     return features;

@@ -35,6 +35,8 @@ public:
 
     /// What kernels need to know of the world and of its hierarchy, as kFeature bits.
     uint32_t features() const;
+    /// Where rays begin in the hierarchy of a scene that is traced.
+    const shared::BvhEntry& entry() const { return entry_; }
     /// Of a scene that is traced.
     const core::Bvh& hierarchy() const { return *bvh_; }
     /// The same, to be kept.
@@ -62,6 +64,7 @@ private:
     SceneUse use_;
     core::World world_;                     // what is in the buffers
     std::shared_ptr<const core::Bvh> bvh_;  // null where no rays are traced
+    shared::BvhEntry entry_{};
     std::shared_ptr<const core::SkyRegions> sky_;
     std::array<Buffer, shared::kSceneBindings> buffers_;
     DescriptorSet set_;

@@ -17,7 +17,7 @@ shared::FrameData frameOf(const core::World& world, const GpuScene& scene, const
     frame.settings.skyRegions = (scene.features() & shared::kFeatureSkyRegions) != 0 ? 1 : 0;
     frame.camera = core::cameraData(view.camera, view.size.x, view.size.y);
     frame.camera.centred = view.centred ? 1 : 0;
-    frame.entry = core::entryOf(scene.hierarchy());
+    frame.entry = scene.entry();
     frame.tilesPerRow = (view.size.x + 7) / 8;
     return frame;
 }
