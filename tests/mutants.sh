@@ -95,7 +95,7 @@ instance-not-back@core/trace/bvh_traverse.h@ray = LocalRay(origin, direction);@@
 instance-slots-device@shaders/traverse.glsl@hit.slot = found ? slot + ray.offset : hit.slot;@hit.slot = found ? slot : hit.slot;@*InstancesLook*
 instance-mirrored@core/scene/world_geometry.cpp@if (mirrored) std::swap(w.v1, w.v2);@@Instances.Show*:World*
 bvh-one-grid@core/trace/bvh_grid.h@count >= all / 64 ? 2.0f : 0.25f@0.0f@BvhFar*
-bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * bySize.left.extent() <= bounds.box.extent()@false@BvhFar*
+bvh-one-scale@core/trace/bvh_builder.cpp@kMinStep * split.left.extent() <= bounds.box.extent()@false@BvhFar*
 bvh-entry-apart@core/trace/bvh_entry.cpp@leafMeets(bvh, entry.surroundings, outer.record(whole, 0)) ? 0 : 1@1@BvhFar*
 bvh-entry-ends@shaders/shared/intersect.h@within.x <= tMin && tMax < within.y@within.x <= tMin@BvhFar*
 bvh-no-reach@core/trace/bvh_builder.cpp@if (parts) consider(findReachSplit(span(range), bounds));@@BvhFar*
