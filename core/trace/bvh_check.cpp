@@ -33,11 +33,6 @@ bool isGrid(const Grid& grid)
     return fine;
 }
 
-glm::vec3 vectorIn(const uvec4& w)
-{
-    return {shared::uintAsFloat(w.x), shared::uintAsFloat(w.y), shared::uintAsFloat(w.z)};
-}
-
 /// The cells that all boxes on a way down have in common, as a record has them.
 struct Cells {
     uint32_t grid;  // index of it
@@ -206,7 +201,7 @@ bool Check::prototypesFit()
         const uint32_t way = ways_[p];
         if (way == shared::kNone || !takeNodes(still, way, 1)) return false;
         const uvec4* words = bvh_.node(way);
-        const Grid grid(vectorIn(words[0]), vectorIn(words[1]));
+        const Grid grid(bvh::vectorIn(words[0]), bvh::vectorIn(words[1]));
         const Tree tree{
             still.nodes, bvh_.prototypeSlots[p], options_.prototypes[p].triangles, {}, false};
         if (words[1].w != shared::kBvhDone || !isGrid(grid) ||
@@ -331,7 +326,7 @@ bool Check::walkChange(const Tree& tree, uint32_t node, uint32_t depth, const Ce
         !leadsBack(words + 2, cells, shared::kBvhDone))
         return false;
     ++(node < bvh_.moving.nodes.size() / 2 ? changesOfMoving_ : changes_);
-    const Grid finer(vectorIn(words[0]), vectorIn(words[1]));
+    const Grid finer(bvh::vectorIn(words[0]), bvh::vectorIn(words[1]));
     return isGrid(finer) && walk(tree, words[0].w, node, depth + 1, enter(finer, cells));
 }
 

@@ -34,11 +34,6 @@ bool leadsToFiner(const Bvh& bvh, uint32_t reference)
            bvh.node(reference & shared::kBvhIndexMask)[1].w == shared::kBvhDone;
 }
 
-glm::vec3 vectorIn(const uvec4& w)
-{
-    return {shared::uintAsFloat(w.x), shared::uintAsFloat(w.y), shared::uintAsFloat(w.z)};
-}
-
 }  // namespace
 
 shared::BvhEntry entryOf(const Bvh& bvh)
@@ -56,8 +51,8 @@ shared::BvhEntry entryOf(const Bvh& bvh)
         return entry;
     const uint32_t change = root[part].w & shared::kBvhIndexMask;
     const uvec4* there = bvh.node(change);
-    entry.gridLow = vectorIn(there[0]);
-    entry.gridScale = vectorIn(there[1]);
+    entry.gridLow = bvh::vectorIn(there[0]);
+    entry.gridScale = bvh::vectorIn(there[1]);
     entry.node = there[0].w;
     entry.way = bvh::gridReference(change + 1);
     entry.surroundings = root[1 - part];

@@ -111,6 +111,12 @@ inline shared::uvec4 floatWord(const glm::vec3& v, uint32_t w)
     return {shared::floatAsUint(v.x), shared::floatAsUint(v.y), shared::floatAsUint(v.z), w};
 }
 
+/// The vector in such a word.
+inline glm::vec3 vectorIn(const shared::uvec4& word)
+{
+    return {shared::uintAsFloat(word.x), shared::uintAsFloat(word.y), shared::uintAsFloat(word.z)};
+}
+
 /// The node of a way (see Bvh), as two words: to `root`, whose boxes lie on `grid`.
 inline void writeWay(shared::uvec4* words, const Grid& grid, uint32_t root)
 {

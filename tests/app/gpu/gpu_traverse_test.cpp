@@ -33,14 +33,14 @@ gpu::Device& device()
     return instance;
 }
 
-std::vector<DeviceRay> raysThrough(const core::World& world, size_t count, uint32_t seed)
+std::vector<DeviceRay> raysThrough(vec3 low, vec3 high, size_t count, uint32_t seed)
 {
     Random random(seed);
-    const vec3 size = world.boundsHigh - world.boundsLow;
+    const vec3 size = high - low;
     std::vector<DeviceRay> rays(count);
     for (DeviceRay& ray : rays) {
-        const vec3 target = world.boundsLow + size * random.cube();
-        ray.origin = world.boundsLow + size * (2.0f * random.cube() - 0.5f);
+        const vec3 target = low + size * random.cube();
+        ray.origin = low + size * (2.0f * random.cube() - 0.5f);
         ray.direction = glm::normalize(target - ray.origin);
         if (random() < 0.1f) {  // parallel to an axis: two zero components
             const int axis = static_cast<int>(random.below(3));
@@ -67,7 +67,8 @@ void expectSameHits(const Mesh& mesh, size_t count, uint32_t seed)
     const auto world = worldOf(mesh);
     gpu::GpuRays onDevice(device(), *world, true);
     const core::EmbreeRays embree(world);
-    const std::vector<DeviceRay> rays = raysThrough(*world, count, seed);
+    const std::vector<DeviceRay> rays =
+        raysThrough(world->boundsLow, world->boundsHigh, count, seed);
     onDevice.setRays(rays);
     onDevice.traceClosest();
     const std::vector<DeviceHit> hits = onDevice.hits();
@@ -123,11 +124,20 @@ TEST_F(GpuTraverse, SlowFindsWhatEmbreeFinds)
 /// the CPU's traversal of the same tree has them.
 TEST_F(GpuTraverse, FindsInstances)
 {
-    for (const int count : {3, 50, 500}) {
+    for (const int count : {3, 50, 500, 300}) {
         SCOPED_TRACE(count);
-        const auto world = tests::worldOf(tests::thicket(count), core::Instancing::kept);
+        tests::SceneBuilder scene = tests::thicket(count);
+        const bool isFar = count == 300;  // rays begin among the instances
+        if (isFar) scene.quad({-1e4f, -0.1f, 1e4f}, {2e4f, 0, 0}, {0, 0, -2e4f}, 0);
+        const auto world = tests::worldOf(scene, core::Instancing::kept);
+        ASSERT_EQ(core::entryOf(*core::bvhOf(*world, {})).way != shared::kBvhDone, isFar);
         gpu::GpuRays onDevice(device(), *world, true);
-        const std::vector<DeviceRay> rays = raysThrough(*world, 20000, 5);
+        const auto inWorld = [&](vec3 p) {
+            return static_cast<float>(world->placement.scale) * (p - vec3(world->placement.centre));
+        };
+        const std::vector<DeviceRay> rays =
+            isFar ? raysThrough(inWorld({-10, 0, -10}), inWorld({10, 3, 10}), 20000, 5)
+                  : raysThrough(world->boundsLow, world->boundsHigh, 20000, 5);
         onDevice.setRays(rays);
         onDevice.traceClosest();
         const std::vector<DeviceHit> hits = onDevice.hits();
@@ -220,7 +230,8 @@ TEST_F(GpuTraverse, FewTriangles)
         const auto world = worldOf(mesh);
         gpu::GpuRays onDevice(device(), *world, true);
         const core::EmbreeRays embree(world);
-        const std::vector<DeviceRay> rays = raysThrough(*world, 2000, n);
+        const std::vector<DeviceRay> rays =
+            raysThrough(world->boundsLow, world->boundsHigh, 2000, n);
         onDevice.setRays(rays);
         onDevice.traceClosest();
         const std::vector<DeviceHit> hits = onDevice.hits();
