@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -35,16 +36,18 @@ constexpr uint32_t kLessonsBeforeTrial = 2;
 constexpr uint64_t kTriedAgain = 8, kMostPatience = 512;
 // How many times less error^2 times cost the paths must promise for the guide to pay. A guide that
 // is not there yet gets better with every lesson: it is followed at once where it promises much,
-// given up soon where it makes matters worse, and after some lessons where there is no hope. In
-// rooms that gain by it (kitchen, sponza) the recorded paths, which alone follow it, promise 1.14
-// to 1.18 after eight samples and 1.2 after ten to fourteen; in others (staircase, white room,
-// bathroom, modern hall, a box of diffuse walls) .75 to 1.1 and at most 1.13. Followed by all paths
-// it learns from more of them and promises 1.4 to 1.6 soon, of which it keeps 1.5; what promises
-// less than 1.3 then keeps .9 to 1.0.
-constexpr double kMuchGain = 1.6, kEnoughGain = 1.2, kHopefulGain = 1.05, kLittleGain = 0.8;
+// and has a number of samples to promise enough. In rooms that gain by it (kitchen, sponza;
+// 192x108, six seeds) the recorded paths, which alone follow it, promise at least .99 after five
+// samples, 1.11 after eight, 1.13 after ten, 1.17 after twelve and 1.2 after fourteen; in others at
+// most 1.0 (bathroom, white room, boxes of diffuse walls), 1.12 (modern hall) and 1.13 (staircase),
+// however long they wait. What has fallen behind a line that leads to enough is given up: recorded
+// paths cost half as much again as plain ones. Followed by all paths a guide learns from more of
+// them and promises 1.4 to 1.6 soon, of which it keeps 1.5; what promises less than 1.3 then keeps
+// .9 to 1.0.
+constexpr double kMuchGain = 1.6, kEnoughGain = 1.2, kHopefulGain = 0.94, kLittleGain = 0.8;
+constexpr uint64_t kSamplesToHope = 4, kSamplesOfProof = 14;
+// A trial that is not the first has so many lessons.
 constexpr uint32_t kLessonsOfTrial = 6;
-// Hope ends after so many samples of a view.
-constexpr uint64_t kSamplesOfProof = 16;
 // While the camera moves nothing is known of pixels, and lessons are of single samples: a guide
 // gets there more slowly, and learns all the time, which is in no cost. After twelve lessons rooms
 // and a glossy box promise 1.15 to 1.6, a box of diffuse walls 1 to 1.1. What has been given up
@@ -79,6 +82,13 @@ guiding::GuideOptions optionsOf(const GuidedParams& params, const guiding::Guide
     options.depth = params.depth;
     options.box = box;
     return options;
+}
+
+/// What the first trial must promise after so many samples of a view to go on.
+double hopefulGain(uint64_t samples)
+{
+    const double part = double(samples - kSamplesToHope) / double(kSamplesOfProof - kSamplesToHope);
+    return std::lerp(kHopefulGain, kEnoughGain, std::min(part, 1.0));
 }
 
 /// Samples from lesson to lesson, steadily.
@@ -347,17 +357,16 @@ void GuideTraining::decide()
         const bool isFirst = ++lessonsOfTrial_ == 1;
         const bool moves = viewSamples_ == 1, again = patience_ > kTriedAgain;
         const uint32_t lessons = moves && !again ? kLessonsOfMovingTrial : kLessonsOfTrial;
-        const bool isLast = lessonsOfTrial_ >= lessons || isOver;
+        const bool proves = !moves && !again;
+        const bool isLast =
+            isOver || (proves ? viewSamples_ >= kSamplesOfProof : lessonsOfTrial_ >= lessons);
         double enough = kEnoughGain;
         if (moves)
             enough = again ? kGainOfReturn : kMovingGain;
         else if (again)
             enough = kMuchGain;
-        double least = kLittleGain;
-        if (isLast) {
-            const bool mayHope = !moves && !again && !isOver && viewSamples_ < kSamplesOfProof;
-            least = mayHope ? kHopefulGain : enough;
-        }
+        double least = isLast ? enough : kLittleGain;
+        if (proves && !isLast && viewSamples_ >= kSamplesToHope) least = hopefulGain(viewSamples_);
         const bool early = (isFirst || moves) && !isLast;
         if (gain() < least)
             state_ = State::doesNotPay;

@@ -81,6 +81,17 @@ TEST_P(GuidedDecisions, IsNotFollowedWithoutAPromise)
     EXPECT_LT(detail("guide_gain"), 1.2);
 }
 
+/// What promises a loss is not tried to the end: recorded paths cost more than others.
+TEST_P(GuidedDecisions, IsGivenUpSoonWhereThereIsNoHope)
+{
+    begin("cornell-diffuse", {144, 144});
+    for (const uint32_t seed : {3u, 4u, 5u}) {
+        render({.seed = seed}, 5);
+        EXPECT_EQ(guiding(), "does not pay here") << seed;
+        EXPECT_LT(detail("guide_gain"), 0.97) << seed;
+    }
+}
+
 /// What is neither hopeless nor promised yet is tried on: here the promise comes late.
 TEST_P(GuidedDecisions, IsFollowedOnceItPromisesEnough)
 {
