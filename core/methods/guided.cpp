@@ -17,7 +17,8 @@ std::span<const GuidedVariant> guidedVariants()
     using namespace shared;
     static constexpr GuidedVariant kVariants[] = {
         {kFeatureEmissiveTriangles | kFeatureManyEmitters, renderFlatGuidedTile},
-        {0xffffffffu, renderAnyGuidedTile},
+        {~kFeatureEmitterTree, renderAnyGuidedTile},
+        {0xffffffffu, renderAnyTreeGuidedTile},
     };
     return kVariants;
 }

@@ -1,5 +1,5 @@
-// Everything a scene may hold.
-#define REKINDLE_FEATURES 0xffffffffu
+// Everything a scene may hold but emitters that are chosen by place.
+#define REKINDLE_FEATURES (~shared::kFeatureEmitterTree)
 #include "core/methods/guided_kernel_body.h"
 
 namespace core {
@@ -7,7 +7,7 @@ namespace core {
 TileTally renderAnyGuidedTile(const GuidedJob& job, const Tile& tile, Film& film,
                               guiding::PathRecords& records)
 {
-    return renderGuidedTile(job, tile, film, records);
+    return renderGuidedTile<shadeAnyGuided>(job, tile, film, records);
 }
 
 }  // namespace core

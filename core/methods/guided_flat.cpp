@@ -7,7 +7,7 @@ namespace core {
 TileTally renderFlatGuidedTile(const GuidedJob& job, const Tile& tile, Film& film,
                                guiding::PathRecords& records)
 {
-    return renderGuidedTile(job, tile, film, records);
+    return renderGuidedTile<shadeFlatGuided>(job, tile, film, records);
 }
 
 }  // namespace core

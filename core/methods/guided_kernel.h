@@ -6,6 +6,7 @@
 
 #include "core/guiding/guide.h"
 #include "core/methods/path_kernel.h"
+#include "shared/guided_path.h"
 
 namespace core {
 
@@ -19,6 +20,26 @@ struct GuidedJob {
 using GuidedKernel = TileTally (*)(const GuidedJob& job, const Tile& tile, Film& film,
                                    guiding::PathRecords& records);
 
+/// What shared::shadeGuided is told of one vertex, beside scene, guide and settings.
+struct GuidedStep {
+    bool follows;
+    const shared::VertexNumbers& numbers;
+    const shared::Hit& hit;
+    shared::PathState& path;
+    shared::GuidedState& state;
+    shared::ShadowRay& shadow;
+    shared::GuideRecord& record;
+    uint32_t& recorded;
+    glm::vec3& L;
+};
+
+/// shared::shadeGuided.
+using GuidedShade = bool (*)(const GuidedJob& job, const GuidedStep& step);
+
+bool shadeFlatGuided(const GuidedJob& job, const GuidedStep& step);
+bool shadeAnyGuided(const GuidedJob& job, const GuidedStep& step);
+bool shadeAnyTreeGuided(const GuidedJob& job, const GuidedStep& step);
+
 struct GuidedVariant {
     uint32_t features;
     GuidedKernel kernel;
@@ -31,5 +52,7 @@ TileTally renderFlatGuidedTile(const GuidedJob& job, const Tile& tile, Film& fil
                                guiding::PathRecords& records);
 TileTally renderAnyGuidedTile(const GuidedJob& job, const Tile& tile, Film& film,
                               guiding::PathRecords& records);
+TileTally renderAnyTreeGuidedTile(const GuidedJob& job, const Tile& tile, Film& film,
+                                  guiding::PathRecords& records);
 
 }  // namespace core

@@ -1,11 +1,12 @@
-// What guided paths do at their vertices (shaders/shared/guided_path.h), in the loop of all path
-// tracers. Included once by each guided_*.cpp, after REKINDLE_FEATURES is defined.
+// Guided paths in the loop of all path tracers. What happens at the vertices that follow the guide
+// or leave records is compiled apart (guided_vertex_body.h): with both in one source file compilers
+// inline less of what happens at the others. Included once by each guided_*.cpp, after
+// REKINDLE_FEATURES is defined.
 #include <algorithm>
 
 #include "core/base/per_thread.h"
 #include "core/methods/guided_kernel.h"
 #include "core/methods/path_kernel_body.h"
-#include "shared/guided_path.h"
 
 namespace core {
 
@@ -27,8 +28,10 @@ uint32_t laneOf(glm::uvec2 pixel)
     return shared::guideCell({x, y});
 }
 
-class GuidedVertices {
+template <GuidedShade shadeVertex> class GuidedVertices {
 public:
+    static constexpr bool kAllPlain = false;
+
     GuidedVertices(const GuidedJob& job, WaveRecords& wave, guiding::PathRecords& out)
         : job_(job), wave_(wave), out_(out)
     {}
@@ -46,19 +49,22 @@ public:
         wave_.madeCount = 0;
     }
 
-    bool shade(const PathJob& job, const shared::VertexNumbers& numbers, const shared::Hit& hit,
-               size_t i, shared::PathState& path, shared::ShadowRay& shadow, glm::vec3& L)
+    /// The same to the bit for less, where nobody asks what the guide says.
+    bool isPlain(size_t i) const
     {
-        const bool follows = shared::followsGuide(job.settings, wave_.isRecorded[i] != 0);
-        // The same to the bit for less, where nobody asks what the guide says.
-        if (!follows && wave_.isRecorded[i] == 0)
-            return shared::shadeSurface(job.scene, job.settings, numbers, hit, path, shadow, L);
+        return wave_.isRecorded[i] == 0 && !shared::followsGuide(job_.path.settings, false);
+    }
+
+    bool shade(const shared::VertexNumbers& numbers, const shared::Hit& hit, size_t i,
+               shared::PathState& path, shared::ShadowRay& shadow, glm::vec3& L)
+    {
         // The place of the record that would be made; of the last one where none is wanted.
         const size_t slot = std::min<size_t>(wave_.count[i], shared::kGuideVertices - 1);
-        uint32_t recorded = wave_.isRecorded[i] != 0 && wave_.count[i] < shared::kGuideVertices;
-        const bool goes =
-            shared::shadeGuided(job.scene, job_.guide, job.settings, follows, numbers, hit, path,
-                                wave_.states[i], shadow, wave_.records[i][slot], recorded, L);
+        const bool isRecorded = wave_.isRecorded[i] != 0;
+        const bool follows = shared::followsGuide(job_.path.settings, isRecorded);
+        uint32_t recorded = isRecorded && wave_.count[i] < shared::kGuideVertices;
+        const bool goes = shadeVertex(job_, {follows, numbers, hit, path, wave_.states[i], shadow,
+                                             wave_.records[i][slot], recorded, L});
         if (recorded != 0) {
             ++wave_.count[i];
             wave_.made[wave_.madeCount++] = static_cast<uint32_t>(i);
@@ -92,10 +98,12 @@ private:
     guiding::PathRecords& out_;
 };
 
+template <GuidedShade shadeVertex>
 TileTally renderGuidedTile(const GuidedJob& job, const Tile& tile, Film& film,
                            guiding::PathRecords& records)
 {
-    return renderTile(job.path, tile, film, GuidedVertices(job, perThread<WaveRecords>(), records));
+    return renderTile(job.path, tile, film,
+                      GuidedVertices<shadeVertex>(job, perThread<WaveRecords>(), records));
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 // The loop of the path tracers around the shared estimator (shaders/shared/path.h). One sample of
 // each pixel of a tile makes a wave of paths that go on together: rays are traced in packets of 16,
-// shading is one path at a time, but for the choice of emitters in their tree. What a vertex does
-// is a parameter. Included once by path_*.cpp and guided_*.cpp, after REKINDLE_FEATURES is defined.
+// shading is one path at a time, but for the choice of emitters in their tree. What is not plain at
+// a vertex is a parameter. Included once by path_*.cpp and guided_*.cpp, after REKINDLE_FEATURES is
+// defined.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
-#include <type_traits>
 
 #include "core/base/per_thread.h"
 #include "core/methods/path_kernel.h"
@@ -93,13 +93,16 @@ shared::SampleStream streamOf(const Wave& wave, size_t i)
 
 /// What a method does at the vertices of paths: this one what the shared text says.
 struct PlainVertices {
+    static constexpr bool kAllPlain = true;
     /// Path `i` of a wave begins.
     void begin(glm::uvec2, uint32_t, size_t) {}
-    /// shared::shadeSurface, of path `i`.
-    bool shade(const PathJob& job, const shared::VertexNumbers& numbers, const shared::Hit& hit,
-               size_t, shared::PathState& path, shared::ShadowRay& shadow, glm::vec3& L)
+    /// Whether shared::shadeSurface is all that happens at the vertices of path `i`.
+    static constexpr bool isPlain(size_t) { return true; }
+    /// In its place where that is not so.
+    static bool shade(const shared::VertexNumbers&, const shared::Hit&, size_t, shared::PathState&,
+                      shared::ShadowRay&, glm::vec3&)
     {
-        return shared::shadeSurface(job.scene, job.settings, numbers, hit, path, shadow, L);
+        return false;
     }
     /// The connections of this depth are in `radiance`.
     void connected(std::span<const glm::vec3>) {}
@@ -124,6 +127,11 @@ void beginWave(const PathJob& job, const Tile& tile, uint32_t sample, Wave& wave
             vertices.begin(pixel, sample, i);
         }
     }
+    // Plain vertices one after the other, then those that are not: what shades them would otherwise
+    // take turns in the processor's caches.
+    if constexpr (!Vertices::kAllPlain)
+        std::stable_partition(wave.active.begin(), wave.active.begin() + i,
+                              [&](uint32_t path) { return vertices.isPlain(path); });
     wave.activeCount = i;
     wave.depth = 0;
 }
@@ -199,8 +207,12 @@ template <class Vertices> size_t shadeEach(const PathJob& job, Wave& wave, Verti
         shared::PathState& path = wave.paths[i];
         if (hasMissed(job, wave, k)) continue;
         shared::ShadowRay shadow;
-        const bool goes = vertices.shade(job, numbersOf(wave, k), wave.hits[k], i, path, shadow,
-                                         wave.radiance[i]);
+        const shared::VertexNumbers numbers = numbersOf(wave, k);
+        const bool goes =
+            vertices.isPlain(i)
+                ? shared::shadeSurface(job.scene, job.settings, numbers, wave.hits[k], path, shadow,
+                                       wave.radiance[i])
+                : vertices.shade(numbers, wave.hits[k], i, path, shadow, wave.radiance[i]);
         queueConnection(job, shadow, i, wave);
         if (goes) wave.active[going++] = i;
     }
@@ -217,8 +229,11 @@ struct VertexBlock {
     size_t count;
 };
 
-/// Shades the active paths from `first` up to their choice of emitters.
-void prepareBlock(const PathJob& job, size_t first, Wave& wave, VertexBlock& block)
+/// Shades the active paths from `first` up to their choice of emitters; those that are not plain
+/// wholly, and keeps those of them that go on.
+template <class Vertices>
+void prepareBlock(const PathJob& job, size_t first, Wave& wave, Vertices& vertices, size_t& going,
+                  VertexBlock& block)
 {
     block.count = 0;
     const size_t end = std::min(first + VertexBlock::kSize, wave.activeCount);
@@ -227,6 +242,14 @@ void prepareBlock(const PathJob& job, size_t first, Wave& wave, VertexBlock& blo
         const uint32_t i = wave.active[k];
         shared::PathState& path = wave.paths[i];
         if (hasMissed(job, wave, k)) continue;
+        if (!vertices.isPlain(i)) {
+            shared::ShadowRay shadow;
+            const bool goes =
+                vertices.shade(numbersOf(wave, k), wave.hits[k], i, path, shadow, wave.radiance[i]);
+            queueConnection(job, shadow, i, wave);
+            if (goes) wave.active[going++] = i;
+            continue;
+        }
         const size_t b = block.count;
         block.numbers[b] = numbersOf(wave, k);
         block.paths[b] = i;
@@ -263,13 +286,13 @@ void chooseTogether(const PathJob& job, VertexBlock& block)
     }
 }
 
-/// shadeEach with shared::shadeSurface, by blocks: where emitters are chosen in their tree.
-[[maybe_unused]] size_t shadeBlocks(const PathJob& job, Wave& wave)
+/// shadeEach by blocks: where emitters are chosen in their tree.
+template <class Vertices> size_t shadeBlocks(const PathJob& job, Wave& wave, Vertices& vertices)
 {
     VertexBlock& block = perThread<VertexBlock>();
     size_t going = 0;
     for (size_t first = 0; first < wave.activeCount; first += VertexBlock::kSize) {
-        prepareBlock(job, first, wave, block);
+        prepareBlock(job, first, wave, vertices, going, block);
         chooseTogether(job, block);
         for (size_t b = 0; b < block.count; ++b) {
             const uint32_t i = block.paths[b];
@@ -290,10 +313,8 @@ template <class Vertices> void shadeWave(const PathJob& job, Wave& wave, Vertice
     drawNumbers(wave);
     wave.shadowCount = 0;
     // Known when this is compiled: with both in one program compilers leave vertices in memory.
-    constexpr bool kBlocks =
-        FEATURE(shared::kFeatureEmitterTree) && std::is_same_v<Vertices, PlainVertices>;
-    if constexpr (kBlocks)
-        wave.activeCount = shadeBlocks(job, wave);
+    if constexpr (FEATURE(shared::kFeatureEmitterTree))
+        wave.activeCount = shadeBlocks(job, wave, vertices);
     else
         wave.activeCount = shadeEach(job, wave, vertices);
     ++wave.depth;
