@@ -102,6 +102,9 @@ bvh-no-reach@core/trace/bvh_builder.cpp@if (parts) consider(findReachSplit(span(
 bvh-refit-old-grid@core/trace/bvh_refit.cpp@bvh::writeGridChange(&nodes[2 * size_t(change)], finer, grid, root);@@BvhFar*
 coat-emission-flat@shaders/shared/lights.h@s.radiance = coatedEmission(scene, e, s.barycentrics, s.wi);@;@CoatedLamp.*
 light-rims-dark@shaders/shared/virtual_light.h@    if (!(side * local.z > 0.0f)) {@    if (!(side * local.z > 0.0f)) return vec3(0.0f); if (false) {@VirtualLights.SendWhat*:ManyLights.*CoarseSmooth*
+whole-pairs-that-differ@core/many_lights/whole_pairs.cpp@return visible == 0 ? Agreement::hidden : Agreement::none;@return Agreement::hidden;@WholePairs*
+whole-pairs-backs-of-lights@core/many_lights/whole_pairs.cpp@above(l.axis, -1)@above(l.axis, 1)@WholePairs*
+dark-rows-by-chance@core/many_lights/dark_rows.cpp@if (!sees && kLooks * rough.of(i) < kExpected * light_[row]) continue;@@DarkRows*
 particle-rims-dark@core/many_lights/light_particle.cpp@constexpr float kBetween = 0.25f;@constexpr float kBetween = 0;@ManyLights.*CoarseSmooth*
 coat-light-flat@core/many_lights/light_paths.cpp@white.clearcoat = coat;@@CoatedLamp.*
 coat-light-weakened@core/many_lights/light_paths.cpp@surface.bsdf.parts |= shared::kLightEmits;@@CoatedLamp.*
