@@ -39,7 +39,7 @@ constexpr uint64_t kTriedAgain = 8, kMostPatience = 512;
 // and has a number of samples to promise enough. In rooms that gain by it (kitchen, sponza;
 // 192x108, six seeds, both devices) the recorded paths, which alone follow it, promise at least
 // .98 after four samples, 1.11 after eight, 1.15 after twelve and, but for one seed, 1.2 after
-// fourteen; in others at most 1.0 (bathroom, white room, boxes of diffuse walls), 1.12 (modern
+// fourteen; in others at most 1.03 (bathroom, white room, boxes of diffuse walls), 1.12 (modern
 // hall) and 1.13 (staircase), however long they wait. What falls behind a line below the former is
 // given up: recorded paths cost half as much again as plain ones. Followed by all paths a guide
 // learns from more of them and promises 1.4 to 1.6 soon, of which it keeps 1.5; what promises less
