@@ -125,6 +125,8 @@ struct ManyLightsBenchOptions {
     core::ManyLightsParams params;   // what all methods have in common
     std::vector<uint32_t> clusters;  // to sweep over; ascending
     uint32_t mainClusters = 0;       // one of them: of everything else
+    std::vector<float> errors;       // that lightcuts and IlluminationCut allow
+    float mainError = 0;             // one of them: beside mainClusters
     std::optional<double> share;     // of the slices; absent: until `receivers` are lit
     uint32_t receivers = 0;
     uint32_t repetitions = 0;

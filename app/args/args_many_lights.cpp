@@ -16,6 +16,7 @@ struct ManyLightsArguments {
     SceneOptions loading;  // of every scene, but for the file
     std::vector<std::filesystem::path> files;
     std::vector<uint32_t> clusters;
+    std::vector<float> errors;
     std::optional<uint32_t> width, lights, repetitions;
     bool noSweeps = false, noPictures = false;
 };
@@ -23,18 +24,28 @@ struct ManyLightsArguments {
 struct ManyLightsAmounts {
     uint32_t width, lights, receivers, repetitions;
     std::vector<uint32_t> clusters;
+    std::vector<float> errors;
 };
 
-/// The thesis's density of receivers and its lights; slices that hold so many receivers stand for
-/// the frame.
-const ManyLightsAmounts kUsualManyLights{
-    1280, 100000, 16000, 3, {250, 500, 1000, 2000, 4000, 8000}};
-const ManyLightsAmounts kQuickManyLights{640, 20000, 8000, 3, {250, 1000}};
+/// The thesis's density of receivers, its lights and its errors; slices that hold so many receivers
+/// stand for the frame.
+const ManyLightsAmounts kUsualManyLights{1280,
+                                         100000,
+                                         16000,
+                                         3,
+                                         {250, 500, 1000, 2000, 4000, 8000},
+                                         {0.005f, 0.01f, 0.02f, 0.05f, 0.1f}};
+const ManyLightsAmounts kQuickManyLights{640, 20000, 8000, 3, {250, 1000}, {0.02f, 0.1f}};
 
 std::vector<uint32_t> readClusters(const std::string& text)
 {
     return readNumbers<uint32_t>("--clusters", text, {1, 200000},
                                  "a whole number from 1 to 200000");
+}
+
+std::vector<float> readErrors(const std::string& text)
+{
+    return readNumbers<float>("--errors", text, {1e-4, 1}, "a number from 0.0001 to 1");
 }
 
 /// The thesis's lights, clamp and receivers, which all methods have in common.
@@ -53,6 +64,13 @@ uint32_t mainOf(const std::vector<uint32_t>& clusters)
 {
     return *std::ranges::min_element(
         clusters, {}, [](uint32_t c) { return std::max(c, 1000u) - std::min(c, 1000u); });
+}
+
+/// The error nearest to the thesis's .02, by their ratio.
+float mainErrorOf(const std::vector<float>& errors)
+{
+    return *std::ranges::min_element(
+        errors, {}, [](float e) { return std::max(e, 0.02f) / std::min(e, 0.02f); });
 }
 
 void addFrameOptions(CLI::App& app, ManyLightsBenchOptions& o, ManyLightsArguments& given)
@@ -92,6 +110,9 @@ void addAmountOptions(CLI::App& app, ManyLightsBenchOptions& o, ManyLightsArgume
     addRead(app, group, "--clusters", "LIST", given.clusters, readClusters,
             "clusters of a slice (default 250,500,1000,2000,4000,8000; quick: 250,1000); what is "
             "measured at one number only is at that nearest to 1000");
+    addRead(app, group, "--errors", "LIST", given.errors, readErrors,
+            "relative errors that lightcuts and illumination-cut allow (default "
+            ".005,.01,.02,.05,.1; quick: .02,.1); that nearest to .02 stands beside the others");
     addRead(
         app, group, "--share", "X", o.share,
         [](const std::string& text) {
@@ -128,6 +149,8 @@ ManyLightsBenchOptions finished(ManyLightsBenchOptions o, const ManyLightsArgume
     o.receivers = usual.receivers;
     o.clusters = given.clusters.empty() ? usual.clusters : given.clusters;
     o.mainClusters = mainOf(o.clusters);
+    o.errors = given.errors.empty() ? usual.errors : given.errors;
+    o.mainError = mainErrorOf(o.errors);
     o.sweeps = !given.noSweeps;
     o.pictures = !given.noPictures;
     return o;

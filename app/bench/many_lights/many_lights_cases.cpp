@@ -18,11 +18,8 @@ using core::ManyLightsParams, core::many_lights::CompletionMethod,
     core::many_lights::Technique;
 
 constexpr double kOwnRate = std::numeric_limits<double>::quiet_NaN();
-constexpr double kCap = 0.4;  // of the adaptive rate, in the thesis and here
-/// Of what a point receives: the one that stands beside the main number of clusters, and how large
-/// a cut may become.
-constexpr float kCommonError = 0.02f;
-constexpr uint32_t kMostClusters = 8000;
+constexpr double kCap = 0.4;              // of the adaptive rate, in the thesis and here
+constexpr uint32_t kMostClusters = 8000;  // of a cut that ends at an error
 
 /// Slices that completion of our own likes best (docs/many-lights.md).
 constexpr uint32_t kLargeSlice = 2000;
@@ -150,13 +147,6 @@ std::vector<uint32_t> fixedRateClusters(const ManyLightsBenchOptions& options)
                                            : std::vector{main};
 }
 
-/// The thesis's, descending.
-std::vector<float> allowedErrors(bool quick)
-{
-    return quick ? std::vector{0.1f, kCommonError}
-                 : std::vector{0.1f, 0.05f, kCommonError, 0.01f, 0.005f};
-}
-
 void addCases(const ManyLightsBenchOptions& options, const Method& method, std::vector<Case>& out)
 {
     const std::vector<double> rates = fixedRates(options.quick);
@@ -168,8 +158,8 @@ void addCases(const ManyLightsBenchOptions& options, const Method& method, std::
         for (const uint32_t clusters : options.clusters) add(clusters, kOwnRate);
         break;
     case Sweep::errors:
-        for (const float error : allowedErrors(options.quick)) {
-            add(error == kCommonError ? options.mainClusters : 0, kOwnRate);
+        for (const float error : options.errors) {
+            add(error == options.mainError ? options.mainClusters : 0, kOwnRate);
             out.back().params.clusters = kMostClusters;
             out.back().params.error = error;
         }

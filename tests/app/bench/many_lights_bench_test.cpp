@@ -283,6 +283,8 @@ app::ManyLightsBenchOptions options(bool quick)
     app::ManyLightsBenchOptions o;
     o.clusters = {250, 1000};
     o.mainClusters = 1000;
+    o.errors = {0.02f, 0.1f};
+    o.mainError = 0.02f;
     o.quick = quick;
     return o;
 }

@@ -2,6 +2,7 @@
 // what it keeps, how it stops.
 #include <cmath>
 #include <csignal>
+#include <map>
 #include <set>
 
 #include "tests/support/files/markup.h"
@@ -33,6 +34,8 @@ TEST_F(ManyLightsCommand, NonsenseIsRefused)
     expectRefused(bench + Strings{"--clusters", "10,many"}, 2, "'many'");
     expectRefused(bench + Strings{"--clusters", "0"}, 2, "--clusters");
     expectRefused(bench + Strings{"--clusters", ","}, 2, "empty");
+    expectRefused(bench + Strings{"--errors", "0"}, 2, "--errors");
+    expectRefused(bench + Strings{"--errors", ".02,none"}, 2, "'none'");
     expectRefused(bench + Strings{"--share", "2"}, 2, "--share");
     expectRefused(bench + Strings{"--repetitions", "0"}, 2, "--repetitions");
     expectRefused(bench + Strings{"--methods", "matchin"}, 2, "did you mean matching?");
@@ -60,6 +63,23 @@ TEST_F(ManyLightsCommand, InputAndFoldersThatCannotBeAreRefused)
     expectRefused(bench + Strings{kScene, "-o", "file"}, 3, "file: is a file");
     expectRefused(bench + Strings{kScene, "-o", "/proc/nowhere"}, 3, "cannot be made");
     EXPECT_EQ(readAll(work("file")), "mine");
+}
+
+/// Rows of the errors that were asked for; the one nearest to the thesis's stands beside others.
+TEST_F(ManyLightsCommand, MeasuresTheErrorsThatAreGiven)
+{
+    const Result result = finish(
+        start(kManyLights + kFewLights +
+              Strings{kScene, "-o", "errors", "--errors", ".3,.05", "--methods", "illumination-cut",
+                      "--no-sweeps", "--no-pictures", "--repetitions", "1"}),
+        180);
+    ASSERT_EQ(result.code, 0) << result.err;
+    const Json json = results("errors");
+    std::map<double, uint32_t> clusters;
+    for (const Json& row : json.at("rows"))
+        if (row.at("method") == "illumination-cut")
+            clusters[std::round(100 * row.at("error_allowed").get<double>())] = row.at("clusters");
+    EXPECT_EQ(clusters, (std::map<double, uint32_t>{{5, 40}, {30, 0}}));
 }
 
 TEST_F(ManyLightsCommand, WritesAPageAndItsNumbers)
