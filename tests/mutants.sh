@@ -112,6 +112,8 @@ diffuse-rims-flat@core/many_lights/light_paths.cpp@if (shared::isLambert(v.bsdf)
 rims-bent-twice@core/many_lights/light_particle.cpp@if (v.wo.z > kMostOfBent) return surface;@return surface;@VirtualLights.*Rims*
 bounds-of-flat-cones@core/many_lights/row_bounds.cpp@    cone.sine[word] = sine;@    cone.sine[word] = 0;@RowBounds*
 cover-shone-through@core/many_lights/shadow_packets.h@shared::connectionEnd(std::sqrt(squared))@0.9999f@Techniques.ACover*
+shadow-run-elsewhere@core/many_lights/shadow_packets.h@traceRun(target, 64 * w + i, visible + w, i);@traceRun(target, 64 * w, visible + w, i);@ShadowPackets*
+shadow-run-one-seed@core/many_lights/shadow_packets.cpp@shared::hashUint(target.seed ^ seeds[i])@shared::hashUint(target.seed ^ seeds[0])@ShadowPackets*
 pilot-believed@core/many_lights/light_paths.cpp@if (pilot.lights.empty()) return static_cast<uint32_t>(most);@if (pilot.lights.empty()) return 0;@VirtualLights*
 pane-light-twice@core/many_lights/lost_light.cpp@walk.path.pdf = walk.pdf;@walk.path.pdf = 0;@ManyLightsBehindPanes*
 pane-unpassed@core/many_lights/lost_light.cpp@if (panes) connectReceiver(job, scene, r, v, n, walk, wave);@@Panes*

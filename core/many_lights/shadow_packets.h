@@ -25,20 +25,20 @@ struct ShadowTarget {
     uint32_t seed;
 };
 
-/// A packet and where its answers go: word and bit of each ray.
-struct ShadowPack {
-    RayPacket rays;
-    std::array<uint64_t*, RayPacket::kSize> word;
-    std::array<uint64_t, RayPacket::kSize> bit;
+/// Lays out the rays of sixteen neighbouring rows, `first` and those after it. `blends`: their
+/// seeds matter, which are 0 otherwise. Of slices through no row of which light passes.
+void layOutRun(const SliceRows& rows, const ShadowTarget& target, uint32_t first, bool blends,
+               RayPacket& rays);
 
-    /// Sets the bits of rays that nothing blocks.
-    void answer(uint32_t blocked, uint32_t size) const
-    {
-        for (uint32_t i = 0; i < size; ++i) *word[i] |= (blocked >> i & 1u) != 0 ? 0 : bit[i];
-    }
-};
+/// How far a ray goes whose length reaches a light: a light on a surface must not be blocked by
+/// that surface. As shared::connectionEnd; only beyond ten units does that ask for a root.
+inline float endTowards(const glm::vec3& direction)
+{
+    const float squared = glm::dot(direction, direction);
+    return squared > 100.0f ? shared::connectionEnd(std::sqrt(squared)) : 0.9999f;
+}
 
-/// Collects rays for `take(pack, size)`.
+/// Collects rays for `take(rays, size)`, which returns a bit for each: 1 where it is blocked.
 template <class Take> class ShadowPacker {
 public:
     /// Keeps both by reference.
@@ -54,47 +54,64 @@ public:
         const uint32_t origin = transmits_ ? originOf(row, target.at, perOrigin) : row;
         const float x = rows_.originX()[origin], y = rows_.originY()[origin],
                     z = rows_.originZ()[origin];
-        RayPacket& rays = pack_.rays;
         const glm::vec3 direction(target.at.x - perOrigin * x, target.at.y - perOrigin * y,
                                   target.at.z - perOrigin * z);
-        rays.originX[size_] = x;
-        rays.originY[size_] = y;
-        rays.originZ[size_] = z;
-        rays.directionX[size_] = direction.x;
-        rays.directionY[size_] = direction.y;
-        rays.directionZ[size_] = direction.z;
-        rays.tMax[size_] = target.distant ? shared::kDistant : endTowards(direction);
-        rays.seed[size_] = blends_ ? shared::hashUint(target.seed ^ rows_.seeds()[row]) : 0u;
-        pack_.word[size_] = word;
-        pack_.bit[size_] = bit;
+        rays_.originX[size_] = x;
+        rays_.originY[size_] = y;
+        rays_.originZ[size_] = z;
+        rays_.directionX[size_] = direction.x;
+        rays_.directionY[size_] = direction.y;
+        rays_.directionZ[size_] = direction.z;
+        rays_.tMax[size_] = target.distant ? shared::kDistant : endTowards(direction);
+        rays_.seed[size_] = blends_ ? shared::hashUint(target.seed ^ rows_.seeds()[row]) : 0u;
+        word_[size_] = word;
+        bit_[size_] = bit;
         if (++size_ == RayPacket::kSize) flush();
     }
 
-    /// Rays from all rows of a mask, whose answers go to the same bits of `visible`.
+    /// Rays from all rows of a mask, whose answers go to the same bits of `visible`. Sixteen
+    /// neighbours are a packet of their own, which is laid out in vectors.
     void addAll(const Column& column, const uint64_t* rows, uint64_t* visible)
     {
         const ShadowTarget target(column);
         const uint32_t words = wordsFor(rows_.count());
-        for (uint32_t w = 0; w < words; ++w)
-            for (uint64_t rest = rows[w]; rest != 0; rest &= rest - 1)
+        for (uint32_t w = 0; w < words; ++w) {
+            uint64_t rest = rows[w];
+            if (!transmits_)
+                for (uint64_t runs = runsOf(rest); runs != 0; runs = runsOf(rest)) {
+                    const auto i = static_cast<uint32_t>(std::countr_zero(runs));
+                    traceRun(target, 64 * w + i, visible + w, i);
+                    rest &= ~(kRun << i);
+                }
+            for (; rest != 0; rest &= rest - 1)
                 add(target, 64 * w + static_cast<uint32_t>(std::countr_zero(rest)), visible + w,
                     rest & (~rest + 1));
+        }
     }
 
     /// Hands on what has been collected.
     void flush()
     {
-        if (size_ > 0) take_(pack_, size_);
+        if (size_ == 0) return;
+        const uint32_t blocked = take_(rays_, size_);
+        for (uint32_t i = 0; i < size_; ++i) *word_[i] |= (blocked >> i & 1u) != 0 ? 0 : bit_[i];
         size_ = 0;
     }
 
 private:
-    /// How far a ray goes whose length reaches a light: a light on a surface must not be blocked by
-    /// that surface. As shared::connectionEnd; only beyond ten units does that ask for a root.
-    static float endTowards(const glm::vec3& direction)
+    static constexpr uint64_t kRun = (uint64_t(1) << RayPacket::kSize) - 1;
+
+    /// Where sixteen bits in a row begin that are set.
+    static uint64_t runsOf(uint64_t bits)
     {
-        const float squared = glm::dot(direction, direction);
-        return squared > 100.0f ? shared::connectionEnd(std::sqrt(squared)) : 0.9999f;
+        for (uint32_t step = 1; step < RayPacket::kSize; step *= 2) bits &= bits >> step;
+        return bits;
+    }
+
+    void traceRun(const ShadowTarget& target, uint32_t first, uint64_t* word, uint32_t shift)
+    {
+        layOutRun(rows_, target, first, blends_, run_);
+        *word |= (~uint64_t(take_(run_, RayPacket::kSize)) & kRun) << shift;
     }
 
     /// Where the ray of a row begins: behind it for light from there.
@@ -107,16 +124,19 @@ private:
     Take take_;
     const SliceRows& rows_;
     bool transmits_, blends_;
-    ShadowPack pack_;
+    RayPacket rays_, run_;
+    // Where the answers of rays_ go.
+    RayPacket::Lanes<uint64_t*> word_;
+    RayPacket::Lanes<uint64_t> bit_;
     uint32_t size_ = 0;
 };
 
 /// Traces packets as soon as they are full.
 struct TracePack {
     const Accel& accel;
-    void operator()(const ShadowPack& pack, uint32_t size) const
+    uint32_t operator()(const RayPacket& rays, uint32_t size) const
     {
-        pack.answer(accel.occluded(pack.rays, size), size);
+        return accel.occluded(rays, size);
     }
 };
 

@@ -28,10 +28,8 @@ uint32_t occludedOneByOne(const Accel& accel, const RayPacket& p, uint32_t count
 void SliceOracle::trace(std::span<const TraceRequest> requests)
 {
     if (stop_.stop_requested()) return;
-    ShadowPacker packer(accel_, rows_, [this](const ShadowPack& pack, uint32_t size) {
-        pack.answer(packets_ ? accel_.occluded(pack.rays, size)
-                             : occludedOneByOne(accel_, pack.rays, size),
-                    size);
+    ShadowPacker packer(accel_, rows_, [this](const RayPacket& rays, uint32_t size) {
+        return packets_ ? accel_.occluded(rays, size) : occludedOneByOne(accel_, rays, size);
     });
     for (const TraceRequest& request : requests)
         packer.addAll(columns_[request.column], request.rows, request.visible);
@@ -43,9 +41,10 @@ size_t packShadowRays(const Accel& accel, const SliceRows& rows, std::span<const
 {
     packets.clear();
     size_t rays = 0;
-    ShadowPacker packer(accel, rows, [&](const ShadowPack& pack, uint32_t size) {
-        packets.push_back(pack.rays);
+    ShadowPacker packer(accel, rows, [&](const RayPacket& packet, uint32_t size) {
+        packets.push_back(packet);
         rays += size;
+        return 0u;
     });
     Words visible(wordsFor(rows.count()));
     for (uint32_t j = 0; j < columns.size(); ++j)
