@@ -170,7 +170,7 @@ void Accel::occluded(std::span<const Ray> rays, uint8_t* blocked) const
 uint32_t Accel::occluded(const RayPacket& rays, uint32_t count) const
 {
     static_assert(RayPacket::kSize == kPacket);
-    EmbreeQuery query(scenes_->world->instances.empty());
+    EmbreeQuery query(scenes_->shadowsMayBeCoherent);
     alignas(64) int valid[kPacket];
     RTCRay16 packet;
     const auto copy = [](const auto& from, auto& to) { std::memcpy(to, from.data(), sizeof(to)); };

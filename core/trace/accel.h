@@ -84,8 +84,7 @@ public:
     /// The same for one packet whose first `count` rays are there: bit i is 1 where ray i is
     /// blocked. For callers with so many rays that laying each out twice would cost, and whose rays
     /// are coherent: shadow rays between neighbours and a light (others are right, but slower).
-    /// Worlds with instances are traced as others are: Embree 3.13 does not come back from coherent
-    /// packets in them.
+    /// Where Embree may not come back from coherent packets they are traced as others are.
     uint32_t occluded(const RayPacket& packet, uint32_t count) const;
 
     /// Whether a pane lies in (0, tMax): for rays that are blocked, and might go on behind panes.

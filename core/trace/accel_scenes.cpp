@@ -47,6 +47,7 @@ void AccelScenes::build(const std::function<void(const char*, double)>& progress
     const RTCBuildQuality stillQuality = high ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
     const RTCSceneFlags stillFlags =
         quality == AccelQuality::compact ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE;
+    shadowsMayBeCoherent = world->instances.empty() && quality != AccelQuality::compact;
     Monitor monitor{progress, std::move(stop)};
     makePrototypes(stillQuality, stillFlags, monitor);
     still = makeScene(false, stillQuality, stillQuality, stillFlags);

@@ -13,6 +13,7 @@
 #include "core/trace/scene_view.h"
 #include "shared/intersect.h"
 #include "shared/path.h"
+#include "tests/support/scenes/instanced_scenes.h"
 #include "tests/support/scenes/test_scenes.h"
 #include "tests/support/statistics/random_values.h"
 
@@ -114,9 +115,8 @@ TEST(Accel, AgreesWithBruteForce)
 }
 
 /// A packet sees what single rays see, whatever its idle lanes hold.
-TEST(Accel, PacketsSeeWhatSingleRaysSee)
+void expectPacketsSeeWhatSingleRaysSee(const core::Accel& accel)
 {
-    const core::Accel accel(randomTriangles(200, 6).world());
     std::mt19937 random(7);
     size_t blocked = 0, different = 0, traced = 0;
     for (int round = 0; round < 400; ++round) {
@@ -147,6 +147,17 @@ TEST(Accel, PacketsSeeWhatSingleRaysSee)
     EXPECT_LE(different, 1u);
     EXPECT_GT(blocked, traced / 5);
     EXPECT_LT(blocked, traced * 4 / 5);
+}
+
+/// In each hierarchy that Embree has functions of its own for; some of them do not come back from
+/// packets that are called coherent.
+TEST(Accel, PacketsSeeWhatSingleRaysSee)
+{
+    const SceneBuilder triangles = randomTriangles(200, 6);
+    expectPacketsSeeWhatSingleRaysSee(core::Accel(triangles.world()));
+    expectPacketsSeeWhatSingleRaysSee(
+        core::Accel(triangles.world(), {}, {}, core::AccelQuality::compact));
+    expectPacketsSeeWhatSingleRaysSee(core::Accel(worldOf(thicket(64), core::Instancing::kept)));
 }
 
 TEST(Accel, EmptySceneIsNeverHit)
