@@ -32,7 +32,8 @@ struct AccelScenes {
     /// Whether any-hit packets may be called coherent. Debian 12's Embree (3.13.5) has functions
     /// for processors with AVX-512 that write 16 bits of such a packet's mask and read 64, and do
     /// not come back where others are set: those for instances and for compact triangles. (Read in
-    /// the library's code; its function for the triangles that we usually have is right.)
+    /// the library's code, and seen; its function for the triangles that we usually have is right,
+    /// and so are all three of Debian 13's 4.3.3.)
     bool shadowsMayBeCoherent = false;
 
     explicit AccelScenes(std::shared_ptr<const World> w);
