@@ -20,7 +20,13 @@ constexpr uint32_t kMaxLanes = 1u << shared::kStateLaneBits;
 // has been cut short.
 constexpr uint32_t kDeepestMegakernel = 32, kDeepestUnwatched = 8;
 constexpr uint32_t kMeasuredLanes = 1u << 14;
-constexpr uint64_t kLanesBeforeMeasuring = 1u << 21;  // a second kernel has to be compiled for it
+// What is traced before another kernel is compiled beside it. That leaves devices their speed, but
+// for software devices, which it takes from half the processors for longer than the first kernel
+// took: there so many of its compilations come before. Kernels of bounces are 1.25 to 1.55 times as
+// fast as the other ones (four scenes, depth 12, two cores), kernels without a guide 1.1 times as
+// those with one: the latter are made up for sooner than the former are found to be slower.
+constexpr uint64_t kLanesBeforeAnother = 1u << 21;
+constexpr double kCompilationsBeforeMeasuring = 20, kCompilationsBeforeExchange = 8;
 constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
 
 uint32_t laneCount(const shared::Batch& batch)
@@ -69,6 +75,7 @@ double PathBatches::prepare(const PathWork& work, const Then& then)
     work_ = work;
     choice_ = &choices_[kindOfWork()];
     choice_->lanes = 0;
+    choice_->seconds = 0;
     const shared::PathSettings& settings = work.frame->data().settings;
     const Length length{settings.maxDepth, settings.rouletteDepth, work.strategy};
     if (!isCompiled(work.constants) || length.mayBeMoreThan(length_))
@@ -76,9 +83,11 @@ double PathBatches::prepare(const PathWork& work, const Then& then)
     else if (!work.whole)
         pace_.again();
     length_ = length;
+    waits_ = false;
     takeChoice();
     const auto start = core::Clock::now();
-    return compile(then) ? core::secondsSince(start) : 0;
+    if (!compile(then)) return 0;
+    return compileSeconds_ = core::secondsSince(start);
 }
 
 /// What is faster for one kind of paths is taken to be so for the other.
@@ -89,14 +98,24 @@ void PathBatches::exchange(const PathConstants& constants)
     work_.constants = constants;
     choice_ = &choices_.try_emplace(kindOfWork(), known).first->second;
     choice_->lanes = known.lanes;
+    choice_->seconds = known.seconds;
+    waits_ = false;
     takeChoice();
+}
+
+/// Whether so much has been traced that it pays to compile another kernel.
+bool PathBatches::isWorth(uint64_t lanes, double seconds, double compilations) const
+{
+    if (lanes <= kLanesBeforeAnother) return false;
+    return !context_.device.isSoftware() || seconds > compilations * compileSeconds_;
 }
 
 void PathBatches::exchangeWhenCompiled(const PathConstants& constants)
 {
     if (work_.constants == constants) return;
+    waits_ = true;
     if (!isCompiled(constants)) {
-        if (choice_->lanes <= kLanesBeforeMeasuring) return;
+        if (!isWorth(waitedLanes_, waitedSeconds_, kCompilationsBeforeExchange)) return;
         if (wavefront_)
             bounce_.compileBeside(constants);
         else
@@ -183,7 +202,8 @@ bool PathBatches::takeChoice()
 /// get.
 void PathBatches::chooseKernel(double seconds)
 {
-    if (takeChoice() || choice_->lanes <= kLanesBeforeMeasuring) return;
+    if (takeChoice() || waits_) return;
+    if (!isWorth(choice_->lanes, choice_->seconds, kCompilationsBeforeMeasuring)) return;
     bounce_.compileBeside(work_.constants);
     megakernel_.compileBeside(work_.constants);
     if (!bounce_.isCompiled(work_.constants) || !megakernel_.isCompiled(work_.constants)) return;
@@ -213,8 +233,13 @@ uint32_t PathBatches::lanes(double seconds) const
 
 void PathBatches::trace(const shared::Batch& batch, const Then& then)
 {
-    pace_.measured(laneCount(batch), run(batch, then));
+    const double seconds = run(batch, then);
+    pace_.measured(laneCount(batch), seconds);
     choice_->lanes += laneCount(batch);
+    choice_->seconds += seconds;
+    if (!waits_) return;
+    waitedLanes_ += laneCount(batch);
+    waitedSeconds_ += seconds;
 }
 
 /// Returns the seconds that the device was busy.

@@ -77,8 +77,8 @@ public:
     /// Goes on with kernels of other constants, which give the same radiance.
     void exchange(const PathConstants& constants);
 
-    /// The same once they are compiled, which happens beside what is traced, after enough of this
-    /// view for it to pay.
+    /// The same once they are compiled, which happens beside what is traced, after enough of that
+    /// for it to pay.
     void exchangeWhenCompiled(const PathConstants& constants);
 
     /// What the kernels are specialised on.
@@ -110,6 +110,7 @@ private:
     /// Which kernel is faster, for one scene and one kind of work.
     struct Choice {
         uint64_t lanes = 0;  // traced in this view
+        double seconds = 0;  // that they took
         bool made = false, wavefront = true;
         bool cut = false;  // the device does not follow whole paths to their ends
     };
@@ -132,6 +133,7 @@ private:
     KernelSets sets(const DescriptorSet& own) const;
     bool compile(const Then& then);
     bool takeChoice();
+    bool isWorth(uint64_t lanes, double seconds, double compilations) const;
     double run(const shared::Batch& batch, const Then& then);
     double runWhole(const shared::Batch& batch, const Then& then);
     double runWatched(const shared::Batch& batch, const Then& then);
@@ -152,6 +154,10 @@ private:
     std::map<WorkKind, Choice> choices_;  // for the present scene
     Choice* choice_ = nullptr;
     bool wavefront_ = true;
+    double compileSeconds_ = 0;  // of the last kernel that was waited for
+    bool waits_ = false;         // for kernels of other constants
+    uint64_t waitedLanes_ = 0;   // that were traced meanwhile, in all views
+    double waitedSeconds_ = 0;   // that they took
 };
 
 }  // namespace gpu

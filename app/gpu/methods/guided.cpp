@@ -79,9 +79,7 @@ public:
         training_.advance(
             budget, stop, [this] { return film_.progress().samples; },
             [&](const core::Budget& part) {
-                const uint64_t samples = film_.progress().samples;
-                setRules(training_.rulesAfter(samples));
-                chooseKernels(samples);
+                setRules(training_.rulesAfter(film_.progress().samples));
                 render(part, stop);
             },
             [this](uint64_t samples) { learn(samples); },
@@ -152,15 +150,15 @@ private:
         return frame;
     }
 
-    /// Before samples that follow on `samples` of the view. Paths that have nothing to do with the
-    /// guide give the same radiance without what it takes, for which the lanes of a software device
-    /// wait whether or not they need it.
-    void chooseKernels(uint64_t samples)
+    /// Paths that have nothing to do with the guide give the same radiance without what it takes,
+    /// for which the lanes of a software device wait whether or not they need it.
+    void chooseKernels()
     {
-        if (training_.isIdleAfter(samples))
-            batches_.exchangeWhenCompiled(withoutGuide_);
-        else
+        if (training_.isOn() && !training_.isIdleAfter(film_.progress().samples))
             batches_.exchange(withGuide_);
+        else
+            batches_.exchangeWhenCompiled(withoutGuide_);
+        batches_.chooseKernel(pace_.dispatchSeconds);
     }
 
     void setRules(uint32_t rules)
@@ -187,7 +185,7 @@ private:
                 batches_.trace(batch, then);
                 buffers_.collect(film_.frame(), batch, records_);
             },
-            [this] { batches_.chooseKernel(pace_.dispatchSeconds); });
+            [this] { chooseKernels(); });
     }
 
     void learn(uint64_t samples)
