@@ -21,12 +21,15 @@ namespace {
 // with fewer than the first, guides are starved (a door left ajar, 192x108, 64 samples: twice the
 // error with one path in four).
 constexpr uint64_t kFewPaths = 1u << 14, kMostPaths = 1u << 17;
-// Recorded paths of a pass while nobody else follows the guide: so many tell whether it pays, and
-// one in eight costs little. And those of the first sample of a view where the guide has learnt
-// from so many samples of others: while the camera moves all samples are the first of their views,
-// and learning from all paths of each takes longer than they do.
-constexpr uint64_t kLeastPaths = 1u << 12;
+// Recorded paths of a pass while nobody else follows the guide: with half as many a pass costs
+// less, but three times as many passes go by until they tell whether it pays. One in eight costs
+// little.
+constexpr uint64_t kTriedPaths = 1u << 13;
 constexpr uint32_t kTriedStride = 8;
+// And those of the first sample of a view that follows on others; where the guide has learnt from
+// so many samples of these, also when all follow it: while the camera moves all samples are the
+// first of their views, and learning from all paths of each takes longer than they do.
+constexpr uint64_t kPathsOfMove = 1u << 12;
 constexpr double kSamplesOfOthers = 16;
 // Lessons after which directions are known and tested, and the guide can be tried.
 constexpr uint32_t kLessonsBeforeTrial = 2;
@@ -36,17 +39,19 @@ constexpr uint32_t kLessonsBeforeTrial = 2;
 constexpr uint64_t kTriedAgain = 8, kMostPatience = 512;
 // How many times less error^2 times cost the paths must promise for the guide to pay. A guide that
 // is not there yet gets better with every lesson: it is followed at once where it promises much,
-// and has a number of samples to promise enough. In rooms that gain by it (kitchen, sponza;
-// 192x108, six seeds, both devices) the recorded paths, which alone follow it, promise at least
-// .98 after four samples, 1.11 after eight, 1.15 after twelve and, but for one seed, 1.2 after
-// fourteen; in others at most 1.03 (bathroom, white room, boxes of diffuse walls), 1.12 (modern
-// hall) and 1.13 (staircase), however long they wait. What falls behind a line below the former is
-// given up: recorded paths cost half as much again as plain ones. Followed by all paths a guide
-// learns from more of them and promises 1.4 to 1.6 soon, of which it keeps 1.5; what promises less
-// than 1.3 then keeps .9 to 1.0.
-constexpr double kMuchGain = 1.6, kEnoughGain = 1.2, kLittleGain = 0.8;
-constexpr double kFirstHope = 0.94, kLastHope = 1.14;
-constexpr uint64_t kSamplesOfFirstHope = 4, kSamplesOfLastHope = 12, kSamplesOfProof = 16;
+// and has a number of samples to promise enough. What falls behind what rooms promise that gain by
+// it is given up: recorded paths cost half as much again as plain ones. After three to eight
+// samples of 20,000 pixels, of which every other one is recorded, rooms that gain and a glossy box
+// (kitchen, sponza; four seeds, both devices) promise at least 1.06, 1.13, 1.17, 1.20, 1.25 and
+// 1.25; others at most 1.01, 1.05, 1.02, 1.04, 1.06 and 1.09 (bathroom, white room), 1.11, 1.13,
+// 1.11, 1.10, 1.11 and 1.12 (modern hall), 1.14, 1.15, 1.16, 1.18, 1.20 and 1.19 (staircase).
+// Followed by all paths a guide learns from more of them and promises 1.4 to 1.6 soon, of which it
+// keeps 1.5; what promises less than 1.3 then keeps .9 to 1.0.
+constexpr double kMuchGain = 1.6, kEnoughGain = 1.22, kLittleGain = 0.8;
+// In smaller pictures that many recorded paths take more samples, up to twice as many.
+constexpr uint64_t kSamplesOfProof = 8, kMostSamplesOfProof = 16;
+constexpr std::array kHopes{kLittleGain, kLittleGain, kLittleGain, 1.0,        1.09,
+                            1.14,        1.17,        1.2,         kEnoughGain};
 // A trial that is not the first has so many lessons.
 constexpr uint32_t kLessonsOfTrial = 6;
 // While the camera moves nothing is known of pixels, and lessons are of single samples: a guide
@@ -83,14 +88,6 @@ guiding::GuideOptions optionsOf(const GuidedParams& params, const guiding::Guide
     options.depth = params.depth;
     options.box = box;
     return options;
-}
-
-/// What the first trial must promise after so many samples of a view to go on.
-double hopefulGain(uint64_t samples)
-{
-    const double part =
-        double(samples - kSamplesOfFirstHope) / double(kSamplesOfLastHope - kSamplesOfFirstHope);
-    return std::lerp(kFirstHope, kLastHope, std::min(part, 1.0));
 }
 
 /// Samples from lesson to lesson, steadily.
@@ -158,7 +155,7 @@ void GuideTraining::begin(const GuidedParams& params, glm::uvec2 size, Start sta
     if (state_ == State::doesNotPay && rested_ >= patience_) tryAgain();
     pixels_ = uint64_t(size.x) * size.y;
     firstStride_ = firstStride(params_, pixels_);
-    viewSamples_ = 0;
+    viewSamples_ = viewPaths_ = 0;
     isTried_ = false;
     discount_ = 0;
     convergence_.begin();
@@ -249,7 +246,8 @@ uint32_t GuideTraining::wantedStride(uint64_t samples) const
     const bool moves = samples == 0 && allSamples_ >= kSamplesOfOthers;
     if (state_ != State::pays || moves) {
         const auto areMany = [&](uint64_t least) { return pixels_ / stride >= 2 * least; };
-        while (stride < kMostStride && areMany(kLeastPaths) &&
+        const uint64_t least = samples == 0 && views_ > 0 ? kPathsOfMove : kTriedPaths;
+        while (stride < kMostStride && areMany(least) &&
                (moves || stride < kTriedStride || areMany(kFewPaths)))
             stride *= 2;
         return stride;
@@ -296,6 +294,7 @@ void GuideTraining::learn(std::span<guiding::PathRecords> parts, uint64_t sample
         tryAgain();  // from the next sample on; nothing has been recorded
         viewSamples_ = samples;
     } else {
+        for (const guiding::PathRecords& part : parts) viewPaths_ += part.ends.size();
         const std::vector<guiding::Lesson> lessons = guide_.lessonsOf(parts);
         tryOut(parts, lessons, allSamples_ / (allSamples_ + taken));
         allSamples_ += taken;
@@ -346,6 +345,14 @@ void GuideTraining::tryAgain()
     patience_ = std::min(2 * patience_, kMostPatience);
 }
 
+/// How many samples the view has had, as far as they tell whether the guide pays.
+uint64_t GuideTraining::proofOfView() const
+{
+    const uint64_t byPaths =
+        std::max(viewPaths_ / kTriedPaths, viewSamples_ * kSamplesOfProof / kMostSamplesOfProof);
+    return std::min({viewSamples_, byPaths, kSamplesOfProof});
+}
+
 /// Who follows the guide from the next sample on.
 void GuideTraining::decide()
 {
@@ -360,16 +367,15 @@ void GuideTraining::decide()
         const bool moves = viewSamples_ == 1, again = patience_ > kTriedAgain;
         const uint32_t lessons = moves && !again ? kLessonsOfMovingTrial : kLessonsOfTrial;
         const bool proves = !moves && !again;
+        const uint64_t proof = proofOfView();
         const bool isLast =
-            isOver || (proves ? viewSamples_ >= kSamplesOfProof : lessonsOfTrial_ >= lessons);
+            isOver || (proves ? proof == kSamplesOfProof : lessonsOfTrial_ >= lessons);
         double enough = kEnoughGain;
         if (moves)
             enough = again ? kGainOfReturn : kMovingGain;
         else if (again)
             enough = kMuchGain;
-        double least = isLast ? enough : kLittleGain;
-        if (proves && !isLast && viewSamples_ >= kSamplesOfFirstHope)
-            least = hopefulGain(viewSamples_);
+        const double least = isLast ? enough : proves ? kHopes[proof] : kLittleGain;
         const bool early = (isFirst || moves) && !isLast;
         if (gain() < least)
             state_ = State::doesNotPay;

@@ -83,6 +83,7 @@ private:
     void beginToPay();
     void beginTrial();
     void tryAgain();
+    uint64_t proofOfView() const;
     void decide();
     std::string_view stateName() const;
     uint32_t followers() const;
@@ -104,6 +105,7 @@ private:
     uint64_t pixels_ = 0;
     uint32_t firstStride_ = 1;
     uint64_t viewSamples_ = 0;  // of the view, up to the last lesson
+    uint64_t viewPaths_ = 0;    // that have been recorded of them
     uint32_t views_ = 0;        // before this one, from which there was something to learn
     double allSamples_ = 0;     // of all views, that have been learnt from
     uint32_t lessons_ = 0, lessonsOfTrial_ = 0;

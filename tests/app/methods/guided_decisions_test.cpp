@@ -81,26 +81,32 @@ TEST_P(GuidedDecisions, IsNotFollowedWithoutAPromise)
     EXPECT_LT(detail("guide_gain"), 1.2);
 }
 
-/// What promises a loss is not tried to the end: recorded paths cost more than others.
+/// What promises less than rooms do that gain is not tried to the end: recorded paths cost more
+/// than others.
 TEST_P(GuidedDecisions, IsGivenUpSoonWhereThereIsNoHope)
 {
     begin("cornell-diffuse", {144, 144});
     for (const uint32_t seed : {3u, 4u, 5u}) {
         render({.seed = seed}, 5);
         EXPECT_EQ(guiding(), "does not pay here") << seed;
-        EXPECT_LT(detail("guide_gain"), 0.97) << seed;
+        EXPECT_LT(detail("guide_gain"), 1.14) << seed;
     }
 }
 
-/// What is neither hopeless nor promised yet is tried on: here the promise comes late.
+/// What is neither hopeless nor promised yet is tried on: where few paths are recorded of each
+/// sample the promise comes late.
 TEST_P(GuidedDecisions, IsFollowedOnceItPromisesEnough)
 {
-    begin("cornell-moderate", {128, 128});
-    render({.seed = 3}, 4);
-    EXPECT_EQ(guiding(), "is tried");
-    guided_->advance({.samples = 12}, {});
-    EXPECT_EQ(guiding(), "pays");
-    EXPECT_GT(detail("guide_gain"), 1.2);
+    for (const uint32_t side : {128u, 80u}) {
+        begin("cornell-moderate", {side, side});
+        render({.seed = 3}, 3);
+        EXPECT_EQ(guiding(), "is tried") << side;
+        guided_->advance({.samples = 1}, {});
+        if (side == 80) EXPECT_EQ(guiding(), "is tried");
+        guided_->advance({.samples = side == 80 ? 12u : 4u}, {});
+        EXPECT_EQ(guiding(), "pays") << side;
+        EXPECT_GT(detail("guide_gain"), 1.22) << side;
+    }
 }
 
 /// Single samples teach slowly: after six lessons of them nothing is decided yet, after twelve a
