@@ -42,11 +42,16 @@ struct ManyLightsParams {
         v(Field{"technique",
                 "how lights are chosen that stand for all: for each slice by a cut through a tree "
                 "of lights (clusters) or by what points of its neighbourhood see (lightslice), the "
-                "same for the whole picture (row-column), for each point (lightcuts), or for "
-                "groups of points, with some visibility guessed (illumination-cut, biased); "
+                "same for the whole picture (row-column), for each point (lightcuts: a little "
+                "biased, for where a cut ends depends on the lights that stand for others), or for "
+                "groups of points, with some visibility guessed (illumination-cut: biased); "
                 "matsep: clusters whose visibility is predicted from places, neighbours and "
                 "lights nearby, and whose matrix is then made of low rank (biased). The last "
-                "three go by error and have no completion"},
+                "three go by error and have no completion",
+                {},
+                true,
+                1u << static_cast<uint32_t>(many_lights::Technique::lightslice) |
+                    1u << static_cast<uint32_t>(many_lights::Technique::rowColumn)},
           p.technique);
         v(Field{"clusters",
                 "lights for which a slice of the picture is lit; each stands for many (lightcuts: "

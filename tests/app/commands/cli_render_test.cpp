@@ -154,6 +154,16 @@ TEST_F(Cli, BiasIsNamed)
     ASSERT_EQ(run(smallRender("cpu", "b.exr") + Strings{"--stats", "stats.json"}).code, 0);
     EXPECT_TRUE(stats().at("biased").empty());
     EXPECT_FALSE(exr("b.exr").metadata.count("biased"));
+    for (const char* technique : {"row-column", "lightcuts", "illumination-cut", "matsep"}) {
+        ASSERT_EQ(run(smallRender("cpu", "c.exr") + Strings{"--method", "manylights", "--lights",
+                                                            "100", "--technique", technique,
+                                                            "--stats", "stats.json"})
+                      .code,
+                  0);
+        const Json expected =
+            technique == std::string("row-column") ? Json::array() : Json{"technique"};
+        EXPECT_EQ(stats().at("biased"), expected) << technique;
+    }
 }
 
 TEST_F(Cli, InterruptSavesWhatThereIs)
