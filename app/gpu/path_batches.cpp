@@ -200,7 +200,7 @@ bool PathBatches::takeChoice()
 /// hold a software driver's own compilation, which comes with the first dispatch. The batch is
 /// small on a software device, which so many lanes fill; others are measured with batches as they
 /// get.
-void PathBatches::chooseKernel(double seconds)
+void PathBatches::chooseKernel(uint32_t lanes)
 {
     if (takeChoice() || waits_) return;
     if (!isWorth(choice_->lanes, choice_->seconds, kCompilationsBeforeMeasuring)) return;
@@ -208,9 +208,8 @@ void PathBatches::chooseKernel(double seconds)
     megakernel_.compileBeside(work_.constants);
     if (!bounce_.isCompiled(work_.constants) || !megakernel_.isCompiled(work_.constants)) return;
     const uint32_t tiles = work_.frame->tileCount();
-    const uint32_t most = context_.device.isSoftware()
-                              ? std::min(kMeasuredLanes, lanes(seconds) / 2)
-                              : lanes(seconds);
+    const uint32_t most =
+        context_.device.isSoftware() ? std::min(kMeasuredLanes, lanes / 2) : lanes;
     const uint32_t count = std::clamp(most / shared::kGroupSize, 1u, tiles);
     const uint32_t samples = std::max(most / (count * shared::kGroupSize), 1u);
     const shared::Batch batch{(tiles - count) / 2, count, 0, samples};

@@ -85,9 +85,9 @@ public:
     const PathConstants& constants() const { return work_.constants; }
 
     /// Measures which kernel is the faster one, if that is open and enough has been traced of this
-    /// view for it to pay; `seconds` is what a batch may take. The second kernel is compiled beside
+    /// view for it to pay; `lanes` is what a batch may have. The second kernel is compiled beside
     /// what is traced until then.
-    void chooseKernel(double seconds);
+    void chooseKernel(uint32_t lanes);
 
     /// Lanes that a batch may have to take `seconds`.
     uint32_t lanes(double seconds) const;

@@ -69,6 +69,7 @@ void TiledFilm::reset(const shared::FrameData& data)
 
 void TiledFilm::begin(const Buffer& radiance)
 {
+    pathsOfLane_ = 1;
     film_.setRadiance(radiance);
     frame_.clearCounters();
     ready_ = true;

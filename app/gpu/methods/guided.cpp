@@ -158,7 +158,7 @@ private:
             batches_.exchange(withGuide_);
         else
             batches_.exchangeWhenCompiled(withoutGuide_);
-        batches_.chooseKernel(pace_.dispatchSeconds);
+        batches_.chooseKernel(lanes());
     }
 
     void setRules(uint32_t rules)

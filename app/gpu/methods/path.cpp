@@ -70,7 +70,7 @@ public:
             [this](const shared::Batch& batch, const TiledFilm::Then& then) {
                 batches_.trace(batch, then);
             },
-            [this] { batches_.chooseKernel(pace_.dispatchSeconds); });
+            [this] { batches_.chooseKernel(batches_.lanes(pace_.dispatchSeconds)); });
     }
 
     core::RenderProgress progress() const override { return film_.progress(); }

@@ -216,7 +216,7 @@ private:
                 batch.firstSample += samplesBefore_ - rounds_;
                 plain_.trace(batch, then);
             },
-            [this] { plain_.chooseKernel(pace_.dispatchSeconds); });
+            [this] { plain_.chooseKernel(plain_.lanes(pace_.dispatchSeconds)); });
         plainSamples_ += static_cast<uint32_t>(film_.progress().samples - had);
     }
 
