@@ -29,6 +29,7 @@ void preset(GuidedParams& p, std::string_view name, uint32_t spp)
         p.seed = common.seed;
         p.sampler = common.sampler;
         p.kernel = common.kernel;
+        p.sky = common.sky;
     }
 }
 
@@ -247,6 +248,7 @@ core::AnyParams paramsOf(const Variant& variant, const GuidedParams& common, uin
     path.seed = guided.seed;
     path.sampler = guided.sampler;
     path.kernel = guided.kernel;
+    path.sky = guided.sky;
     return path;
 }
 

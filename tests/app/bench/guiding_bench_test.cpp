@@ -15,6 +15,7 @@
 #include "app/bench/guiding/guiding_measure.h"
 #include "app/bench/guiding/guiding_page.h"
 #include "app/bench/kept_reference.h"
+#include "app/files/params_json.h"
 #include "core/base/check.h"
 #include "tests/support/files/markup.h"
 #include "tests/support/process/program.h"
@@ -61,6 +62,28 @@ TEST(GuidingVariants, ChangeOneThingEach)
     EXPECT_EQ(variantsOf(options).size(), 11u);
     EXPECT_THROW(requireVariants({"no-gat"}), core::Error);
     requireVariants({"path", "guided", "papers"});
+}
+
+/// A ratio is fair when what both methods have is the same in both, whatever parameters these are.
+TEST(GuidingVariants, HaveWhatThePathTracerHas)
+{
+    const core::PathParams path;
+    core::GuidedParams common;
+    std::set<std::string> shared;
+    core::PathParams::visit(path, [&](const core::Field& field, const auto& value) {
+        using Member = std::remove_cvref_t<decltype(value)>;
+        if (auto* member = core::findParam<Member>(common, field.name)) {
+            shared.insert(field.name);
+            *member = Member(uint32_t(*member) + 1);  // not the default
+        }
+    });
+    EXPECT_TRUE(shared.contains("max-depth") && shared.contains("sky"));
+    const auto expected = app::paramsJson(common);
+    for (const Variant& variant : variantTable()) {
+        const auto params = app::paramsJson(paramsOf(variant, common, common.seed, 64));
+        for (const std::string& name : shared)
+            EXPECT_EQ(params.at(name), expected.at(name)) << variant.name << ' ' << name;
+    }
 }
 
 TEST(SceneNames, AreThoseOfFilesAndFoldersAndDiffer)
