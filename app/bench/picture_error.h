@@ -19,7 +19,8 @@ Measured quotient(const Measured& a, const Measured& b);
 /// Means over all pixels and channels and over the pictures, defined as in core/image/metrics.h; of
 /// `mse` and `relMse` what the reference's own variance adds is taken off. Seeds are few and tiles
 /// are many: standard errors come from how much the sums of tiles vary between the pictures, which
-/// knows what neighbours have in common and single bright pixels; that of `signedError` has the
+/// knows single bright pixels and what the pixels of a tile have in common, but not what tiles
+/// have: they are right where errors reach less far than a tile. That of `signedError` has the
 /// reference's noise in it, too.
 struct PictureErrors {
     Measured mse, relMse, signedError;
@@ -38,6 +39,11 @@ double trimmedMean(const std::vector<double>& values, double share);
 
 /// What the noise of a reference adds to the relMSE of a picture.
 double noiseOf(const core::Image& reference, const core::Image& variance);
+
+/// Sides of the tiles that are summed, in pixels: of pictures whose pixels are sampled each for
+/// itself, and of those of a window of that size.
+inline constexpr uint32_t kTileSide = 8;
+uint32_t windowTileSide(uint32_t width, uint32_t height);
 
 /// Sums over pictures of a quantity that is a mean over the picture: of each tile's part of it, and
 /// of its square.
@@ -62,11 +68,13 @@ std::vector<double> tileDifferences(const core::Image& a, const core::Image& b);
 class ErrorSum {
 public:
     /// The images live on. `variance`: of the reference's mean.
-    ErrorSum(const core::Image& reference, const core::Image& variance);
+    ErrorSum(const core::Image& reference, const core::Image& variance,
+             uint32_t tileSide = kTileSide);
 
     /// The same with `level` for what errors are relative to: a reference with fireflies left in
     /// would hide its own.
-    ErrorSum(const core::Image& reference, const core::Image& variance, const core::Image& level);
+    ErrorSum(const core::Image& reference, const core::Image& variance, const core::Image& level,
+             uint32_t tileSide = kTileSide);
 
     /// Another picture of the reference's size, with a seed that no other has.
     void add(const core::Image& picture);
@@ -76,6 +84,7 @@ public:
 
 private:
     const core::Image &reference_, &level_;
+    uint32_t tileSide_;
     double noise_ = 0, relativeNoise_ = 0;  // of the reference, in mse and relMse
     double signedNoise_ = 0;                // of its mean: variance
     uint32_t pictures_ = 0;

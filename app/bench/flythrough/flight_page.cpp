@@ -276,7 +276,8 @@ std::string methodSection(const Results& r)
             std::to_string(r.seeds) +
             " flights of each kind with seeds of their own. Bars and ± are standard errors, from "
             "how "
-            "much the parts of tiles of 8×8 pixels vary between flights, and for the signed error "
+            "much the parts of tiles of 8×8 pixels vary between flights (in the window's loop of "
+            "up to 64×64 pixels, as its errors reach further), and for the signed error "
             "from the reference's noise, too. Red is further than four of them away from zero. "
             "Variance is that between the flights, mean over pixels.</li>\n"
             "<li>All flights end in the same view, whatever their length and step. Discard depends "

@@ -88,9 +88,6 @@ bool Measurement::sweepParameter(const std::string& name, const std::vector<doub
             cells.try_emplace(value, *reference_).first->second.add(std::move(*landing));
         }
     const PictureErrors& unit = scene_.atRest.front().errors;
-    const auto over = [](const Measured& e, double of) {
-        return Measured{e.value / of, e.error / of};
-    };
     for (const auto& [value, cell] : cells) {
         SweepPoint point{name,
                          value,
@@ -100,8 +97,8 @@ bool Measurement::sweepParameter(const std::string& name, const std::vector<doub
                          cell.errors.errors(),
                          {},
                          {}};
-        point.ratio = over(point.errors.relMse, unit.relMse.value);
-        point.trimmedRatio = over(point.errors.trimmed, unit.trimmed.value);
+        point.ratio = quotient(point.errors.relMse, unit.relMse);
+        point.trimmedRatio = quotient(point.errors.trimmed, unit.trimmed);
         results_.sweeps.push_back(point);
     }
     return true;

@@ -37,9 +37,9 @@ struct WindowCell {
 
     /// `colours`: of the reference. Noise that is left in it counts as an error of all.
     WindowCell(const FlightReference& reference, const core::Image& colours,
-               const core::Image& noVariance)
-        : errors(reference.mean, reference.variance), shown(colours, noVariance),
-          underWay(colours, noVariance)
+               const core::Image& noVariance, uint32_t tileSide)
+        : errors(reference.mean, reference.variance, tileSide),
+          shown(colours, noVariance, tileSide), underWay(colours, noVariance, tileSide)
     {}
 
     void add(const WindowLanding& landing)
@@ -159,9 +159,11 @@ void Measurement::flyInWindow(size_t index)
                        *o_.window, tools_.stop);
     const core::Image colours = displayColours(truth->mean, nullptr, *o_.window),
                       noVariance(o_.window->x, o_.window->y, 3);
+    const uint32_t tileSide = windowTileSide(o_.window->x, o_.window->y);
     std::vector<WindowRow> rows;
     for (const double target : kTargets) {
-        std::vector<WindowCell> cells(crews.size(), WindowCell(*truth, colours, noVariance));
+        std::vector<WindowCell> cells(crews.size(),
+                                      WindowCell(*truth, colours, noVariance, tileSide));
         for (uint32_t seed = 0; seed < o_.seeds; ++seed)
             for (size_t i = 0; i < crews.size(); ++i) {
                 tools_.progress(scene_.name + ": in the window's loop, " +
@@ -179,7 +181,7 @@ void Measurement::flyInWindow(size_t index)
         for (size_t i = 0; i < crews.size(); ++i) {
             rows.push_back(rowOf(crews[i], target, cells[i]));
             const WindowRow& first = rows[rows.size() - 1 - i];
-            ErrorSum bySize(colours, noVariance);
+            ErrorSum bySize(colours, noVariance, tileSide);
             for (const Landed& landed : cells[i].landed) {
                 const auto small = windowReference(index, landed.size, false);
                 if (!small) return;

@@ -2,6 +2,7 @@
 // `rekindle bench flythrough` is made of, on values that are known.
 #include "app/bench/flight.h"
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -224,6 +225,58 @@ TEST(FlightErrors, KnowTheNoiseOfTheReferenceAndTheirOwn)
     EXPECT_GT(mseZ, 0.7);
 }
 
+/// Errors that reach over 32 pixels, as those of a window's spread light do, wherever the blotches
+/// begin.
+core::Image blotches(uint32_t width, uint32_t height, std::mt19937& random)
+{
+    constexpr uint32_t kSide = 32;
+    std::normal_distribution<float> normal;
+    const uint32_t left = uint32_t(random()) % kSide, top = uint32_t(random()) % kSide;
+    const uint32_t across = width / kSide + 2;
+    std::vector<float> values(size_t(across) * (height / kSide + 2));
+    for (float& value : values) value = 1 + 0.3f * normal(random);
+    core::Image picture(width, height, 3);
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x)
+            std::fill_n(picture.at(x, y), 3,
+                        values[size_t((y + top) / kSide) * across + (x + left) / kSide]);
+    return picture;
+}
+
+/// Standard errors against what the numbers vary by. Tiles of 64 pixels miss a sixth of that, those
+/// of 8 three quarters.
+TEST(FlightErrors, OfAWindowReachFurtherThanSmallTiles)
+{
+    constexpr int kTrials = 200;
+    constexpr uint32_t kWidth = 384, kHeight = 320;
+    EXPECT_EQ(windowTileSide(kWidth, kHeight), 64u);
+    EXPECT_EQ(windowTileSide(640, 360), 64u);
+    EXPECT_EQ(windowTileSide(160, 120), 29u);  // 6 x 5 of them
+    EXPECT_EQ(windowTileSide(16, 16), kTileSide);
+    std::mt19937 random(7);
+    const core::Image reference = image(kWidth, kHeight, 1), exact = image(kWidth, kHeight, 0);
+    constexpr std::array<Measured PictureErrors::*, 3> kWhich{
+        &PictureErrors::mse, &PictureErrors::relMse, &PictureErrors::signedError};
+    double sums[3]{}, squares[3]{}, reported[3]{};
+    for (int t = 0; t < kTrials; ++t) {
+        ErrorSum sum(reference, exact, windowTileSide(kWidth, kHeight));
+        for (int seed = 0; seed < 2; ++seed) sum.add(blotches(kWidth, kHeight, random));
+        const PictureErrors e = sum.errors();
+        for (size_t i = 0; i < kWhich.size(); ++i) {
+            const Measured& m = e.*kWhich[i];
+            sums[i] += m.value / kTrials;
+            squares[i] += m.value * m.value / kTrials;
+            reported[i] += m.error * m.error / kTrials;
+        }
+    }
+    // The spread is known to 1 / sqrt(2 x 200) = 5 %; 5/6 of it are less 3 and more 3 of those.
+    for (size_t i = 0; i < kWhich.size(); ++i) {
+        const double spread = std::sqrt(squares[i] - sums[i] * sums[i]);
+        EXPECT_GT(std::sqrt(reported[i]), 0.7 * spread) << i;
+        EXPECT_LT(std::sqrt(reported[i]), 1.05 * spread) << i;
+    }
+}
+
 TEST(FlightTime, IsComparedAlongWhatDiscardWouldReach)
 {
     const std::vector<Reached> known{{1, 1}, {2, 0.5}, {4, 0.25}};
@@ -274,6 +327,44 @@ TEST(FlightSweep, ChangesOneParameterWithinItsRange)
         EXPECT_EQ(standard, 1u) << name;
     }
     EXPECT_LT(sweptValues(usual, true).at("history").size(), swept.at("history").size());
+}
+
+/// Errors in units of Discard's are known no better than these.
+TEST(FlightMeasurement, SweepsKnowWhatTheirUnitIsWorth)
+{
+    const tests::TemporaryFolder folder;
+    app::FlightBenchOptions options;
+    options.scenes.resize(1);
+    options.scenes[0].file = REKINDLE_SOURCE_DIR "/assets/cornell-diffuse.gltf";
+    options.output = folder.path();
+    options.device = app::DeviceKind::cpu;
+    options.size = glm::uvec2(16, 16);
+    options.frames = 2;
+    options.steps = {1};
+    options.seeds = 2;
+    options.referenceSpp = 64;
+    options.quick = true;
+    options.strategies = {core::ReuseStrategy::discard, core::ReuseStrategy::ra};
+    options.params = core::ReuseParams{};
+    Measurement measurement(options, {.progress = [](const std::string&) {},
+                                      .warn = [](const std::string& w) { ADD_FAILURE() << w; },
+                                      .loading = {},
+                                      .stop = {}});
+    measurement.measureScene(0);
+    measurement.sweep();
+    ASSERT_FALSE(measurement.results().sweeps.empty());
+    const PictureErrors& unit = measurement.results().scenes.at(0).atRest.front().errors;
+    const auto expectRatio = [](const Measured& ratio, const Measured& a, const Measured& b) {
+        EXPECT_DOUBLE_EQ(ratio.value, a.value / b.value);
+        EXPECT_NEAR(ratio.error, ratio.value * std::hypot(a.error / a.value, b.error / b.value),
+                    1e-9 * ratio.error);
+        EXPECT_GT(ratio.error, ratio.value * b.error / b.value);
+    };
+    for (const SweepPoint& point : measurement.results().sweeps) {
+        SCOPED_TRACE(point.parameter + ' ' + std::to_string(point.value));
+        expectRatio(point.ratio, point.errors.relMse, unit.relMse);
+        expectRatio(point.trimmedRatio, point.errors.trimmed, unit.trimmed);
+    }
 }
 
 TEST(FlightMeasurement, WindowsAreFlownByWhatWasMeasured)
