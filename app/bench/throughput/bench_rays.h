@@ -13,8 +13,9 @@ namespace app {
 /// Sets of rays through one view: primary in Morton order within 8x8 tiles, of which views of more
 /// than two million pixels give some, evenly spread; from where they hit, a
 /// cosine-distributed bounce each; and a shadow ray each to a point of the emitting triangles, of
-/// equal chance by triangle, or, in scenes without any, along the cosine distribution to infinity
-/// (as to an environment).
+/// equal chance by triangle (none where that lies behind the surface: where a view sees nothing but
+/// a flat lamp, there are none at all), or, in scenes without any, along the cosine distribution to
+/// infinity (as to an environment).
 struct BenchRays {
     std::vector<gpu::DeviceRay> primary, bounce, shadow;
 };

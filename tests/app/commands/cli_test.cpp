@@ -2,6 +2,7 @@
 // it refuses and what it tells of itself.
 #include "tests/support/files/pattern.h"
 #include "tests/support/process/program.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 
@@ -175,6 +176,29 @@ TEST_F(Cli, BenchThroughputSaysWhatItMeasured)
     for (const std::string& device : kDevices)
         EXPECT_GT(json.at("samples_per_second").at(device).get<double>(), 0) << device;
     EXPECT_TRUE(files().empty());
+}
+
+/// No ray leaves a flat lamp for a point of it: what can be measured is.
+TEST_F(Cli, BenchThroughputMeasuresAViewOfLampsAlone)
+{
+    test::Document lamp = test::triangle();
+    lamp.material()["emissiveFactor"] = {1, 1, 1};
+    lamp.json["cameras"] =
+        Json::parse(R"([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}])");
+    lamp.json["scenes"][0]["nodes"].push_back(lamp.json["nodes"].size());
+    lamp.json["nodes"].push_back(Json::parse(R"({"camera": 0, "translation": [0.3, 0.3, 1]})"));
+    writeFile("lamp.gltf", lamp.text());
+    const Strings bench{"bench", "throughput", "lamp.gltf", "--width", "32", "--seconds", "0.05"};
+    const Result result = run(bench);
+    ASSERT_EQ(result.code, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    for (const char* key : {"sets", "ratios", "rays_per_second"}) {
+        EXPECT_TRUE(json.at(key).at("any").is_null()) << key;
+        EXPECT_FALSE(json.at(key).at("bounce").is_null()) << key;
+    }
+    lamp.json["nodes"].back()["translation"] = {9, 9, 1};
+    writeFile("lamp.gltf", lamp.text());
+    expectRefused(bench, 3, "no ray of the first camera's view hits anything");
 }
 
 TEST_F(Cli, DefaultSizeIsTheCamerasOwn)
