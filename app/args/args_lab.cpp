@@ -22,8 +22,11 @@ Subcommand labCommandLine(CLI::App& root)
         ->type_name("DIR");
     app.add_flag("-q,--quiet", o->quiet, "no progress on stderr")->group(output);
     addValue(app, size, "--trials", *trials,
-             "independent trials of each cell of the table, default " +
-                 std::to_string(lab::kUsualTrials) + "; the other experiments scale with it",
+             "independent trials of each cell of the table (one in " +
+                 std::to_string(lab::kThinning) + " where augmentation draws more than " +
+                 std::to_string(lab::kMuchAugmentation - 1) +
+                 " new samples for each old one), default " + std::to_string(lab::kUsualTrials) +
+                 "; the other experiments scale with it",
              {100, 1e9});
     app.add_flag("--quick", o->quick,
                  "for a look: " + std::to_string(lab::kQuickTrials) +

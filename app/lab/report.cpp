@@ -116,7 +116,8 @@ std::string facts(const LabResults& r)
 {
     std::string text = "Rekindle " + r.version;
     if (!r.commit.empty()) text += " (" + r.commit + ")";
-    text += " · " + std::to_string(r.trials) + " trials per cell · seed " + std::to_string(r.seed);
+    text += " · " + std::to_string(r.trials) + " trials per cell" + fewerTrials(r) + " · seed " +
+            std::to_string(r.seed);
     if (std::isfinite(r.seconds)) text += " · " + shortNumber(r.seconds) + " s";
     return text;
 }

@@ -7,6 +7,7 @@
 
 #include "app/lab/methods.h"
 #include "app/lab/pairs.h"
+#include "app/lab/run_lab.h"
 
 namespace app::lab {
 
@@ -167,6 +168,15 @@ bool costsMore(const Cell& cell, double n)
     // Where the number of rays is random, its mean over the trials wanders.
     const double trials = static_cast<double>(std::max<uint64_t>(cell.trials, 1));
     return cell.rays > 1.1 * n + 5 * std::sqrt(n / trials);
+}
+
+std::string fewerTrials(const LabResults& results)
+{
+    uint64_t fewest = results.trials;
+    for (const Cell& cell : results.cells) fewest = std::min(fewest, cell.trials);
+    if (fewest == results.trials) return {};
+    return " (" + std::to_string(fewest) + " where augmentation draws more than " +
+           std::to_string(kMuchAugmentation - 1) + " new samples for each old one)";
 }
 
 int compareVariance(const Cell& a, const Cell& b)

@@ -74,6 +74,9 @@ bool isBiased(const Cell& cell);
 /// Provably infinite: what was measured means nothing.
 bool isInfinite(const Cell& cell);
 
+/// What follows the number of trials: "", or " (25000 where ...)" if some cells have fewer.
+std::string fewerTrials(const LabResults& results);
+
 /// -1, 0, 1 as the N Var of a is less than, indistinguishable from, or more than that of b.
 /// Expected values decide where both are known, else measured ones and their errors.
 int compareVariance(const Cell& a, const Cell& b);

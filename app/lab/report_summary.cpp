@@ -249,7 +249,8 @@ std::string summarySection(const LabResults& results)
         counted(methods().size(), "way") + " to go on, on " + counted(kFunctions, "function") +
         " with known integrals and " + counted(kPairs, "change") + " of density, each with " +
         std::to_string(samples) + " old samples and repeated " + std::to_string(results.trials) +
-        " times, so that every claim below has an error bar. All counts are computed from the "
+        " times" + fewerTrials(results) +
+        ", so that every claim below has an error bar. All counts are computed from the "
         "cells of this run.");
     html += tiles(table, v) + dataLine("cells.csv", {}, "counted from its rows") + correctness(v) +
             plainRa(table) + correctedRa(table) + fewerRays(results);

@@ -10,9 +10,14 @@
 namespace app::lab {
 
 inline constexpr uint64_t kUsualTrials = 400000, kQuickTrials = 20000;
+// Augmentation draws (a - 1) N new samples whatever it may spend. Where a is above this bound, one
+// trial in so many is made.
+inline constexpr uint32_t kMuchAugmentation = 8, kThinning = 16;
 
 struct LabSettings {
-    uint64_t trials = kUsualTrials;  // per cell of the table; the other experiments scale with it
+    // Per cell of the table, but where augmentation is thinned; the other experiments scale with
+    // it.
+    uint64_t trials = kUsualTrials;
     uint64_t seed = 1;
     bool quick = false;  // only labels the report
 };

@@ -66,7 +66,7 @@ void addOldOnlyRuns(const Pair& pair, std::vector<Run>& runs)
     if (std::isfinite(a)) {
         const auto added = static_cast<uint32_t>(std::lround((a - 1) * kOldSamples));
         Run run = runOf("augmentation", added, 0, kUnknown, {Beta::none, Beta::ideal});
-        run.thinning = a > 8 ? 16 : 1;
+        run.thinning = a > kMuchAugmentation ? kThinning : 1;
         run.estimate = [a](const LabChange& change, std::span<const LabPoint> old, Streams& s) {
             return augmentation(change, old, a, s.candidates, s.selection);
         };

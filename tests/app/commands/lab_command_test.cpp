@@ -122,7 +122,16 @@ TEST_F(LabCommand, WritesAPageAndItsNumbers)
     const std::string page = readAll(work("new/lab/index.html"));
     EXPECT_TRUE(contains(page, "A quick run"));
     EXPECT_TRUE(contains(page, "<b>" + std::to_string(lab.at("cells").size()) + "</b>"));
-    EXPECT_TRUE(contains(page, "2000 trials per cell"));
+    // Of the costly augmentation one trial in 16 is made, and the page says so wherever it says how
+    // many there are.
+    std::set<uint64_t> trials;
+    for (const Json& cell : lab.at("cells")) trials.insert(cell.at("trials").get<uint64_t>());
+    EXPECT_EQ(trials, (std::set<uint64_t>{125, 2000}));
+    for (const char* words : {"2000 trials per cell", "repeated 2000 times"})
+        EXPECT_TRUE(contains(page, std::string(words) + " (125 where augmentation draws more than "
+                                                        "7 new samples for each old one)"))
+            << words;
+    EXPECT_TRUE(contains(run({"lab", "--help"}).out, "one in 16 where"));
     EXPECT_TRUE(page.ends_with("</html>\n"));
     EXPECT_EQ(rowsOf(readAll(work("new/lab/cells.csv"))), lab.at("cells").size());
     EXPECT_EQ(rowsOf(readAll(work("new/lab/sweeps.csv"))),
