@@ -52,7 +52,8 @@ void addOwnOptions(CLI::App& app, GuidingBenchOptions& o, GuidingArguments& give
     addValue(app, group, "--reference-spp", given.referenceSpp,
              "samples per pixel of the references, default " + std::to_string(kReferenceFactor) +
                  " times those of the pictures and at least " + std::to_string(kLeastReference) +
-                 "; quick: the same and at least " + std::to_string(kQuickReference),
+                 "; quick: the same and at least " + std::to_string(kQuickReference) +
+                 "; odd numbers are rounded up",
              {2, 1e8});
     addValue(app, "Output", "--exposure", o.exposure, "stops that brighten the pictures",
              {-40, 40});
@@ -68,6 +69,7 @@ GuidingBenchOptions finished(GuidingBenchOptions o, const GuidingArguments& give
     o.seeds = given.seeds.value_or(o.quick ? kQuickSeeds : kSeeds);
     o.referenceSpp = given.referenceSpp.value_or(
         std::max(o.quick ? kQuickReference : kLeastReference, kReferenceFactor * o.sweep.back()));
+    o.referenceSpp += o.referenceSpp % 2;  // of two halves, whose difference is the noise
     return o;
 }
 

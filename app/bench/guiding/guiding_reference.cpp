@@ -74,7 +74,7 @@ std::optional<GuidingReference> reference(const ReferenceOrder& order, core::Ren
                                           const std::function<void(double)>& progress,
                                           std::stop_token stop)
 {
-    CHECK(order.samples >= 2);
+    CHECK(order.samples >= 2 && order.samples % 2 == 0);
     const std::string key = keyOf(order, world);
     if (const auto kept = readReference(order.file, key, order.view.size, {"", "variance"})) {
         const core::Image& mean = kept->image.layer("");

@@ -25,7 +25,7 @@ struct ReferenceOrder {
     std::filesystem::path file;  // EXR; its folder is made when it does not exist
     core::View view;
     double at = 0;         // seconds of the scene's animation
-    uint32_t samples = 0;  // per pixel, of both halves together
+    uint32_t samples = 0;  // per pixel, of both halves together: even
 };
 
 /// Reads `order.file` if it shows what is ordered, else renders with `renderer`, which has the

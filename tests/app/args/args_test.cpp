@@ -233,6 +233,7 @@ TEST(Args, GuidingIsMeasuredAsItIsAsked)
     EXPECT_EQ(other.params.gate, 2);
     EXPECT_EQ(other.devices, app::MeasuredDevices::vulkan);
     EXPECT_LT(guiding({"--quick"}).referenceSpp, 1024u);
+    EXPECT_EQ(guiding({"--reference-spp", "33"}).referenceSpp, 34u);  // of two halves
     EXPECT_LT(guiding({"--quick"}).seeds, 3u);
 }
 
