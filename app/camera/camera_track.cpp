@@ -76,6 +76,8 @@ size_t CameraTrack::move(size_t index, double frame)
 void CameraTrack::clear()
 {
     path_.keys.clear();
+    file_.clear();
+    saved_ = {};
     settle();
 }
 

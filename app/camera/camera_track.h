@@ -29,6 +29,8 @@ public:
     /// Returns the key's new index; keys stay in order. Onto the frame of another key it does not
     /// go: it stays where it was.
     size_t move(size_t index, double frame);
+
+    /// Also forgets the file: keys to come are another path, which may not replace it unasked.
     void clear();
 
     double firstFrame() const;  // 0 when empty

@@ -212,6 +212,20 @@ TEST(CameraTrack, SavedAndLoadedToTheBit)
     }
 }
 
+TEST(CameraTrack, OneThatIsClearedHasNoFile)
+{
+    const tests::TemporaryFolder folder;
+    CameraTrack t = track({0, 24});
+    t.save(folder / "path.json", {});
+    EXPECT_EQ(t.file(), folder / "path.json");
+    EXPECT_FALSE(t.unsaved());
+    t.clear();
+    EXPECT_TRUE(t.file().empty()) << "another path may not replace it unasked";
+    EXPECT_FALSE(t.unsaved());
+    for (const double frame : {0.0, 24.0}) t.addAt(frame, cameraAt(frame));
+    EXPECT_TRUE(t.unsaved());
+}
+
 TEST(CameraTrack, FilesOfTheCommandLineAreReadAndBadOnesChangeNothing)
 {
     const tests::TemporaryFolder folder;

@@ -50,6 +50,14 @@ struct Losses : testing::Test {
         session->keepAsReference();
         EXPECT_TRUE(until(*session, [&] { return session->reference() != nullptr; }));
     }
+    /// Until the scene is there, though not its picture.
+    void show(const char* scene) const
+    {
+        act(*session, "load", {{"file", (kAssets / scene).string()}});
+        EXPECT_TRUE(until(*session, [&] {
+            return session->settled() && session->document()->file.filename() == scene;
+        }));
+    }
     /// As A, with its variance: from then on the slot stays as it is.
     void storeSide() const
     {
@@ -265,6 +273,23 @@ TEST_F(Losses, ATypedNameReplacesAFileOnlyWhenItIsMeant)
     EXPECT_FALSE(write("export-path", "f-%d.png", true));
     ASSERT_TRUE(until(*session, [&] { return !session->coreThread().active(); }));
     EXPECT_NE(app::readText(folder / "f-1.png"), "precious");
+}
+
+TEST_F(Losses, APathOfAnotherSceneIsNoNewerVersionOfThisOne)
+{
+    const auto save = [&] {
+        app::AppRequests requests;
+        app::runAction("save-path", *session, requests, {{"file", "path.json"}});
+        return requests.wouldReplace;
+    };
+    for (const double frame : {0.0, 24.0}) act(*session, "add-key", {{"frame", frame}});
+    EXPECT_FALSE(save());
+    const std::string one = app::readText(folder / "path.json");
+    show("hall.gltf");
+    for (const double frame : {0.0, 24.0}) act(*session, "add-key", {{"frame", frame}});
+    EXPECT_TRUE(save());
+    EXPECT_EQ(app::readText(folder / "path.json"), one);
+    EXPECT_TRUE(told(*session, "is there already"));
 }
 
 TEST_F(Losses, FramesOfNoNameGoToAFolderOfTheirOwn)
