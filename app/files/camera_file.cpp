@@ -25,6 +25,9 @@ const std::vector<std::string> kCameraMembers{
 
 const glm::dvec3 kLevel(0, 1, 0);  // up in glTF
 
+/// Those of glTF go up to 1e6, or are the ratio of two lengths of up to 1e18 (orthographic).
+constexpr double kMostAspect = 1e36;
+
 /// A place in a file: the file alone, or with a JSON pointer.
 struct Place {
     std::string file, pointer;
@@ -153,7 +156,7 @@ void readOptics(const Json& json, core::Camera& camera, const core::Placement& p
         camera.orthographic = true;
     }
     if (json.contains("aspect"))
-        camera.aspect = readNumber(json["aspect"], 0, 1e4, place / "aspect");
+        camera.aspect = readNumber(json["aspect"], 0, kMostAspect, place / "aspect");
     if (json.contains("aperture_radius"))
         camera.apertureRadius =
             readNumber(json["aperture_radius"], 0, 1e12, place / "aperture_radius") *

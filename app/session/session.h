@@ -304,8 +304,9 @@ private:
     ScenePictures pictures_;
     std::unique_ptr<Document> document_;
     std::vector<SavedCamera> savedCameras_;
-    std::optional<size_t> sceneCamera_;  // the view is this one's, also when it is animated
-    core::Camera followed_;              // as it was when it was taken
+    std::vector<std::string> unreadCameras_;  // JSON of those that could not be read
+    std::optional<size_t> sceneCamera_;       // the view is this one's, also when it is animated
+    core::Camera followed_;                   // as it was when it was taken
     size_t homeCamera_ = 0;
     std::optional<core::Camera> home_;  // where it began, when that is no camera of the scene
     ViewHistory history_;

@@ -325,32 +325,34 @@ void Session::keepCameras()
 {
     if (!document_) return;
     const std::string& hash = document_->world->scene->fileHash;
-    if (savedCameras_.empty()) {
+    if (savedCameras_.empty() && unreadCameras_.empty()) {
         settings.cameras.erase(hash);
         return;
     }
     Json list = Json::array();
     for (const SavedCamera& saved : savedCameras_)
         list.push_back(cameraJson(saved.camera, document_->world->placement));
+    for (const std::string& text : unreadCameras_) list.push_back(Json::parse(text));
     settings.cameras[hash] = jsonText(list);
 }
 
-/// ... and come back with it.
+/// ... and come back with it. What cannot be read, as of a newer version, stays there as it is.
 void Session::recallCameras()
 {
     savedCameras_.clear();
+    unreadCameras_.clear();
     const auto kept = settings.cameras.find(document_->world->scene->fileHash);
     if (kept == settings.cameras.end()) return;
-    try {
-        const Json list = Json::parse(kept->second);
-        for (const Json& json : list) {
+    for (const Json& json : parseJson(kept->second, "the settings' cameras")) {
+        try {
             const core::Camera camera = cameraFromJson(
                 json, core::Camera{}, document_->world->placement, "the settings' cameras");
             savedCameras_.push_back({camera.name, camera});
+        } catch (const std::exception& error) {
+            unreadCameras_.push_back(jsonText(json));
+            notices.tell(Severity::warning,
+                         std::string("a kept view cannot be read: ") + error.what());
         }
-    } catch (const std::exception& error) {
-        notices.tell(Severity::warning,
-                     std::string("saved cameras cannot be read: ") + error.what());
     }
 }
 

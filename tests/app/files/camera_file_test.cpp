@@ -89,6 +89,17 @@ TEST(CameraJson, RoundTripThroughThePlacement)
     EXPECT_NEAR(back.ymag, 3, 1e-12);
 }
 
+TEST(CameraJson, EveryAspectThatASceneHasIsReadBack)
+{
+    core::Camera camera = namedCamera();
+    for (const double aspect : {0.0, 1e-18, 20000.0, 1e6, 1e30}) {
+        camera.aspect = aspect;
+        const core::Camera back =
+            app::cameraFromJson(app::cameraJson(camera, kPlacement), {}, kPlacement, "camera.json");
+        EXPECT_EQ(back.aspect, aspect);
+    }
+}
+
 TEST(CameraJson, WhatIsAbsentStays)
 {
     const core::Camera camera = namedCamera();

@@ -1,5 +1,6 @@
 // The viewer without its window: what loads, what an edit restarts and what not, references,
 // saving, random walks.
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <functional>
@@ -9,11 +10,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/base/json_file.h"
 #include "app/session/actions.h"
 #include "app/session/replay.h"
 #include "app/session/session.h"
 #include "app/view/random_walk.h"
 #include "core/base/check.h"
+#include "core/base/output_file.h"
 #include "core/image/metrics.h"
 #include "tests/support/files/temporary_folder.h"
 #include "tests/support/session/session_steps.h"
@@ -271,6 +274,45 @@ TEST(Session, KeepsSettingsAndCamerasBetweenRuns)
     EXPECT_LT(glm::distance(session.navigation.camera().position, kept.position), 1e-9);
     ASSERT_FALSE(session.settings.recentFiles.empty());
     EXPECT_EQ(fs::path(session.settings.recentFiles[0]).filename(), "cornell-diffuse.gltf");
+}
+
+TEST(Session, AKeptViewThatCannotBeReadStaysAndTakesNoOtherAlong)
+{
+    const tests::TemporaryFolder folder;
+    app::SessionOptions o = options("cornell-diffuse.gltf");
+    o.settings = folder / "settings.json";
+    const auto kept = [&] { return app::readJson(o.settings)["cameras"].begin().value(); };
+    {
+        Session session(o);
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        for (const char* name : {"one", "two", "three"})
+            act(session, "save-camera", {{"name", name}});
+    }
+    ActionJson json = app::readJson(o.settings);
+    json["cameras"].begin().value()[1]["yfov"] = 1e9;
+    json["cameras"].begin().value()[1]["of a newer version"] = true;
+    const ActionJson unreadable = json["cameras"].begin().value()[1];
+    core::writeFile(o.settings, json.dump());
+    const auto keeps = [&] {
+        const ActionJson list = kept();
+        return std::count(list.begin(), list.end(), unreadable) == 1;
+    };
+    {
+        Session session(o);
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        EXPECT_TRUE(told(session, "kept view cannot be read"));
+        ASSERT_EQ(session.savedCameras().size(), 2u);
+        EXPECT_EQ(session.savedCameras()[1].name, "three");
+    }
+    EXPECT_EQ(kept().size(), 3u);
+    EXPECT_TRUE(keeps());
+    {
+        Session session(o);
+        ASSERT_TRUE(until(session, [&] { return settled(session); }));
+        for (int i = 0; i < 2; ++i) session.removeSavedCamera(0);
+    }
+    EXPECT_EQ(kept().size(), 1u);
+    EXPECT_TRUE(keeps());
 }
 
 TEST(Session, TheListOfKeysIsClosedAtTheStart)
