@@ -318,14 +318,20 @@ bool PictureWork::limitReached(const RenderRequest& request) const
     return point.samples >= core::kFewestForNoise && point.estimated <= limits.errorLimit;
 }
 
-void PictureWork::measureError(core::Renderer& renderer, const RenderRequest& request, bool force)
+void PictureWork::forgetReference()
 {
-    if (coarse_ != Coarse::no || samples_ == 0 || fraction_ > 0) return;
+    for (ErrorPoint& point : curve_) point.rmse = point.rmseSe = 0;
+}
+
+bool PictureWork::measureError(core::Renderer& renderer, const RenderRequest& request, bool force)
+{
+    if (coarse_ != Coarse::no || samples_ == 0 || fraction_ > 0) return false;
     const bool limit = limitReached(request);
     const bool known = !curve_.empty() && curve_.back().samples == samples_;
     const bool doubled = !curve_.empty() && samples_ >= 2 * curve_.back().samples;
     const bool grown = samples_ >= nextPoint_ && (doubled || pointSeconds_ <= kOverhead * seconds_);
-    if (force || grown || (limit && !known)) {
+    const bool measures = force || grown || (limit && !known);
+    if (measures) {
         const auto start = Clock::now();
         readEverything(renderer);
         addPoint(curve_, errorPoint(*estimate_, seconds_, request.reference.get()));
@@ -335,6 +341,7 @@ void PictureWork::measureError(core::Renderer& renderer, const RenderRequest& re
         pointSeconds_ += core::secondsSince(start);
     }
     finished_ = limitReached(request);
+    return measures;
 }
 
 bool PictureWork::due() const

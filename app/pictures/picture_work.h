@@ -43,8 +43,8 @@ public:
                  std::stop_token stop);
 
     /// Adds a point to the curve when its time has come (`force`: now) and finds out whether a
-    /// limit is reached; both only between whole samples.
-    void measureError(core::Renderer& renderer, const RenderRequest& request, bool force);
+    /// limit is reached; both only between whole samples. Whether there is a point as of now.
+    bool measureError(core::Renderer& renderer, const RenderRequest& request, bool force);
 
     /// Whether there is something to show: a whole sample, or a part of the first one before the
     /// small picture that came before it.
@@ -66,6 +66,9 @@ public:
 
     /// Whether makeAhead() may come before this picture's own light, which is not there yet.
     bool bridges() const { return bridged_ && samples_ == 0; }
+
+    /// Another reference, or none: errors against the one before are no part of the same curve.
+    void forgetReference();
 
     void changeLimits() { finished_ = false; }  // measureError() looks again
     bool begun() const { return begun_; }

@@ -72,6 +72,7 @@ private:
     bool prepareView();
     void beginPicture();
     void lookFirst();
+    void measureError();
     void warmUp();
     void takeSamples();
     void publish();
@@ -134,7 +135,10 @@ bool RenderThread::Loop::takeRequest()
         paceFactor_ = 1;
     }
     if (suspendedUntil_ && (change >= *suspendedUntil_ || again)) suspendedUntil_.reset();
-    if (old.reference != request_.reference) errorDue_ = true;
+    if (old.reference != request_.reference) {
+        errorDue_ = true;
+        work_.forgetReference();
+    }
     publishDue_ = true;
     work_.changeLimits();
     return true;
@@ -151,15 +155,20 @@ void RenderThread::Loop::step()
         const bool whole = work_.published() > 0 && work_.fraction() == 0;
         return !work_.finished() && (!request_.paused || !whole);
     };
-    work_.measureError(*renderer_, request_, errorDue_);
-    errorDue_ = false;
+    measureError();
     if (wantsSamples()) {
         takeSamples();
-        work_.measureError(*renderer_, request_, false);
+        measureError();
     }
     if ((publishDue_ && work_.presentable()) || work_.due()) publish();
     warmUp();
     workLeft_ = wantsSamples() || work_.precedes();
+}
+
+/// A new reference is measured against as soon as there are whole samples.
+void RenderThread::Loop::measureError()
+{
+    if (work_.measureError(*renderer_, request_, errorDue_)) errorDue_ = false;
 }
 
 /// The first camera motion needs first hits, whose kernel a software device compiles for seconds:
@@ -318,7 +327,7 @@ void RenderThread::Loop::beginPicture()
     if (coarse == Coarse::first) lookFirst();
     const bool follows = begun_ && begun_->restarts == request_.restarts;
     begun_ = request_;
-    tidy_ = false;
+    tidy_ = errorDue_ = false;
     const bool shaded = coarse == Coarse::moving && request_.movingShows == Moving::shaded;
     work_.begin(*renderer_, request_, coarse, follows ? core::Start::moved : core::Start::anew,
                 controlOf(coarse, shaded), paceFactor_);

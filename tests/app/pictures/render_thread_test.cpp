@@ -16,6 +16,14 @@ using namespace tests;
 
 using Work = std::array<int, 3>;
 
+std::shared_ptr<const app::Reference> flatReference(float value)
+{
+    auto reference = std::make_shared<app::Reference>();
+    reference->mean = core::Image(32, 16, 3);
+    std::ranges::fill(reference->mean.pixels, value);
+    return reference;
+}
+
 TEST_F(RenderThread, ABlackPictureSaysSo)
 {
     start();
@@ -272,6 +280,47 @@ TEST_F(RenderThread, TheCurveHasAPointAtEachGrowthAndKnowsTheReference)
     ASSERT_TRUE(until([&] { return newest()->generation == generation; }));
     EXPECT_EQ(newest()->curve.back().rmse, 0);
     EXPECT_EQ(book.get(&Book::views), 1);
+}
+
+/// A curve that mixed them would tell a slope that no picture has.
+TEST_F(RenderThread, ErrorsAgainstAReferenceBeforeCountNoMore)
+{
+    start();
+    order.reference = flatReference(1.5f);
+    order.params.sppLimit = 50;
+    post();
+    ASSERT_GT(finished()->curve.size(), 5u);
+    order.reference = flatReference(3);
+    order.params.sppLimit = 100;
+    post();
+    const auto picture = finished();
+    EXPECT_EQ(picture->curve.back().samples, 100u);
+    for (const app::ErrorPoint& point : picture->curve) {
+        EXPECT_DOUBLE_EQ(point.rmse, point.samples < 50 ? 0 : 2) << point.samples;
+        EXPECT_NEAR(point.estimated, 1 / std::sqrt(double(point.samples) - 1), 1e-6);
+        EXPECT_NEAR(point.rmseSe, 0, 1e-12);
+    }
+}
+
+TEST_F(RenderThread, AReferenceThatComesDuringASampleIsMeasuredAfterIt)
+{
+    start();
+    book.set(&Book::secondsPerPixel, 0.12 / (32 * 16));  // more than a call of the renderer takes
+    order.reference = flatReference(1.5f);
+    order.params.sppLimit = 100;
+    post();
+    ASSERT_TRUE(until([&] { return newest() && newest()->samples >= 12; }));
+    std::this_thread::sleep_for(40ms);
+    order.reference = flatReference(3);
+    post();
+    ASSERT_TRUE(until([&] { return newest()->generation == generation; }));
+    EXPECT_NE(newest()->curve.back().rmse, 0.5) << "that against the reference before";
+    ASSERT_TRUE(until([&] { return newest()->samples >= 15; }));
+    const auto picture = newest();
+    const auto first = std::ranges::find(picture->curve, 2.0, &app::ErrorPoint::rmse);
+    ASSERT_NE(first, picture->curve.end());
+    EXPECT_GT(first->samples, 12u);
+    EXPECT_LT(first->samples, 15u) << "that is where the next point would be by itself";
 }
 
 TEST_F(RenderThread, EndsSoonWhateverItDoes)
