@@ -136,10 +136,9 @@ void screenshotAction(const ActionContext& c)
     c.app.screenshotWithPanel = truth(c, "panel", true);
 }
 
-void slot(const ActionContext& c, int side)
+void slot(const ActionContext& c, size_t side)
 {
-    if (!c.session.picture()) return;
-    c.session.storeSlot(side);
+    if (!c.session.storeSlot(side)) return;
     c.session.notices.tell(Severity::news,
                            std::string("the picture is kept as ") + (side == 0 ? "A" : "B"));
 }

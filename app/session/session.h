@@ -218,7 +218,8 @@ public:
     std::shared_ptr<const Reference> reference() const { return reference_; }
     bool referenceFits() const;  // whether it shows what is rendered: same scene, camera and size
     bool referenceFits(const Picture& picture) const;  // ... what the picture shows
-    void storeSlot(int side);
+    /// False, with a word, while the picture is of another scene or instant.
+    bool storeSlot(size_t side);
     /// A becomes B with all that belongs to it. Not during an equal-time run, which fills both.
     void swapSlots();
     void compareEqualTime(const RenderParams& a, const RenderParams& b, double seconds);

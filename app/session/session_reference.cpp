@@ -288,11 +288,19 @@ void Session::judge()
     judge_.update(wanted);
 }
 
-void Session::storeSlot(int side)
+bool Session::storeSlot(size_t side)
 {
-    if (!document_ || !picture_) return;
-    slots[static_cast<size_t>(side)] = {picture_, pictureLabel(*picture_), document_->time};
-    slotWants_[static_cast<size_t>(side)] = !picture_->variance || picture_->preview;
+    // Every instant of an animation has a world of its own.
+    if (!document_ || !picture_ || picture_->world.lock() != document_->world) {
+        notices.tell(Severity::error, "there is no picture to keep yet");
+        return false;
+    }
+    // Amid a sample some pixels have had one more than is told of the picture.
+    const bool before = !isWhole(*picture_) && whole_ && onePicture(*whole_, *picture_);
+    const std::shared_ptr<const Picture>& kept = before ? whole_ : picture_;
+    slots[side] = {kept, pictureLabel(*kept), document_->time};
+    slotWants_[side] = !kept->variance || !isWhole(*kept);
+    return true;
 }
 
 void Session::swapSlots()
@@ -308,15 +316,15 @@ void Session::swapSlots()
 }
 
 /// What was kept before its variance was asked for is replaced by the next picture of the same that
-/// has it: without, two pictures could not be compared unless there is a reference. A coarse one
-/// is replaced by the first whole one in any case.
+/// has it: without, two pictures could not be compared unless there is a reference. One that is not
+/// whole is replaced by the first that is in any case.
 void Session::completeSlots()
 {
     for (size_t side = 0; side < slots.size(); ++side) {
         if (!slotWants_[side] || !picture_) continue;
         Slot& slot = slots[side];
         const bool same = slot.picture && onePicture(*slot.picture, *picture_);
-        if (same && !(isWhole(*picture_) && (picture_->variance || slot.picture->preview)))
+        if (same && !(isWhole(*picture_) && (picture_->variance || !isWhole(*slot.picture))))
             continue;
         if (same) slot = {picture_, pictureLabel(*picture_), slot.time};
         slotWants_[side] = same && !picture_->variance;

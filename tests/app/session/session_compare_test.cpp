@@ -342,4 +342,57 @@ TEST(SessionCompare, ACoarsePictureIsKeptOnlyUntilTheWholeOneIsThere)
     EXPECT_EQ(session.slots[0].picture->mean.width, kArea.x);
 }
 
+/// As a sample of it goes on some pixels have had one more, which no number beside it tells.
+TEST(SessionCompare, ASideIsOfWholeSamples)
+{
+    Book book;
+    app::SessionOptions o = options("cornell-diffuse.gltf");
+    o.factory = [&](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); };
+    Session session(o);
+    session.settings.sections.compare = false;
+    session.render.sppLimit = 8;
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    book.set(&Book::secondsPerPixel, 10.0 / (kArea.x * kArea.y));
+    session.render.sppLimit = 1000;
+    const auto inSample = [&] {
+        return session.picture()->fraction > 0 && session.picture()->samples > 0;
+    };
+    ASSERT_TRUE(until(session, inSample));
+    act(session, "store-a");
+    ASSERT_TRUE(session.slots[0].picture);
+    EXPECT_TRUE(isWhole(*session.slots[0].picture));
+    EXPECT_EQ(session.slots[0].picture->samples, session.picture()->samples);
+}
+
+TEST(SessionCompare, NoSideIsOfTheSceneBefore)
+{
+    Book book;
+    app::SessionOptions o = options("animated.gltf");
+    o.factory = [&](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); };
+    o.render.sppLimit = 4;
+    Session session(o);
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    const auto before = session.picture();
+    book.set(&Book::endlessWorld, true);
+    const double time = session.document()->time;
+    act(session, "animation", {{"play", false}, {"time", 0.5}});
+    ASSERT_TRUE(until(session, [&] { return session.document()->time != time; }));
+    act(session, "store-a");
+    EXPECT_EQ(session.slots[0].picture, nullptr) << "another instant";
+    EXPECT_TRUE(told(session, "there is no picture to keep yet"));
+    EXPECT_FALSE(told(session, "is kept as A"));
+
+    act(session, "load", {{"file", (kAssets / "furnace-50.gltf").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "furnace-50.gltf: "); }));
+    act(session, "store-b");
+    EXPECT_EQ(session.slots[1].picture, nullptr) << "another scene";
+    EXPECT_EQ(session.picture(), before) << "the test needs one of the scene before";
+
+    book.set(&Book::endlessWorld, false);
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    act(session, "store-b");
+    EXPECT_EQ(session.slots[1].picture, session.picture());
+    EXPECT_TRUE(told(session, "is kept as B"));
+}
+
 }  // namespace
