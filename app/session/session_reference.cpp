@@ -2,12 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "app/base/json_file.h"
 #include "app/files/camera_file.h"
+#include "app/files/picture_layers.h"
 #include "app/session/pending_saves.h"
 #include "app/session/session.h"
 #include "app/session/session_jobs.h"
@@ -32,10 +34,9 @@ double numberOf(const core::Metadata& metadata, const char* name)
 Reference referenceFrom(const core::ImageFile& image, const fs::path& file)
 {
     Reference reference;
-    reference.mean = image.layer("");
-    if (reference.mean.channels != 3)
-        throw core::Error(file.string() + ": has no R, G, B to compare with");
-    if (image.hasLayer("variance")) reference.variance = image.layer("variance");
+    reference.mean = rgbOf(image, file);
+    if (std::optional<core::Image> variance = rgbVarianceOf(image))
+        reference.variance = std::move(*variance);
     reference.noise = referenceNoise(reference);
     reference.origin = file.filename().string();
     reference.samples = static_cast<uint64_t>(numberOf(image.metadata, "spp"));

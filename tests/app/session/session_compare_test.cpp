@@ -395,4 +395,37 @@ TEST(SessionCompare, NoSideIsOfTheSceneBefore)
     EXPECT_TRUE(told(session, "is kept as B"));
 }
 
+/// As `compare` reads it.
+TEST(SessionCompare, AReferenceOfAnotherProgramNeedNotHaveThreeChannels)
+{
+    const TemporaryFolder folder;
+    Session session(options("cornell-diffuse.gltf"));
+    ASSERT_TRUE(until(session, [&] { return settled(session); }));
+    const auto numbered = [](uint32_t channels) {
+        core::Image image(kArea.x, kArea.y, channels);
+        for (size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = float(i);
+        return image;
+    };
+    const auto load = [&](const char* name, uint32_t channels, uint32_t ofVariance) {
+        core::writeExr(folder / name,
+                       {{{"", numbered(channels)}, {"variance", numbered(ofVariance)}}, {}});
+        act(session, "load-reference", {{"file", (folder / name).string()}});
+        return session.reference() && session.reference()->origin == name;
+    };
+    ASSERT_TRUE(load("rgba.exr", 4, 4));
+    EXPECT_EQ(session.reference()->mean.channels, 3u);
+    EXPECT_EQ(session.reference()->mean.at(1, 0)[2], 6);
+    EXPECT_EQ(session.reference()->variance.channels, 3u);
+    EXPECT_EQ(session.reference()->variance.at(2, 0)[0], 8);
+    ASSERT_TRUE(load("grey.exr", 1, 1));
+    EXPECT_EQ(session.reference()->mean.channels, 3u);
+    EXPECT_EQ(session.reference()->mean.at(1, 0)[2], 1) << "which counts for all three";
+    EXPECT_TRUE(session.reference()->variance.pixels.empty()) << "that of luminance says nothing";
+    EXPECT_EQ(session.reference()->noise, 0);
+
+    core::writeExr(folder / "layers.exr", {{{"depth", numbered(1)}}, {}});
+    act(session, "load-reference", {{"file", (folder / "layers.exr").string()}});
+    EXPECT_TRUE(told(session, "layers.exr: has no channels R, G, B outside of layers"));
+}
+
 }  // namespace
