@@ -7,13 +7,6 @@ namespace app {
 
 namespace {
 
-bool shows(const Picture& picture, const RenderRequest& view)
-{
-    return picture.world.lock() == view.world && picture.camera == view.camera &&
-           picture.fullSize == view.size && picture.restarts == view.restarts &&
-           sameRendering(picture.params, view.params);
-}
-
 /// Whether a picture is to be saved in place of another of the same view: not where it was begun
 /// anew, as after the loss of a device.
 bool isMore(const Picture& picture, const std::shared_ptr<const Picture>& than)
@@ -38,6 +31,13 @@ std::vector<SaveItem> takeOut(std::vector<PendingSave>& waiting, IsDue&& isDue)
 }
 
 }  // namespace
+
+bool shows(const Picture& picture, const RenderRequest& view)
+{
+    return picture.world.lock() == view.world && picture.camera == view.camera &&
+           picture.fullSize == view.size && picture.restarts == view.restarts &&
+           sameRendering(picture.params, view.params);
+}
 
 bool sameView(const RenderRequest& a, const RenderRequest& b)
 {

@@ -38,6 +38,9 @@ private:
     std::vector<PendingSave> waiting_;
 };
 
+/// Whether a picture is one of what the request asks for.
+bool shows(const Picture& picture, const RenderRequest& view);
+
 /// Whether what one request renders can be continued to what the other asks for.
 bool sameView(const RenderRequest& a, const RenderRequest& b);
 

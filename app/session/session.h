@@ -201,7 +201,8 @@ public:
     void beginSaves() { saveFailed_ = false; }
     /// What a screenshot carries, so that its view can be had again; empty without a picture.
     core::Metadata pictureMetadata() const;
-    /// Seconds of rendering in the picture that no file has.
+    /// Seconds of rendering in the picture that no file has; 0 where it is one of another view than
+    /// is rendered now.
     double unsavedSeconds() const;
     /// Renders every frame of the track to numbered files, in the core thread, on the CPU.
     void exportTrack(const std::filesystem::path& pattern, uint32_t samples);

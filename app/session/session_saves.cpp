@@ -121,7 +121,10 @@ core::Metadata Session::pictureMetadata() const
 
 double Session::unsavedSeconds() const
 {
-    return picture_ && !picture_->preview ? picture_->seconds - savedSeconds_ : 0;
+    // What has been left for another view or scene is gone whatever is saved now.
+    const bool onShow = document_ && picture_ && !picture_->preview &&
+                        ordered_.world == document_->world && shows(*picture_, ordered_);
+    return onShow ? picture_->seconds - savedSeconds_ : 0;
 }
 
 }  // namespace app

@@ -292,6 +292,27 @@ TEST_F(Losses, APathOfAnotherSceneIsNoNewerVersionOfThisOne)
     EXPECT_TRUE(told(*session, "is there already"));
 }
 
+/// A question about a picture that is gone would be answered by saving another one.
+TEST_F(Losses, APictureThatIsGoneIsNoLoss)
+{
+    EXPECT_EQ(parts(), std::vector{Part::picture});
+    book.set(&Book::endlessPrepare, true);
+    act(*session, "set", {{"name", "max-depth"}, {"value", 3}});
+    session->update(0.01, kArea);
+    EXPECT_EQ(session->unsavedSeconds(), 0) << "other parameters";
+    EXPECT_TRUE(parts().empty());
+    book.set(&Book::endlessPrepare, false);
+    ASSERT_TRUE(until(*session, [&] { return finished(); }));
+    EXPECT_GT(session->unsavedSeconds(), 0);
+
+    book.set(&Book::endlessWorld, true);
+    show("hall.gltf");
+    ASSERT_TRUE(session->picture());
+    EXPECT_EQ(session->unsavedSeconds(), 0) << "another scene";
+    EXPECT_TRUE(parts().empty());
+    book.set(&Book::endlessWorld, false);
+}
+
 TEST_F(Losses, FramesOfNoNameGoToAFolderOfTheirOwn)
 {
     for (const double frame : {0.0, 1.0}) act(*session, "add-key", {{"frame", frame}});
