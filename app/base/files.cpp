@@ -1,12 +1,14 @@
 // Text files and numbered names. See files.h.
 #include "app/base/files.h"
 
+#include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <optional>
+#include <string_view>
 
 #include "core/base/check.h"
 
@@ -78,6 +80,22 @@ fs::path numbered(const fs::path& file, uint32_t number)
         digits.insert(0, place->width - digits.size(), place->zeros ? '0' : ' ');
     name.replace(place->start, place->length, digits);
     return file.parent_path() / name;
+}
+
+std::optional<uint32_t> numberIn(const fs::path& file, const std::string& name)
+{
+    const std::string pattern = file.filename().string();
+    const std::optional<NumberPlace> place = numberPlace(pattern);
+    CHECK(place.has_value());
+    const size_t around = pattern.size() - place->length;
+    if (name.size() <= around) return {};
+    std::string_view digits = std::string_view(name).substr(place->start, name.size() - around);
+    digits.remove_prefix(std::min(digits.find_first_not_of(' '), digits.size()));
+    uint32_t number = 0;
+    const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    const bool isNumber = read.ec == std::errc() && read.ptr == digits.data() + digits.size();
+    if (!isNumber || numbered(file, number).filename() != name) return {};
+    return number;
 }
 
 }  // namespace app

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace app {
@@ -15,5 +16,8 @@ bool isNumbered(const std::filesystem::path& file);
 
 /// The name with its number filled in. `file` isNumbered.
 std::filesystem::path numbered(const std::filesystem::path& file, uint32_t number);
+
+/// The number that makes `name` of the file's own name; nothing where none does. `file` isNumbered.
+std::optional<uint32_t> numberIn(const std::filesystem::path& file, const std::string& name);
 
 }  // namespace app

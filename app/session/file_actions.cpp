@@ -3,6 +3,8 @@
 #include "app/session/file_actions.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -28,16 +30,23 @@ bool mayWrite(const ActionContext& c, const fs::path& file, bool otherwise)
     return false;
 }
 
-/// The first of the path's frames that is there already, or the first of all.
+/// The first of the path's frames that is there already, or the first of all. There may be a
+/// thousand million of them, hence not each is looked for.
 fs::path firstTaken(const CameraTrack& track, const fs::path& pattern)
 {
     if (!isNumbered(pattern)) return pattern;  // exportTrack() says so
     const auto first = static_cast<uint32_t>(track.firstFrame()),
                last = static_cast<uint32_t>(track.lastFrame());
+    const fs::path folder = pattern.has_parent_path() ? pattern.parent_path() : fs::path(".");
+    std::optional<uint32_t> taken;
     std::error_code unknown;
-    for (uint32_t frame = first; frame <= last; ++frame)
-        if (fs::exists(numbered(pattern, frame), unknown)) return numbered(pattern, frame);
-    return numbered(pattern, first);
+    fs::directory_iterator entry(folder, unknown);
+    for (; entry != fs::directory_iterator(); entry.increment(unknown)) {
+        const auto frame = numberIn(pattern, entry->path().filename().string());
+        if (frame && *frame >= first && *frame <= last && *frame < taken.value_or(UINT32_MAX))
+            taken = frame;
+    }
+    return numbered(pattern, taken.value_or(first));
 }
 
 }  // namespace

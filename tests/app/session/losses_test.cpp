@@ -313,6 +313,29 @@ TEST_F(Losses, APictureThatIsGoneIsNoLoss)
     book.set(&Book::endlessWorld, false);
 }
 
+/// What looked for each frame by its name would take half an hour here.
+TEST_F(Losses, FramesThatAreThereAreFoundAmongAsManyAsThereCanBe)
+{
+    const auto refused = [&](const char* file) {
+        app::AppRequests requests;
+        app::runAction("export-path", *session, requests,
+                       {{"file", file}, {"replace", false}, {"spp", 1}});
+        session->cancel(app::Work::background);
+        EXPECT_TRUE(until(*session, [&] { return !session->coreThread().active(); }));
+        return requests.wouldReplace;
+    };
+    for (const double frame : {2.0, 1e9}) act(*session, "add-key", {{"frame", frame}});
+    EXPECT_FALSE(refused("nowhere/f-%d.png"));
+    for (const char* other : {"f-1.png", "f-002.png", "f-2.exr", "f-2.png.old", "f-.png", "g-2.png",
+                              "f-1000000001.png", "f-99999999999999999999.png", "f-+3.png"})
+        core::writeFile(folder / other, "precious");
+    EXPECT_FALSE(refused("f-%d.png"));
+    EXPECT_TRUE(refused("f-%03d.png"));
+    core::writeFile(folder / "h-1000000000.png", "precious");
+    EXPECT_TRUE(refused("h-%d.png"));
+    EXPECT_TRUE(told(*session, "h-1000000000.png is there already"));
+}
+
 TEST_F(Losses, FramesOfNoNameGoToAFolderOfTheirOwn)
 {
     for (const double frame : {0.0, 1.0}) act(*session, "add-key", {{"frame", frame}});
