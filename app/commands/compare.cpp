@@ -8,6 +8,7 @@
 
 #include "app/base/json_file.h"
 #include "app/commands/stored_picture.h"
+#include "app/files/picture_layers.h"
 #include "core/base/check.h"
 #include "core/image/flip.h"
 #include "core/image/image.h"
@@ -81,12 +82,14 @@ Json welchJson(const core::WelchResult& welch, bool independent, Json notes)
     return json;
 }
 
+/// Where both files have variances.
 void addWelch(Json& json, const core::Image& image, const core::Image& reference,
               const core::ImageFile& imageFile, const core::ImageFile& referenceFile)
 {
-    const core::MeanAndVariance a{image, imageFile.layer("variance"), samplesOf(imageFile)};
-    const core::MeanAndVariance b{reference, referenceFile.layer("variance"),
-                                  samplesOf(referenceFile)};
+    const auto ofImage = rgbVarianceOf(imageFile), ofReference = rgbVarianceOf(referenceFile);
+    if (!ofImage || !ofReference) return;
+    const core::MeanAndVariance a{image, *ofImage, samplesOf(imageFile)};
+    const core::MeanAndVariance b{reference, *ofReference, samplesOf(referenceFile)};
     const core::WelchResult welch = core::welchTest(a, b, kTileSide);
     double largest = 0;
     for (const core::WelchScore& score : welch.image)
@@ -108,8 +111,7 @@ int compareCommand(const std::filesystem::path& image, const std::filesystem::pa
 {
     const core::ImageFile imageFile = core::readExr(image);
     const core::ImageFile referenceFile = core::readExr(reference);
-    const core::Image a = storedColors(imageFile, image),
-                      b = storedColors(referenceFile, reference);
+    const core::Image a = rgbOf(imageFile, image), b = rgbOf(referenceFile, reference);
     if (a.width != b.width || a.height != b.height)
         throw core::Error(image.string() + " has " + sizeText(a) + " pixels, " +
                           reference.string() + " has " + sizeText(b) +
@@ -141,8 +143,7 @@ int compareCommand(const std::filesystem::path& image, const std::filesystem::pa
           {"welch_z",
            "difference of the image means over its standard deviation, largest channel"}}}};
     if (const auto noise = storedNoise(referenceFile)) json["reference_noise"] = noise->rmse;
-    if (hasVariance(imageFile) && hasVariance(referenceFile))
-        addWelch(json, a, b, imageFile, referenceFile);
+    addWelch(json, a, b, imageFile, referenceFile);
     // File names may hold any bytes; JSON is UTF-8.
     out << jsonText(json, 1) << '\n';
     return int(core::ExitCode::done);

@@ -14,6 +14,7 @@
 #include "app/commands/stored_picture.h"
 #include "app/files/load.h"
 #include "app/files/picture_file.h"
+#include "app/files/picture_layers.h"
 #include "app/files/stats.h"
 #include "app/gpu/base/device.h"
 #include "core/base/check.h"
@@ -176,7 +177,7 @@ void Job::countOverBudget()
 void Job::readReference()
 {
     const core::ImageFile content = core::readExr(o_.reference);
-    reference_ = storedColors(content, o_.reference);
+    reference_ = rgbOf(content, o_.reference);
     const std::optional<StoredNoise> noise = storedNoise(content);
     if (!noise) return;
     report_.referenceNoise = noise->rmse;

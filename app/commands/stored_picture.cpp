@@ -3,39 +3,17 @@
 
 #include <string>
 
-#include "core/base/check.h"
+#include "app/files/picture_layers.h"
 #include "core/image/metrics.h"
 #include "core/methods/method.h"
 
 namespace app {
 
-core::Image storedColors(const core::ImageFile& content, const std::filesystem::path& file)
-{
-    if (!content.hasLayer("")) {
-        std::string names;
-        for (const core::Layer& layer : content.layers)
-            names += (names.empty() ? "" : ", ") + layer.name;
-        throw core::Error(file.string() +
-                          ": has no channels R, G, B outside of layers — it has the layers " +
-                          names);
-    }
-    const core::Image& picture = content.layer("");
-    if (picture.channels >= 3) return picture;
-    core::Image colors(picture.width, picture.height, 3);
-    for (size_t i = 0; i < colors.pixels.size(); ++i)
-        colors.pixels[i] = picture.pixels[i / 3 * picture.channels];
-    return colors;
-}
-
-bool hasVariance(const core::ImageFile& content)
-{
-    return content.hasLayer("variance") && content.layer("variance").channels >= 3;
-}
-
 std::optional<StoredNoise> storedNoise(const core::ImageFile& content)
 {
-    if (!hasVariance(content)) return {};
-    return StoredNoise{core::noiseOf(content.layer("variance")), usesSobol(content)};
+    const std::optional<core::Image> variance = rgbVarianceOf(content);
+    if (!variance) return {};
+    return StoredNoise{core::noiseOf(*variance), usesSobol(content)};
 }
 
 bool usesSobol(const core::ImageFile& content)

@@ -1,20 +1,11 @@
-// A picture from an EXR file, as errors are measured on it: its colours, and what its file says of
-// its noise.
+// What the EXR file of a picture says of its noise; its colours: app/files/picture_layers.h.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 
 #include "core/image/image.h"
 
 namespace app {
-
-/// The picture as R, G, B; a single channel counts for all three. Throws core::Error naming the
-/// `file` and its layers when there are no channels outside of layers.
-core::Image storedColors(const core::ImageFile& content, const std::filesystem::path& file);
-
-/// Whether there is the variance of R, G, B.
-bool hasVariance(const core::ImageFile& content);
 
 /// The RMSE that a perfect picture would have against this one: what its own noise makes.
 /// `isBound`: no more than that, since the variances of Sobol samples are upper bounds.
