@@ -1,4 +1,5 @@
 // Environment map and sun, as scenes[].extras.environment and .sun hold them (not part of glTF).
+#include <algorithm>
 #include <cmath>
 #include <span>
 
@@ -46,6 +47,9 @@ Environment decodePanorama(Load& load, const Content& content, const std::string
 
 void readMap(Load& load, const Object& object)
 {
+    if (!object.has("uri"))  // of another tool: `extras` belong to nobody
+        return load.warn("UNDEFINED_PROPERTY", object.pointer(),
+                         "'uri' is missing — no environment");
     const std::string uri = object.requiredString("uri");
     const std::string mapping = object.has("mapping") ? object.softString("mapping") : "latlong";
     if (mapping != "latlong")
@@ -56,15 +60,41 @@ void readMap(Load& load, const Object& object)
     load.scene.environment = std::move(environment);
 }
 
-/// Whether every picture would be black. Unlit surfaces are seen without light.
+bool shines(const glm::vec3& c)
+{
+    return c.x > 0 || c.y > 0 || c.z > 0;
+}
+
+/// Whether light comes from somewhere on a surface of this material: a pattern can take it all.
+bool emits(const Scene& scene, const Material& material)
+{
+    const glm::vec3& emissive = material.data.emissive;
+    if (!shines(emissive)) return false;
+    const int use = material.textures[shared::kTextureEmissive];
+    const int texture = use < 0 ? -1 : scene.textureUses[static_cast<size_t>(use)].texture;
+    if (texture < 0) return true;
+    // Half floats, none of them negative: but for the sign, the bits of zero alone are all 0.
+    const auto lit = [&](const Texel& t) {
+        return (emissive.x > 0 && (t.r & 0x7fffu) != 0) ||
+               (emissive.y > 0 && (t.g & 0x7fffu) != 0) || (emissive.z > 0 && (t.b & 0x7fffu) != 0);
+    };
+    return std::ranges::any_of(scene.textures[static_cast<size_t>(texture)].texels, lit);
+}
+
+/// Whether every picture would be black. Unlit surfaces are seen without light. Of the materials
+/// only those of triangles count: lines and points are not shown.
 bool nothingShines(const Scene& scene)
 {
-    const auto shines = [](const glm::vec3& c) { return c.x > 0 || c.y > 0 || c.z > 0; };
     if (scene.environment && scene.environment->intensity > 0) return false;
     if (scene.sun && shines(scene.sun->radiance)) return false;
-    for (const Material& material : scene.materials)
-        if (shines(material.data.emissive) || (material.data.flags & shared::kMaterialUnlit) != 0)
-            return false;
+    std::vector<bool> seen(scene.materials.size(), false);
+    for (const Mesh& mesh : scene.meshes)
+        if (!mesh.triangles.empty()) seen[static_cast<size_t>(mesh.material)] = true;
+    for (size_t i = 0; i < seen.size(); ++i) {
+        const Material& material = scene.materials[i];
+        const bool unlit = (material.data.flags & shared::kMaterialUnlit) != 0;
+        if (seen[i] && (unlit || emits(scene, material))) return false;
+    }
     for (const Node& node : scene.nodes)
         if (node.light >= 0) {
             const PunctualLight& light = scene.lights[static_cast<size_t>(node.light)];
@@ -137,7 +167,7 @@ void readEnvironment(Load& load)
     const std::string& asked = load.options.environment;
     if (asked == kOwnEnvironment || asked == kAnyEnvironment) {
         const std::optional<Object> scene = shownScene(load);
-        if (const auto extras = scene ? scene->softObject("extras") : std::nullopt) {
+        if (const auto extras = scene ? scene->extras() : std::nullopt) {
             if (const auto map = extras->softObject("environment")) readMap(load, *map);
             if (const auto sun = extras->softObject("sun")) readSun(load, *sun);
         }

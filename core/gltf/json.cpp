@@ -297,4 +297,11 @@ std::optional<Object> Object::extension(const char* name) const
     return Object(*load_, *extensions, at("extensions")).softObject(name);
 }
 
+std::optional<Object> Object::extras() const
+{
+    const std::optional<Json> value = find("extras");
+    if (!value || !value->isObject()) return std::nullopt;
+    return Object(*load_, *value, at("extras"));
+}
+
 }  // namespace core::gltf

@@ -73,6 +73,10 @@ public:
     /// The extension of that name on this object, if it is there and an object.
     std::optional<Object> extension(const char* name) const;
 
+    /// `extras`, if they are an object: glTF lets every tool put any value there, so that another
+    /// one is no fault.
+    std::optional<Object> extras() const;
+
 private:
     bool numbers(const char* key, double* out, size_t count) const;
     void softNumbers(const char* key, double* values, size_t count, double low, double high) const;

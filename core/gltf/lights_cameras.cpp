@@ -71,7 +71,7 @@ SceneCamera readCamera(Load& load, const Object& object)
         }
         if (lens->has("aspectRatio")) camera.aspect = positive(*lens, "aspectRatio", 0, 1e6);
     }
-    if (const std::optional<Object> extras = object.softObject("extras")) {
+    if (const std::optional<Object> extras = object.extras()) {
         camera.apertureRadius = extras->softNumber("apertureRadius", 0, 0, kHuge);
         camera.focusDistance = extras->softNumber("focusDistance", 0, 0, kHuge);
     }

@@ -105,6 +105,64 @@ TEST(GltfEnvironment, AnotherEnvironmentThanTheScenesOwn)
         << refused;
 }
 
+/// What has a factor but gives no light: under a black pattern, under one of other colours than the
+/// factor's, on lines, which are not shown.
+TEST(GltfEnvironment, WhatGivesNoLightDoesNotShine)
+{
+    core::LoadOptions options;
+    options.environment = core::kAnyEnvironment;
+    const auto sky = [&](const test::Document& document) {
+        const auto scene = test::load(document, options);
+        return scene && scene->environment ? scene->environment->file : "";
+    };
+    const auto patterned = [](const std::vector<uint8_t>& pixel, const std::vector<double>& f) {
+        test::Document document = test::texturedTriangle(test::encodeImage("png", 1, 1, 3, pixel));
+        document.material() = {{"emissiveFactor", f}, {"emissiveTexture", {{"index", 0}}}};
+        return document;
+    };
+    EXPECT_EQ(sky(patterned({0, 0, 0}, {1, 1, 1})), core::kPlainSky);
+    EXPECT_EQ(sky(patterned({0, 255, 0}, {1, 0, 1})), core::kPlainSky);
+    EXPECT_EQ(sky(patterned({0, 1, 0}, {1, 1, 1})), "");
+    EXPECT_EQ(sky(patterned({0, 1, 0}, {0, 0.5, 0})), "");
+
+    test::Document lines = test::triangle();
+    lines.json["materials"] = {{{"emissiveFactor", {1, 1, 1}}},
+                               {{"extensions", {{"KHR_materials_unlit", Json::object()}}}}};
+    for (const int material : {0, 1}) {
+        Json primitive = lines.primitive();
+        primitive["mode"] = 1;
+        primitive["material"] = material;
+        lines.json["meshes"][0]["primitives"].push_back(primitive);
+    }
+    EXPECT_EQ(sky(lines), core::kPlainSky);
+    lines.primitive()["material"] = 0;
+    EXPECT_EQ(sky(lines), "");
+}
+
+/// glTF lets `extras` hold any value: those of other tools are no faults of the file.
+TEST(GltfEnvironment, ExtrasOfOtherToolsAreLeftAlone)
+{
+    core::LoadOptions strict;
+    strict.strict = true;
+    for (const Json& extras : {Json(7), Json("forest"), Json(true), Json(), Json::array({1, 2})}) {
+        test::Document document = test::triangle();
+        document.json["scenes"][0]["extras"] = extras;
+        document.json["cameras"] = {{{"type", "perspective"},
+                                     {"perspective", {{"yfov", 1}, {"znear", 0.1}}},
+                                     {"extras", extras}}};
+        document.json["nodes"][0]["camera"] = 0;
+        const auto scene = test::load(document, strict);
+        ASSERT_TRUE(scene) << extras;
+        EXPECT_EQ(scene->cameras.at(0).yfov, 1);
+    }
+    test::Document document = test::triangle();
+    document.json["scenes"][0]["extras"] = {{"environment", {{"fog", 0.5}}},
+                                            {"sun", {{"radiance", {1, 2, 3}}}}};
+    EXPECT_REPAIRED(scene, document, "UNDEFINED_PROPERTY", "/scenes/0/extras/environment");
+    EXPECT_FALSE(scene->environment);
+    EXPECT_TRUE(scene->sun);
+}
+
 TEST(GltfEnvironment, BrokenEnvironmentsAreRefused)
 {
     const test::TemporaryFolder folder;
