@@ -3,7 +3,6 @@
 #include "app/files/scene_files.h"
 
 #include <array>
-#include <charconv>
 #include <fstream>
 #include <string>
 #include <string_view>
@@ -13,6 +12,7 @@
 #include "app/base/files.h"
 #include "app/base/json_file.h"
 #include "core/base/check.h"
+#include "core/gltf/guard.h"
 
 namespace app {
 
@@ -36,22 +36,8 @@ std::string documentText(const fs::path& scene)
     if (length > fs::file_size(scene, none)) return {};
     std::string text(length, ' ');
     stream.read(text.data(), static_cast<std::streamsize>(length));
+    while (text.ends_with('\0')) text.pop_back();  // padding, which the loader takes away, too
     return text;
-}
-
-/// "a%20b" as "a b"; what is no code stays as it is.
-std::string decoded(const std::string& uri)
-{
-    std::string name;
-    for (size_t i = 0; i < uri.size(); ++i) {
-        unsigned code = 0;
-        const char* const digits = uri.data() + i + 1;
-        const bool isCode = uri[i] == '%' && i + 2 < uri.size() &&
-                            std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
-        name += isCode ? static_cast<char>(code) : uri[i];
-        if (isCode) i += 2;
-    }
-    return name;
 }
 
 void addFiles(const nlohmann::ordered_json& json, const fs::path& folder,
@@ -60,8 +46,8 @@ void addFiles(const nlohmann::ordered_json& json, const fs::path& folder,
     if (json.is_object() && json.contains("uri") && json["uri"].is_string()) {
         const std::string uri = json["uri"].get<std::string>();
         std::error_code none;
-        if (!uri.starts_with("data:"))
-            for (const std::string& name : {decoded(uri), uri})
+        if (!core::gltf::isDataUri(uri))
+            for (const std::string& name : core::gltf::namesMeant(uri))
                 if (fs::is_regular_file(folder / name, none)) files.push_back(folder / name);
     }
     for (const auto& member : json)
@@ -74,8 +60,13 @@ std::vector<fs::path> filesNamedBy(const fs::path& scene)
 {
     std::vector<fs::path> files;
     try {
-        addFiles(parseJson(documentText(scene), scene.string()), scene.parent_path(), files);
+        // As the loader does, from where the file really is: names in a document that is reached
+        // by a link are not beside the link.
+        const fs::path folder = fs::canonical(scene).parent_path();
+        addFiles(parseJson(documentText(scene), scene.string()), folder, files);
     } catch (const core::Error&) {
+        return {};
+    } catch (const fs::filesystem_error&) {
         return {};
     }
     return files;

@@ -141,25 +141,6 @@ std::string quoted(std::string_view text)
     return std::string("'").append(printable(text, kLongest)).append("'");
 }
 
-/// The names that a reference may stand for, likeliest first: decoded; as it is, from exporters
-/// that do not encode a per cent sign; and both with the slashes of Windows turned.
-std::vector<std::string> namesMeant(std::string_view uri)
-{
-    std::vector<std::string> names;
-    if (std::optional<std::string> decoded = percentDecode(uri)) names.push_back(*decoded);
-    if (names.empty() || names.front() != uri) names.emplace_back(uri);
-    for (size_t i = 0, given = names.size(); i < given; ++i) {
-        if (names[i].find('\\') == std::string::npos) continue;
-        std::string turned = names[i];
-        std::ranges::replace(turned, '\\', '/');
-        names.push_back(std::move(turned));
-    }
-    std::erase_if(names, [](const std::string& name) {
-        return name.empty() || name.find('\0') != std::string::npos;
-    });
-    return names;
-}
-
 }  // namespace
 
 Content readFile(const std::filesystem::path& file, uint64_t maxBytes)
@@ -192,6 +173,23 @@ Content readFile(const std::filesystem::path& file, uint64_t maxBytes)
 bool isDataUri(std::string_view uri)
 {
     return lower(schemeOf(uri)) == "data";
+}
+
+std::vector<std::string> namesMeant(std::string_view uri)
+{
+    std::vector<std::string> names;
+    if (std::optional<std::string> decoded = percentDecode(uri)) names.push_back(*decoded);
+    if (names.empty() || names.front() != uri) names.emplace_back(uri);
+    for (size_t i = 0, given = names.size(); i < given; ++i) {
+        if (names[i].find('\\') == std::string::npos) continue;
+        std::string turned = names[i];
+        std::ranges::replace(turned, '\\', '/');
+        names.push_back(std::move(turned));
+    }
+    std::erase_if(names, [](const std::string& name) {
+        return name.empty() || name.find('\0') != std::string::npos;
+    });
+    return names;
 }
 
 Content readUri(const Load& load, std::string_view uri)

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/gltf/load.h"
 
@@ -20,6 +21,10 @@ Content readFile(const std::filesystem::path& file, uint64_t maxBytes);
 
 /// Whether a URI holds its own content.
 bool isDataUri(std::string_view uri);
+
+/// The names that a URI of a file may stand for, likeliest first: decoded; as it is, from exporters
+/// that do not encode a per cent sign; and both with the slashes of Windows turned.
+std::vector<std::string> namesMeant(std::string_view uri);
 
 /// What a URI of the document stands for: the bytes of a data: URI, or those of a file inside the
 /// scene's folder (real paths are compared, so that neither "..", "%2e%2e", nor a symbolic link

@@ -110,6 +110,32 @@ TEST_F(Cli, FilesOfTheSceneAreNotWrittenOver)
     }
 }
 
+/// The loader turns the slashes of Windows, trims what pads a GLB's text, and looks beside the file
+/// that a link leads to: what is protected are the files that it finds.
+TEST_F(Cli, FilesThatOnlyTheLoaderFindsAreNotWrittenOver)
+{
+    const auto naming = [](const std::string& uri) {
+        return R"({"asset":{"version":"2.0"},"images":[{"uri":")" + uri + R"("}]})";
+    };
+    fs::create_directories(work("far/textures"));
+    fs::create_directories(work("near"));
+    writeFile("far/textures/a.png", "mine");
+    writeFile("far/back.gltf", naming(R"(textures\\a.png)"));
+    writeFile("far/s.gltf", naming("textures/a.png"));
+    fs::create_symlink("../far/s.gltf", work("near/s.gltf"));
+    std::string glb = "glTF", json = naming("textures/a.png");
+    json.resize(json.size() + 4 - json.size() % 4, '\0');
+    for (const size_t number : {size_t{2}, 20 + json.size(), json.size()})
+        for (int i = 0; i < 4; ++i) glb += static_cast<char>(number >> (8 * i));
+    writeFile("far/nul.glb", glb + "JSON" + json);
+    for (const char* scene : {"far/back.gltf", "near/s.gltf", "far/nul.glb"}) {
+        SCOPED_TRACE(scene);
+        expectRefused({"render", scene, "--device", "cpu", "-o", "far/textures/a.png"}, 2,
+                      "a file of the scene's");
+    }
+    EXPECT_EQ(readAll(work("far/textures/a.png")), "mine");
+}
+
 TEST_F(Cli, ALimitOnFileSizesIsAMessage)
 {
     const std::string binary = program;
