@@ -125,21 +125,31 @@ void refuseBoth(const Json& json, const char* a, const char* b, const Place& pla
         place.fail(std::string("has both \"") + a + "\" and \"" + b + "\" — keep one");
 }
 
+/// What a file has said last of members that cameras do not hold as they were said.
+struct Said {
+    std::optional<glm::dvec3> target;  // in world space; a "forward" ends it
+    std::optional<glm::dvec3> up;
+};
+
 /// False when nothing is said of where the camera looks.
-bool readForward(const Json& json, core::Camera& camera, const core::Placement& placement,
-                 const Place& place)
+bool readForward(const Json& json, core::Camera& camera, std::optional<glm::dvec3>& target,
+                 const core::Placement& placement, const Place& place)
 {
     refuseBoth(json, "target", "forward", place);
-    if (json.contains("target")) {
-        const glm::dvec3 towards =
-            placement.toWorld(readVector(json["target"], place / "target")) - camera.position;
-        if (!(glm::length(towards) > 1e-12)) (place / "target").fail("is the position itself");
-        camera.forward = glm::normalize(towards);
-    } else if (json.contains("forward")) {
+    if (json.contains("forward")) {
         camera.forward = readDirection(json["forward"], place / "forward");
-    } else {
-        return false;
+        target.reset();
+        return true;
     }
+    const bool isNew = json.contains("target");
+    if (isNew) target = placement.toWorld(readVector(json["target"], place / "target"));
+    if (!target) return false;
+    const glm::dvec3 towards = *target - camera.position;
+    if (!(glm::length(towards) > 1e-12)) {
+        if (isNew) (place / "target").fail("is the position itself");
+        (place / "position").fail("is the target of a key before — give another, or \"forward\"");
+    }
+    camera.forward = glm::normalize(towards);
     return true;
 }
 
@@ -192,12 +202,11 @@ Json cameraJson(const core::Camera& camera, const core::Placement& placement)
     return json;
 }
 
-/// A camera as it is described, from `camera` on. `up` is what the file has said last; where it has
-/// said nothing, a camera that turns is level. What keys say must not depend on how the camera of
-/// the key before was rolled: two paths that end in one key end in one view.
-static core::Camera readCameraAt(const Json& json, core::Camera camera,
-                                 std::optional<glm::dvec3>& up, const core::Placement& placement,
-                                 const Place& place)
+/// A camera as it is described, from `camera` on. Where the file has `said` nothing of "up", a
+/// camera that turns is level. What keys say must not depend on how the camera of the key before
+/// was rolled: two paths that end in one key end in one view.
+static core::Camera readCameraAt(const Json& json, core::Camera camera, Said& said,
+                                 const core::Placement& placement, const Place& place)
 {
     if (!json.is_object()) place.fail("expected a camera, {\"position\": ...}");
     for (const auto& [name, value] : json.items())
@@ -207,10 +216,10 @@ static core::Camera readCameraAt(const Json& json, core::Camera camera,
         camera.name = json["name"].get<std::string>();
     if (json.contains("position"))
         camera.position = placement.toWorld(readVector(json["position"], place / "position"));
-    const bool turns = readForward(json, camera, placement, place);
-    if (json.contains("up")) up = readDirection(json["up"], place / "up");
-    if (up)
-        camera.up = *up;
+    const bool turns = readForward(json, camera, said.target, placement, place);
+    if (json.contains("up")) said.up = readDirection(json["up"], place / "up");
+    if (said.up)
+        camera.up = *said.up;
     else if (turns && isAside(camera.forward, kLevel))
         camera.up = kLevel;
     if (!isAside(camera.forward, camera.up))
@@ -225,8 +234,8 @@ static core::Camera readCameraAt(const Json& json, core::Camera camera,
 core::Camera cameraFromJson(const Json& json, const core::Camera& defaults,
                             const core::Placement& placement, const std::string& file)
 {
-    std::optional<glm::dvec3> up;
-    return readCameraAt(json, defaults, up, placement, {file, ""});
+    Said said;
+    return readCameraAt(json, defaults, said, placement, {file, ""});
 }
 
 core::Camera readCamera(const std::filesystem::path& file, const core::Camera& defaults,
@@ -298,12 +307,12 @@ CameraPath cameraPathFromJson(const Json& json, const core::Camera& defaults,
         throw core::Error(file + ": expected {\"keys\": [{\"frame\": 0, \"position\": ...}, ...]}");
     CameraPath path;
     core::Camera last = defaults;
-    std::optional<glm::dvec3> up;
+    Said said;
     for (size_t i = 0; i < json["keys"].size(); ++i) {
         const Place place = Place{file, ""} / "keys" / std::to_string(i);
         const Json& key = json["keys"][i];
         last.name.clear();  // the only member that the next key does not inherit
-        last = readCameraAt(key, last, up, placement, place);
+        last = readCameraAt(key, last, said, placement, place);
         const double frame = key.contains("frame")
                                  ? readNumber(key["frame"], 0, 1e9, place / "frame")
                                  : static_cast<double>(i);

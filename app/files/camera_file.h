@@ -57,7 +57,8 @@ struct CameraPath {
 };
 
 /// A path; what keys leave out is that of the key before, and of `defaults` before the first. Of
-/// "up" that is what was said last, not how the key before was rolled.
+/// "up" that is what was said last, not how the key before was rolled; of where it looks, the
+/// "target" or "forward" that was said last.
 /// Throws core::Error led by `file` and the place in it.
 CameraPath cameraPathFromJson(const nlohmann::ordered_json& json, const core::Camera& defaults,
                               const core::Placement& placement, const std::string& file);

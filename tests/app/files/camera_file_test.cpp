@@ -196,6 +196,37 @@ TEST(CameraJson, WhoSaysNothingOfUpIsLevel)
     EXPECT_GT(down.up.x, 0.9);
 }
 
+/// As every other member: until another is given, or a direction instead.
+TEST_F(CameraPathFile, ATargetStaysFromKeyToKey)
+{
+    const app::CameraPath path = read(R"({"keys": [{"position": [0, 1, 5], "target": [0, 1, 0]},
+        {"position": [5, 1, 0]}, {"yfov": 40}, {"position": [0, 9, 1]},
+        {"position": [0, 1, 4], "target": [4, 1, 4]}, {"position": [4, 1, 0]},
+        {"forward": [0, 0, -1]}, {"position": [7, 7, 7]}]})");
+    const auto expectLooks = [&](size_t key, const glm::dvec3& towards) {
+        EXPECT_LE(glm::length(path.keys.at(key).camera.forward - glm::normalize(towards)), 1e-15)
+            << key;
+    };
+    expectLooks(0, {0, 0, -1});
+    expectLooks(1, {-1, 0, 0});
+    expectLooks(2, {-1, 0, 0});
+    expectLooks(3, {0, -8, -1});
+    expectLooks(4, {1, 0, 0});
+    expectLooks(5, {0, 0, 1});
+    expectLooks(6, {0, 0, -1});
+    expectLooks(7, {0, 0, -1});
+    EXPECT_NEAR(path.keys[1].camera.up.y, 1, 1e-15) << "level, as with a target of its own";
+    try {
+        read(
+            R"({"keys": [{"position": [0, 0, 1], "target": [1, 2, 3]}, {"position": [1, 2, 3]}]})");
+        ADD_FAILURE() << "accepted";
+    } catch (const core::Error& error) {
+        EXPECT_NE(std::string(error.what()).find("/keys/1/position: is the target of a key before"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
 TEST_F(CameraPathFile, StraightKeysMakeASteadyStraightLine)
 {
     const app::CameraPath path = read(R"({"keys": [{"position": [0, 0, 0]}, {"position": [2, 0, 0]},
