@@ -50,6 +50,7 @@ public:
 
 private:
     void prepare();
+    void tellWarnings(const core::World& world, const std::string& when);
     void takeWorld();
     void poseFor(uint32_t index);
     Ended renderFrame(uint32_t index);
@@ -73,6 +74,7 @@ private:
     Interrupt interrupt_;  // before anything that starts threads
     Log log_;
     RenderReport report_;
+    ToldWarnings warnings_;
     std::unique_ptr<core::Renderer> renderer_;
     std::optional<CameraPath> path_;
     core::Image reference_;
@@ -96,8 +98,7 @@ void Job::prepare()
     report_.deviceSeconds = secondsSince(opening);
     const LoadedWorld loaded = loadWorld(o_.scene, forced_, log_.callback());
     o_.scene.file = loaded.file;
-    for (const std::string& line : warningLines(loaded.world->warnings))
-        log_.warning(o_.scene.file.string() + ": " + line);
+    tellWarnings(*loaded.world, "");
     if (!loaded.note.empty()) log_.warning(o_.scene.file.string() + ": " + loaded.note);
     report_.options = &o_;
     report_.world = loaded.world;
@@ -125,6 +126,14 @@ void Job::prepare()
     takeWorld();
     prepareSeconds_ = secondsSince(start);
     setGoal();
+}
+
+/// What is known of a flight when it has begun is not all: meshes may vanish later.
+void Job::tellWarnings(const core::World& world, const std::string& when)
+{
+    for (const std::string& line : warnings_.add(world.warnings))
+        log_.warning(o_.scene.file.string() + ": " + when + line);
+    report_.warnings = warnings_.total();
 }
 
 void Job::takeWorld()
@@ -262,7 +271,11 @@ void Job::poseFor(uint32_t index)
     if (time == report_.time) return;
     report_.time = time;
     report_.world = core::poseWorld(report_.world, time);
-    report_.camera = chooseCamera(*report_.world, o_.camera);
+    tellWarnings(*report_.world, printedNumber("at %.4g s: ", time));
+    // The camera of a scene that has none frames what is seen at first. If it framed every pose
+    // anew, what moves would seem to rest while the camera moves.
+    if (!report_.world->scene->cameras.empty())
+        report_.camera = chooseCamera(*report_.world, o_.camera);
     takeWorld();
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "app/files/load.h"
+
 namespace app {
 
 namespace {
@@ -97,6 +99,32 @@ std::string overBudgetText(const RenderReport& report)
            " frames took more than " +
            (report.options->budgetMs ? "--budget-ms" : "--budget-rays") +
            " allows: one sample is the least";
+}
+
+std::vector<std::string> ToldWarnings::add(const core::Warnings& pose)
+{
+    constexpr size_t kPlaces = 10;
+    const bool first = codes_.empty();
+    core::Warnings fresh;
+    for (const core::Warning& warning : pose.listed) {
+        const std::set<std::string>& known = codes_[warning.code].places;
+        if (known.size() < kPlaces && !known.contains(warning.pointer))
+            fresh.add(warning.code, warning.pointer, warning.message);
+    }
+    for (const core::Warning& warning : pose.listed)
+        codes_[warning.code].places.insert(warning.pointer);
+    for (const core::Warnings::Count& count : pose.counts) {
+        uint64_t& most = codes_[count.code].most;
+        most = std::max(most, count.count);
+    }
+    return warningLines(first ? pose : fresh);
+}
+
+uint64_t ToldWarnings::total() const
+{
+    uint64_t sum = 0;
+    for (const auto& [code, of] : codes_) sum += std::max<uint64_t>(of.places.size(), of.most);
+    return sum;
 }
 
 std::string interruptedText(const RenderReport& report)

@@ -3,8 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "app/commands/render_loop.h"
 #include "app/files/stats.h"
@@ -36,6 +39,25 @@ struct MissedFrames {
 
 /// Which target was missed, and by how much.
 std::string missedText(const RenderReport& report, const MissedFrames& missed);
+
+/// The warnings of all poses of a flight. Each is told once for a code and place, as numbers in its
+/// text may change from pose to pose; of one code no more than ten places after the first pose.
+class ToldWarnings {
+public:
+    /// Adds those of a pose; lines for what has not been told.
+    std::vector<std::string> add(const core::Warnings& pose);
+
+    /// How many there are. Places are known only of those that are spelled out: of the others, the
+    /// most in one pose count.
+    uint64_t total() const;
+
+private:
+    struct OfCode {
+        std::set<std::string> places;
+        uint64_t most = 0;
+    };
+    std::map<std::string, OfCode> codes_;
+};
 
 /// What is left when rendering was interrupted.
 std::string interruptedText(const RenderReport& report);

@@ -191,7 +191,7 @@ std::string statsJson(const RenderReport& r)
                 {"inf", c.inf},
                 {"negative", c.negative},
                 {"stack_overflow", c.stackOverflow}}},
-              {"warnings", r.world->warnings.total()},
+              {"warnings", r.warnings},
               {"frames", framesJson(r)},
               {"method_stats", detailsJson(r.renderer.details)}};
     if (r.rmse) json["rmse"] = *r.rmse;

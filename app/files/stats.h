@@ -48,6 +48,7 @@ struct RenderReport {
     std::optional<double> rmse, noise;
     std::optional<double> referenceNoise;  // RMSE of the reference's own noise, where it is known
     uint64_t overBudget = 0;  // frames that took a tenth more than their budget, or worse
+    uint64_t warnings = 0;    // about the scene, in all poses that were taken
     uint64_t validationMessages = 0;
 
     double renderSeconds() const;

@@ -1,7 +1,9 @@
 // `rekindle render --frames` as a person or a script meets it: the real binary, and a file for
 // every frame.
+#include "app/commands/render_words.h"
 #include "core/methods/method.h"
 #include "tests/support/process/program.h"
+#include "tests/support/scenes/gltf_fixture.h"
 
 namespace {
 
@@ -120,6 +122,80 @@ TEST_F(Cli, FramesOfAnAnimation)
 
     expectRefused({"render", kScene, "-o", "g-%d.exr", "--device", "cpu", "--frames", "0-1"}, 2,
                   "no animation");
+}
+
+/// The triangle of the fixture, whose node moves from `from` to `to` within a second.
+test::Document movingTriangle(const char* path, const std::vector<float>& from,
+                              const std::vector<float>& to)
+{
+    test::Document document = test::triangle();
+    const int times = document.values<float>({0, 1}, test::kFloat, "SCALAR", 1);
+    document.json["accessors"][static_cast<size_t>(times)]["min"] = {0};
+    document.json["accessors"][static_cast<size_t>(times)]["max"] = {1};
+    std::vector<float> values = from;
+    values.insert(values.end(), to.begin(), to.end());
+    const int keys = document.values<float>(values, test::kFloat, "VEC3", 3);
+    document.json["animations"] = {
+        {{"samplers", {{{"input", times}, {"output", keys}}}},
+         {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", path}}}}}}}};
+    return document;
+}
+
+/// A scene without a camera has one that frames it: that of the first pose, for the whole flight.
+TEST_F(Cli, TheDefaultCameraDoesNotFollowWhatMoves)
+{
+    writeFile("moving.gltf", movingTriangle("translation", {0, 0, 0}, {3, 0, 0}).text());
+    const Strings render{"render",   "moving.gltf", "--device", "cpu", "--size",
+                         "16x12",    "--spp",       "1",        "-o",  "f-%d.exr",
+                         "--frames", "0-1",         "--fps",    "1"};
+    for (const Strings& camera : {Strings{}, Strings{"--camera", "0"}}) {
+        const Result result = run(render + camera);
+        ASSERT_EQ(result.code, 0) << result.err;
+        EXPECT_EQ(exr("f-1.exr").metadata.at("at"), "1.0");
+        EXPECT_EQ(exr("f-0.exr").metadata.at("camera"), exr("f-1.exr").metadata.at("camera"));
+    }
+}
+
+/// Once for all poses in which they arise, in what is printed and in the count.
+TEST_F(Cli, WarningsOfLaterPosesAreTold)
+{
+    writeFile("vanishing.gltf", movingTriangle("scale", {1, 1, 1}, {0, 0, 0}).text());
+    const Result result =
+        run({"render", "vanishing.gltf", "--device", "cpu", "--size", "16x12", "--spp", "1", "-o",
+             "f-%d.exr", "--frames", "0-3", "--fps", "1", "--stats", "stats.json"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    const size_t told = result.err.find("vanishing.gltf: at 1 s: /nodes/0: scale is zero");
+    ASSERT_NE(told, std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("NODE_SCALE_ZERO", result.err.find("NODE_SCALE_ZERO") + 1),
+              std::string::npos)
+        << result.err;
+    EXPECT_EQ(stats().at("warnings"), 1);
+}
+
+TEST(ToldWarnings, PlacesAreToldOnceAndCountedOnce)
+{
+    app::ToldWarnings told;
+    core::Warnings pose;
+    pose.add("RANGE", "/nodes/1", "a range");
+    pose.add("AREA", "/nodes/2", "3 triangles");
+    pose.add("AREA", "/nodes/2", "4 triangles of another mesh");
+    EXPECT_EQ(told.add(pose).size(), 3u);
+    EXPECT_EQ(told.add(pose).size(), 0u);
+    core::Warnings later;
+    later.add("RANGE", "/nodes/1", "a range");
+    later.add("AREA", "/nodes/2", "5 triangles");
+    EXPECT_EQ(told.add(later).size(), 0u);
+    EXPECT_EQ(told.total(), 3u);
+    later.add("AREA", "/nodes/7", "1 triangles");
+    EXPECT_EQ(told.add(later), Strings{"/nodes/7: 1 triangles (AREA)"});
+    EXPECT_EQ(told.total(), 3u) << "two places, as many as once were told of one";
+    for (int pass = 0; pass < 2; ++pass)
+        for (int node = 10; node < 40; ++node) {
+            core::Warnings one;
+            one.add("AREA", "/nodes/" + std::to_string(node), "1 triangles");
+            EXPECT_EQ(told.add(one).size(), pass == 0 && node < 18 ? 1u : 0u) << node;
+        }
+    EXPECT_EQ(told.total(), 1u + 32u);
 }
 
 /// What a frame begins with that follows on another is in no file; it says so.
