@@ -329,23 +329,32 @@ TEST(FlightSweep, ChangesOneParameterWithinItsRange)
     EXPECT_LT(sweptValues(usual, true).at("history").size(), swept.at("history").size());
 }
 
-/// Errors in units of Discard's are known no better than these.
-TEST(FlightMeasurement, SweepsKnowWhatTheirUnitIsWorth)
+/// Two flights of two frames of 16x16 pixels on the CPU.
+app::FlightBenchOptions smallFlights(const std::filesystem::path& scene,
+                                     const std::filesystem::path& output)
 {
-    const tests::TemporaryFolder folder;
     app::FlightBenchOptions options;
     options.scenes.resize(1);
-    options.scenes[0].file = REKINDLE_SOURCE_DIR "/assets/cornell-diffuse.gltf";
-    options.output = folder.path();
+    options.scenes[0].file = scene;
+    options.output = output;
     options.device = app::DeviceKind::cpu;
     options.size = glm::uvec2(16, 16);
     options.frames = 2;
     options.steps = {1};
     options.seeds = 2;
+    options.params = core::ReuseParams{};
+    return options;
+}
+
+/// Errors in units of Discard's are known no better than these.
+TEST(FlightMeasurement, SweepsKnowWhatTheirUnitIsWorth)
+{
+    const tests::TemporaryFolder folder;
+    app::FlightBenchOptions options =
+        smallFlights(REKINDLE_SOURCE_DIR "/assets/cornell-diffuse.gltf", folder.path());
     options.referenceSpp = 64;
     options.quick = true;
     options.strategies = {core::ReuseStrategy::discard, core::ReuseStrategy::ra};
-    options.params = core::ReuseParams{};
     Measurement measurement(options, {.progress = [](const std::string&) {},
                                       .warn = [](const std::string& w) { ADD_FAILURE() << w; },
                                       .loading = {},
@@ -388,19 +397,11 @@ TEST(FlightMeasurement, OutlivesAWindowThatCannotBe)
     const std::filesystem::path assets = REKINDLE_SOURCE_DIR "/assets/";
     for (const char* name : {"cornell-diffuse.gltf", "cornell-diffuse.bin"})
         std::filesystem::copy_file(assets / name, folder.path() / name);
-    app::FlightBenchOptions options;
-    options.scenes.resize(1);
-    options.scenes[0].file = folder.path() / "cornell-diffuse.gltf";
-    options.output = folder.path();
-    options.device = app::DeviceKind::cpu;
-    options.size = glm::uvec2(16, 16);
-    options.frames = 2;
-    options.steps = {1};
-    options.seeds = 2;
+    app::FlightBenchOptions options =
+        smallFlights(folder.path() / "cornell-diffuse.gltf", folder.path());
     options.referenceSpp = 2;
     options.window = glm::uvec2(16, 16);
     options.strategies = {core::ReuseStrategy::discard};
-    options.params = core::ReuseParams{};
     std::string warnings;
     Measurement measurement(options, {.progress = [](const std::string&) {},
                                       .warn = [&](const std::string& w) { warnings += w; },
