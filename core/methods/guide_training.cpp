@@ -46,7 +46,8 @@ constexpr uint64_t kTriedAgain = 8, kMostPatience = 512;
 // 1.25; others at most 1.01, 1.05, 1.02, 1.04, 1.06 and 1.09 (bathroom, white room), 1.11, 1.13,
 // 1.11, 1.10, 1.11 and 1.12 (modern hall), 1.14, 1.15, 1.16, 1.18, 1.20 and 1.19 (staircase).
 // Followed by all paths a guide learns from more of them and promises 1.4 to 1.6 soon, of which it
-// keeps 1.5; what promises less than 1.3 then keeps .9 to 1.0.
+// keeps 1.5. With more pixels all promise more: the staircase (360x640) 1.2 to 1.3 after four to
+// eight samples; with 240x426 it kept 1.2.
 constexpr double kMuchGain = 1.6, kEnoughGain = 1.22, kLittleGain = 0.8;
 // In smaller pictures that many recorded paths take more samples, up to twice as many.
 constexpr uint64_t kSamplesOfProof = 8, kMostSamplesOfProof = 16;
