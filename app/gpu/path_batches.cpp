@@ -20,11 +20,11 @@ constexpr uint32_t kMaxLanes = 1u << shared::kStateLaneBits;
 // has been cut short.
 constexpr uint32_t kDeepestMegakernel = 32, kDeepestUnwatched = 8;
 constexpr uint32_t kMeasuredLanes = 1u << 14;
-// What is traced before another kernel is compiled beside it. That leaves devices their speed, but
-// for software devices, which it takes from half the processors for longer than the first kernel
-// took: there so many of its compilations come before. Kernels of bounces are 1.25 to 1.55 times as
-// fast as the other ones (four scenes, depth 12, two cores), kernels without a guide 1.1 times as
-// those with one: the latter are made up for sooner than the former are found to be slower.
+// What is traced before another kernel is compiled beside it. A graphics card is not slowed down by
+// that. A software device is, since it traces on the processors that the compiler takes: there so
+// many times what compiling the first kernel took comes before. Kernels of bounces, the first ones,
+// are 1.25 to 1.55 times as fast as the others (four scenes, depth 12, two cores), so that
+// measuring seldom gains; kernels without a guide are 1.1 times as fast as those with one.
 constexpr uint64_t kLanesBeforeAnother = 1u << 21;
 constexpr double kCompilationsBeforeMeasuring = 20, kCompilationsBeforeExchange = 8;
 constexpr uint32_t kBouncesPerSubmit = 16;  // then the host looks whether any path is left
