@@ -31,6 +31,8 @@ struct SceneOptions {
     std::filesystem::path file;
     core::LoadOptions load{.environment = core::kAnyEnvironment};
     double at = 0;  // seconds of the scene's animation
+    // Those of the pose that the world is laid out for: see core::World; without: `at`
+    std::optional<double> laidOutAt;
 };
 
 /// Frames `first` to `last`, both included.

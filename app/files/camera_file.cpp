@@ -25,8 +25,9 @@ const std::vector<std::string> kCameraMembers{
 
 const glm::dvec3 kLevel(0, 1, 0);  // up in glTF
 
-/// Those of glTF go up to 1e6, or are the ratio of two lengths of up to 1e18 (orthographic).
-constexpr double kMostAspect = 1e36;
+constexpr double kMostLength = 1e18;  // as of cameras in glTF
+/// Those of glTF go up to 1e6, or are the ratio of two lengths (orthographic).
+constexpr double kMostAspect = kMostLength * kMostLength;
 
 /// A place in a file: the file alone, or with a JSON pointer.
 struct Place {
@@ -162,18 +163,19 @@ void readOptics(const Json& json, core::Camera& camera, const core::Placement& p
         camera.orthographic = false;
     }
     if (json.contains("ymag")) {
-        camera.ymag = readNumber(json["ymag"], 1e-12, 1e12, place / "ymag") * placement.scale;
+        camera.ymag =
+            readNumber(json["ymag"], 1e-12, kMostLength, place / "ymag") * placement.scale;
         camera.orthographic = true;
     }
     if (json.contains("aspect"))
         camera.aspect = readNumber(json["aspect"], 0, kMostAspect, place / "aspect");
     if (json.contains("aperture_radius"))
         camera.apertureRadius =
-            readNumber(json["aperture_radius"], 0, 1e12, place / "aperture_radius") *
+            readNumber(json["aperture_radius"], 0, kMostLength, place / "aperture_radius") *
             placement.scale;
     if (json.contains("focus_distance"))
         camera.focusDistance =
-            readNumber(json["focus_distance"], 1e-12, 1e15, place / "focus_distance") *
+            readNumber(json["focus_distance"], 1e-12, kMostLength, place / "focus_distance") *
             placement.scale;
 }
 

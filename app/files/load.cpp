@@ -53,8 +53,9 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
             core::loadGltf(loaded.file, options.load, progress, stop);
         core::giveBackMemory();  // what the document took
         if (progress) progress("placing meshes", core::kUnknownShare);
-        loaded.world =
-            core::makeWorld(scene, options.at, forcedFeatures, {}, options.load.instancing);
+        loaded.world = core::makeWorld(scene, options.laidOutAt.value_or(options.at),
+                                       forcedFeatures, {}, options.load.instancing);
+        if (options.laidOutAt) loaded.world = core::poseWorld(loaded.world, options.at);
         if (stop.stop_requested())
             throw core::Error(loaded.file.string() + ": loading was cancelled",
                               core::ExitCode::interrupted);

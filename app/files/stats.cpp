@@ -231,6 +231,8 @@ core::Metadata imageMetadata(const PictureFacts& f)
                      {"ended", f.ended}};
     if (f.follows) m["follows"] = "true";
     if (f.scene.time != 0) m["at"] = Json(f.scene.time).dump();
+    const double laidOutAt = f.scene.world->laidOutAt;
+    if (laidOutAt != f.scene.time) m["laid_out_at"] = Json(laidOutAt).dump();
     const std::vector<std::string> biased = biasedParams(f.params);
     if (!biased.empty()) m["biased"] = Json(biased).dump();
     return m;

@@ -2,6 +2,7 @@
 #include "app/gpu/tiled_film.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/base/check.h"
 #include "core/base/time.h"
@@ -22,7 +23,8 @@ shared::FrameData frameOf(const core::World& world, const GpuScene& scene, const
     return frame;
 }
 
-/// Mean, variance of the mean (as core::Film::varianceOfMean) and weight of one pixel.
+/// Mean, variance of the mean (as core::Film::varianceOfMean) and weight of one pixel. Variances
+/// end at the largest float.
 static void storePixel(const shared::FilmPixel& p, size_t pixel, core::Estimate& estimate)
 {
     const double n = double(p.weight) - double(p.weightLost);
@@ -33,10 +35,11 @@ static void storePixel(const shared::FilmPixel& p, size_t pixel, core::Estimate&
     for (int k = 0; k < 3; ++k) {
         const size_t i = 3 * pixel + size_t(k);
         estimate.mean.pixels[i] = static_cast<float>(mean[k]);
-        if (n > 1) {
-            estimate.variance.pixels[i] =
-                static_cast<float>(std::max(squares[k] - mean[k] * mean[k], 0.0) / (n - 1));
-        }
+        if (n < 2) continue;
+        // Squares of radiances above 1.8e19 are infinite, their compensation is no number.
+        constexpr double kMost = std::numeric_limits<float>::max();
+        const double variance = std::max(squares[k] - mean[k] * mean[k], 0.0) / (n - 1);
+        estimate.variance.pixels[i] = static_cast<float>(variance < kMost ? variance : kMost);
     }
 }
 

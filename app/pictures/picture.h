@@ -105,6 +105,8 @@ struct ErrorPoint {
 struct Picture {
     uint64_t generation = 0;
     std::weak_ptr<const core::World> world;  // that it shows; a kept picture keeps no scene
+    std::weak_ptr<const core::Scene> scene;  // of that world, and of its other poses
+    double time = 0;                         // of that world, in seconds of the scene's animation
     // RGB radiance; while moving smaller than asked for
     core::Image mean;
     std::shared_ptr<const core::Image> variance;           // of the mean, RGB; when wanted

@@ -142,6 +142,8 @@ void PictureWork::describe(Picture& picture, const core::Renderer& renderer,
 {
     picture.follows = follows_;
     picture.world = request.world;
+    picture.scene = request.world->scene;
+    picture.time = request.world->time;
     picture.camera = request.camera;
     picture.fullSize = request.size;
     picture.params = request.params;

@@ -109,6 +109,8 @@ Replay replayOf(const core::Metadata& metadata, const fs::path& picture)
     replay.params = readMethodParams(members);
     replay.samples = members.value<uint64_t>("spp");
     if (members.has("at")) replay.at = members.value<double>("at", {0, 1e9});
+    if (members.has("laid_out_at"))
+        replay.laidOutAt = members.value<double>("laid_out_at", {0, 1e9});
     replay.follows = members.has("follows");
     if (members.has("environment"))
         replay.environment = findEnvironment(members.text("environment"), picture);

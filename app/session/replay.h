@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app/args/args.h"
@@ -20,7 +21,8 @@ struct Replay {
     core::AnyParams params;  // of the picture's method; what an older version had no parameter for
                              // is at its default
     uint64_t samples = 0;
-    double at = 0;  // seconds of the scene's animation
+    double at = 0;                    // seconds of the scene's animation
+    std::optional<double> laidOutAt;  // where another pose than that decided: see core::World
     // Whether the picture began with what the views before had left: it comes out with the same
     // light then, but not with the same bits
     bool follows = false;

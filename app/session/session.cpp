@@ -195,6 +195,18 @@ void Session::takePicture()
     completeSlots();
 }
 
+std::optional<ShownScene> Session::shownScene() const
+{
+    if (!document_ || !picture_) return {};
+    // Every instant has a world of its own, and while an animation plays pictures lag behind it.
+    const bool isNow = picture_->world.lock() == document_->world;
+    const bool lags = player.playing && picture_->scene.lock() == document_->world->scene;
+    if (!isNow && !lags) return {};
+    ShownScene scene = *document_;
+    scene.time = picture_->time;
+    return scene;
+}
+
 void Session::expose()
 {
     const std::optional<float> stops = picture_ ? meteredStops(picture_->mean) : std::nullopt;

@@ -199,7 +199,10 @@ public:
     bool saving() const;      // a file is still to be written
     bool saveFailed() const;  // one could not be since save() or beginSaves() was called last
     void beginSaves() { saveFailed_ = false; }
-    /// What a screenshot carries, so that its view can be had again; empty without a picture.
+    /// The scene at the instant of the picture on show; none without a picture, or when it is of
+    /// another scene, or of another instant though nothing plays.
+    std::optional<ShownScene> shownScene() const;
+    /// What a screenshot carries, so that its view can be had again; empty without that scene.
     core::Metadata pictureMetadata() const;
     /// Seconds of rendering in the picture that no file has; 0 where it is one of another view than
     /// is rendered now.
@@ -219,7 +222,7 @@ public:
     std::shared_ptr<const Reference> reference() const { return reference_; }
     bool referenceFits() const;  // whether it shows what is rendered: same scene, camera and size
     bool referenceFits(const Picture& picture) const;  // ... what the picture shows
-    /// False, with a word, while the picture is of another scene or instant.
+    /// False, with a word, without shownScene().
     bool storeSlot(size_t side);
     /// A becomes B with all that belongs to it. Not during an equal-time run, which fills both.
     void swapSlots();

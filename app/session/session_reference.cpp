@@ -291,15 +291,14 @@ void Session::judge()
 
 bool Session::storeSlot(size_t side)
 {
-    // Every instant of an animation has a world of its own.
-    if (!document_ || !picture_ || picture_->world.lock() != document_->world) {
+    if (!shownScene()) {
         notices.tell(Severity::error, "there is no picture to keep yet");
         return false;
     }
     // Amid a sample some pixels have had one more than is told of the picture.
     const bool before = !isWhole(*picture_) && whole_ && onePicture(*whole_, *picture_);
     const std::shared_ptr<const Picture>& kept = before ? whole_ : picture_;
-    slots[side] = {kept, pictureLabel(*kept), document_->time};
+    slots[side] = {kept, pictureLabel(*kept), kept->time};
     slotWants_[side] = !kept->variance || !isWhole(*kept);
     return true;
 }

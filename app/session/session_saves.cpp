@@ -115,8 +115,8 @@ bool Session::saveFailed() const
 
 core::Metadata Session::pictureMetadata() const
 {
-    if (!document_ || !picture_ || picture_->world.lock() != document_->world) return {};
-    return viewMetadata(*picture_, *document_);
+    const std::optional<ShownScene> scene = shownScene();
+    return scene ? viewMetadata(*picture_, *scene) : core::Metadata{};
 }
 
 double Session::unsavedSeconds() const

@@ -66,6 +66,7 @@ void Session::replay(const fs::path& picture)
         SceneOptions scene = options_.scene;
         scene.file = found.scene;
         scene.at = found.at;
+        scene.laidOutAt = found.laidOutAt;
         if (!found.environment.empty()) scene.load.environment = found.environment;
         load(scene);
         pendingReplay_ = std::make_unique<Replay>(std::move(found));

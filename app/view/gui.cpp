@@ -211,11 +211,16 @@ void Gui::Impl::draw(VkCommandBuffer commands, VkImage image, VkFramebuffer fram
     const glm::uvec2 area(display.width(), display.height());
     transition(commands, image, kNoUse, kCopiedTo);
     if (area != size) clear(commands, image);
+    // After a present that failed the display may be that of a larger window.
+    const glm::uvec2 inside = glm::min(area, size - glm::min(shown.corner, size));
     VkBufferImageCopy copy{};
+    copy.bufferRowLength = area.x;
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     copy.imageOffset = {static_cast<int>(shown.corner.x), static_cast<int>(shown.corner.y), 0};
-    copy.imageExtent = {area.x, area.y, 1};
-    vk.CmdCopyBufferToImage(commands, display.output().get(), image, kCopiedTo.layout, 1, &copy);
+    copy.imageExtent = {inside.x, inside.y, 1};
+    if (inside.x > 0 && inside.y > 0)
+        vk.CmdCopyBufferToImage(commands, display.output().get(), image, kCopiedTo.layout, 1,
+                                &copy);
     transition(commands, image, kCopiedTo, kDrawn);
     VkRenderPassBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO;

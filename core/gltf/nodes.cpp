@@ -314,6 +314,7 @@ NodePlan readNodes(Load& load)
         std::string name = object.name();  // which only cameras take
         Node node;
         node.parent = visit.parent;
+        node.source = visit.node;
         node.local = readTransform(load, object);
         load.scene.nodes.push_back(std::move(node));
         readMeshUse(load, object, index, targets, plan);

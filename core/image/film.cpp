@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace core {
 
@@ -85,9 +86,10 @@ Image Film::varianceOfMean() const
         // zero.
         const glm::dvec3 mean = sum[i] / n;
         const glm::dvec3 spread = sumOfSquares[i] / n - mean * mean;
+        constexpr double kMost = std::numeric_limits<float>::max();
         for (int c = 0; c < 3; ++c)
             image.pixels[3 * i + size_t(c)] =
-                static_cast<float>(std::max(spread[c], 0.0) / (n - 1));
+                static_cast<float>(std::clamp(spread[c] / (n - 1), 0.0, kMost));
     }
     return image;
 }

@@ -53,8 +53,9 @@ struct Film {
     /// Mean radiance, RGB.
     Image mean() const;
 
-    /// Variance of the mean per channel, from the samples' own spread; zero below two samples. With
-    /// the Sobol sampler this is an upper bound: its samples are less noisy together than apart.
+    /// Variance of the mean per channel, from the samples' own spread; zero below two samples, the
+    /// largest float where it is larger. With the Sobol sampler this is an upper bound: its samples
+    /// are less noisy together than apart.
     Image varianceOfMean() const;
 
     /// Everything; `meanOnly` leaves variance and weight empty.

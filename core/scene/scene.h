@@ -113,6 +113,7 @@ struct IndexRange {
 struct Node {
     int parent = -1;    // comes before its children in Scene::nodes; -1: none
     IndexRange meshes;  // one glTF mesh may become several (one per primitive)
+    int source = -1;    // in the document, for messages; -1: the same place as in Scene::nodes
     std::variant<Transform, glm::dmat4x3> local;
     int camera = -1, light = -1;
     int placements = -1;  // index into Scene::placements; -1: the meshes are where the node is

@@ -141,9 +141,10 @@ void warnAboutLightThroughSolids(World& world, const Topology& topology)
 
 }  // namespace
 
-std::string nodePointer(size_t node)
+std::string nodePointer(const Scene& scene, size_t node)
 {
-    return "/nodes/" + std::to_string(node);
+    const int source = scene.nodes[node].source;
+    return "/nodes/" + std::to_string(source < 0 ? node : static_cast<size_t>(source));
 }
 
 void layOutMaterials(World& world, const Scene& scene, const std::vector<int>& used)
@@ -222,7 +223,7 @@ void placeCameras(World& world, const Scene& scene, const Pose& pose)
         if (placed.hasLens()) world.features |= shared::kFeatureThinLens;
         const double sum = glm::dot(placed.position, placed.position);
         if (!std::isfinite(sum)) {
-            world.warnings.add("CAMERA_NOT_FINITE", nodePointer(n),
+            world.warnings.add("CAMERA_NOT_FINITE", nodePointer(scene, n),
                                "camera without a finite position — ignored");
             continue;
         }
@@ -262,6 +263,8 @@ std::shared_ptr<const World> flattenWorld(std::shared_ptr<const Scene> scene, Po
 {
     auto world = std::make_shared<World>();
     auto topology = std::make_shared<Topology>();
+    world->time = pose.time;
+    world->laidOutAt = previous != nullptr ? previous->laidOutAt : pose.time;
     world->warnings = scene->warnings;
     std::vector<Instance> instances = findInstances(*scene, pose, world->warnings);
     std::vector<bool> shown(scene->meshes.size(), false);
@@ -348,6 +351,7 @@ std::shared_ptr<const World> poseWorld(const std::shared_ptr<const World>& from,
         return flattenWorld(from->scene, pose, topology.forcedFeatures, from->placement,
                             topology.instancing, from.get());
     }
+    world->time = time;
     warnAboutDropped(world->warnings, scene, topology);
     finishPose(*world, topology, scene, pose, extent->rough);
     return world;

@@ -49,6 +49,10 @@ struct Bvh;       // core/trace/bvh.h
 /// that an array is the same one is told by SharedArray::sharesWith.
 struct World {
     std::shared_ptr<const Scene> scene;
+    double time = 0;  // of this pose, in seconds of the scene's animation
+    // Of the pose that placement, instancing and choice of emitters were made for: all others take
+    // them over
+    double laidOutAt = 0;
     Placement placement;
 
     // The same in all poses of a topology. Triangles are in the order: opaque and still, opaque and

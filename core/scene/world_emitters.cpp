@@ -248,12 +248,12 @@ void addPunctual(World& world, const Scene& scene, const Pose& pose, bool near, 
         const double power = makePunctual(light, pose.toFile[n], world, e, where);
         const double sum = static_cast<double>(glm::dot(e.a, e.a) + glm::dot(e.b, e.b)) + power;
         if (!std::isfinite(sum)) {
-            world.warnings.add("LIGHT_NOT_FINITE", nodePointer(n),
+            world.warnings.add("LIGHT_NOT_FINITE", nodePointer(scene, n),
                                "position, direction or intensity is not finite — light dropped");
             continue;
         }
         if (light.range > 0) {
-            world.warnings.add("LIGHT_RANGE_IGNORED", nodePointer(n),
+            world.warnings.add("LIGHT_RANGE_IGNORED", nodePointer(scene, n),
                                "range is a hint that ends light abruptly — ignored, light falls "
                                "off with the square "
                                "of the distance");

@@ -222,7 +222,7 @@ void warnAbout(Warnings& warnings, const Scene& scene, const Instance& instance,
                const Dropped& dropped)
 {
     if (dropped == Dropped{}) return;
-    const std::string where = nodePointer(static_cast<size_t>(instance.node));
+    const std::string where = nodePointer(scene, static_cast<size_t>(instance.node));
     const std::string& name = scene.meshes[static_cast<size_t>(instance.mesh)].name;
     if (dropped.degenerate > 0) {
         warnings.add("TRIANGLES_DEGENERATE", where,

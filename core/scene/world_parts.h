@@ -156,8 +156,8 @@ void findEmission(World& world, Topology& topology, const Scene& scene);
 /// their feature bits. Tables that come out as they are stay shared.
 void collectEmitters(World& world, const Topology& topology, const Scene& scene, const Pose& pose);
 
-/// JSON pointer of a node.
-std::string nodePointer(size_t node);
+/// JSON pointer of a node in the document.
+std::string nodePointer(const Scene& scene, size_t node);
 
 /// Puts `values` into `array`, unless it holds just these: then it goes on sharing them. Returns
 /// whether they are others.

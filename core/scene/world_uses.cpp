@@ -61,7 +61,7 @@ glm::dmat4x3 Instance::toFile() const
 namespace {
 
 /// Whether there is something to see; warns where not.
-bool isShown(const Instance& instance, Warnings& warnings)
+bool isShown(const Scene& scene, const Instance& instance, Warnings& warnings)
 {
     const glm::dmat4x3 toFile = instance.toFile();
     const glm::dmat3 normals = cofactors(glm::dmat3(toFile));
@@ -70,7 +70,7 @@ bool isShown(const Instance& instance, Warnings& warnings)
     const bool finite = std::isfinite(size) && isFinite(glm::dvec3(toFile[3]));
     if (finite && size > 0) return true;
     warnings.add(finite ? "NODE_SCALE_ZERO" : "NODE_NOT_FINITE",
-                 nodePointer(static_cast<size_t>(instance.node)),
+                 nodePointer(scene, static_cast<size_t>(instance.node)),
                  finite ? "scale is zero along two axes or more: nothing to see — instance dropped"
                         : "transform is not finite — instance dropped");
     return false;
@@ -105,7 +105,7 @@ std::vector<Instance> findInstances(const Scene& scene, const Pose& pose, Warnin
                 instance.mesh = static_cast<int>(mesh);
                 const Instance use = deforming.of(instance);
                 const bool apart = use.nodeToFile != instance.nodeToFile;
-                if (!apart && !shown) shown = isShown(instance, warnings);
+                if (!apart && !shown) shown = isShown(scene, instance, warnings);
                 if (apart || *shown) instances.push_back(use);
             }
         };

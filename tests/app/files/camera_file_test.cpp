@@ -100,6 +100,18 @@ TEST(CameraJson, EveryAspectThatASceneHasIsReadBack)
     }
 }
 
+/// glTF has lengths of up to 1e18.
+TEST(CameraJson, EveryLengthThatASceneHasIsReadBack)
+{
+    core::Camera camera;
+    camera.orthographic = true;
+    camera.ymag = camera.apertureRadius = camera.focusDistance = 1e18;
+    const core::Camera back = app::cameraFromJson(app::cameraJson(camera, {}), {}, {}, "c");
+    EXPECT_EQ(back.ymag, 1e18);
+    EXPECT_EQ(back.apertureRadius, 1e18);
+    EXPECT_EQ(back.focusDistance, 1e18);
+}
+
 TEST(CameraJson, WhatIsAbsentStays)
 {
     const core::Camera camera = namedCamera();

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "app/gpu/film.h"
@@ -248,6 +249,31 @@ TEST_F(FilmGpu, PartsOfAFilmAreReadInOrder)
     });
     EXPECT_EQ(next, kPixels);
     EXPECT_EQ(right, kPixels);
+}
+
+/// Squares of such radiances are infinite: without an end their pixels would be left out of the
+/// picture's noise, as if there were none.
+TEST_F(FilmGpu, VariancesEndAtTheLargestFloat)
+{
+    Batches batches(context, 16, 8);
+    for (size_t i = 0; i < batches.values.size(); i += 2) batches.values[i].x = 1e20f;
+    batches.radiance.writeAll(batches.values);
+    gpu::TiledFilm film(context);
+    film.reset(batches.frame.data());
+    film.begin(batches.radiance);
+    film.advance(
+        {.samples = 2}, {}, [] { return 2u * 2 * 64; },
+        [&](const shared::Batch& batch, const gpu::TiledFilm::Then& then) {
+            context.device.submit([&](VkCommandBuffer commands) { then(commands, batch); });
+        });
+    const core::Image variance = film.read(core::Reading::everything).variance;
+    size_t most = 0;
+    for (size_t i = 0; i < variance.pixels.size(); ++i) {
+        most += variance.pixels[i] == std::numeric_limits<float>::max() ? 1u : 0u;
+        EXPECT_LE(variance.pixels[i], std::numeric_limits<float>::max()) << i;
+        if (i % 3 != 0) EXPECT_LT(variance.pixels[i], 1) << i;
+    }
+    EXPECT_EQ(most, 64u) << "in red, of every other pixel";
 }
 
 /// Counters of 32 bits are read before they can come to their end, however long paths are.

@@ -128,6 +128,39 @@ Shown show(uint64_t samples)
     return shown;
 }
 
+/// Placement, instancing and the choice of emitters are those of the pose that came first.
+TEST(Replay, FramesOfAnAnimationComeBackAsThePosesThatTheyWere)
+{
+    const fs::path file = fs::path(REKINDLE_SOURCE_DIR) / "assets" / "animated.gltf";
+    const auto first = app::loadWorld({.file = file, .load = {}, .at = 0}, 0, {}).world;
+    const auto alone = app::loadWorld({.file = file, .load = {}, .at = 0.7}, 0, {}).world;
+    const auto shown = core::poseWorld(core::poseWorld(first, 0.3), 0.7);
+    ASSERT_NE(alone->placement.centre, first->placement.centre) << "the test needs two placements";
+    const auto facts = [&](const auto& world) {
+        return app::imageMetadata({.scene = {file, world, 0.7, core::kAnyEnvironment},
+                                   .camera = world->cameras.front(),
+                                   .size = {24, 16},
+                                   .params = someParams(),
+                                   .samples = 3,
+                                   .device = "cpu",
+                                   .ended = "samples"});
+    };
+    EXPECT_FALSE(facts(alone).contains("laid_out_at"));
+    const app::Replay replay = app::replayOf(facts(shown), file);
+    EXPECT_EQ(replay.at, 0.7);
+    ASSERT_EQ(replay.laidOutAt, 0.0);
+    const auto again =
+        app::loadWorld(
+            {.file = replay.scene, .load = {}, .at = replay.at, .laidOutAt = replay.laidOutAt}, 0,
+            {})
+            .world;
+    EXPECT_EQ(again->time, 0.7);
+    EXPECT_EQ(again->laidOutAt, 0);
+    EXPECT_EQ(again->placement.centre, shown->placement.centre);
+    EXPECT_EQ(again->positions, shown->positions);
+    EXPECT_EQ(again->cameras, shown->cameras);
+}
+
 TEST(Replay, PicturesOfTheWindowSayTheSameAndComeOutAgain)
 {
     const TemporaryFolder folder;

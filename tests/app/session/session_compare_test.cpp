@@ -395,6 +395,36 @@ TEST(SessionCompare, NoSideIsOfTheSceneBefore)
     EXPECT_TRUE(told(session, "is kept as B"));
 }
 
+/// What is on show then is of an instant before the one that is being rendered.
+TEST(SessionCompare, WhileAnAnimationPlaysThePictureOnShowIsKept)
+{
+    Book book;
+    app::SessionOptions o = options("animated.gltf");
+    o.factory = [&](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); };
+    o.render.sppLimit = 4;
+    Session session(o);
+    ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
+    act(session, "animation", {{"play", false}, {"time", 0.5}});
+    ASSERT_TRUE(until(session, [&] {
+        return settled(session) && session.picture()->finished && session.picture()->time == 0.5;
+    }));
+    book.set(&Book::endlessWorld, true);
+    act(session, "animation", {{"play", true}});
+    ASSERT_TRUE(until(session, [&] { return session.document()->time > 0.5; }));
+    EXPECT_EQ(session.pictureMetadata()["at"], "0.5");
+    act(session, "store-a");
+    ASSERT_EQ(session.slots[0].picture, session.picture());
+    EXPECT_EQ(session.slots[0].time, 0.5);
+
+    act(session, "load", {{"file", (kAssets / "furnace-50.gltf").string()}});
+    ASSERT_TRUE(until(session, [&] { return told(session, "furnace-50.gltf: "); }));
+    session.player.playing = true;
+    act(session, "store-b");
+    EXPECT_EQ(session.slots[1].picture, nullptr) << "another scene";
+    EXPECT_TRUE(session.pictureMetadata().empty());
+    book.set(&Book::endlessWorld, false);
+}
+
 /// As `compare` reads it.
 TEST(SessionCompare, AReferenceOfAnotherProgramNeedNotHaveThreeChannels)
 {

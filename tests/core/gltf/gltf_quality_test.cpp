@@ -3,6 +3,7 @@
 #include "tests/support/scenes/gltf_fixture.h"
 
 #include <cmath>
+#include <map>
 
 #include "shared/warp.h"
 #include "tests/support/statistics/no_numbers.h"
@@ -421,6 +422,25 @@ TEST(GltfRepairs, NamesOfTheWrongTypeAreIgnored)
     test::Document document = test::triangle();
     document.json["nodes"][0]["name"] = 5;
     EXPECT_REPAIRED(scene, document, "TYPE_MISMATCH", "/nodes/0/name");
+}
+
+/// The scene's nodes stand in another order than the document's, and are fewer.
+TEST(GltfRepairs, WarningsOfTheWorldNameTheDocumentsNodes)
+{
+    test::Document document = test::triangle();
+    document.json["nodes"] = Json::parse(R"([{"mesh":0,"scale":[0,0,0]},{"mesh":0},{},
+        {"extensions":{"KHR_lights_punctual":{"light":0}}},{"children":[0,1,3]}])");
+    document.json["scenes"][0]["nodes"] = {4};
+    document.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "point"}, {"range", 5}}};
+    const auto scene = test::load(document);
+    ASSERT_TRUE(scene);
+    std::map<std::string, std::string> places;
+    for (const core::Warning& warning : core::makeWorld(scene)->warnings.listed)
+        places[warning.code] = warning.pointer;
+    EXPECT_EQ(places["NODE_SCALE_ZERO"], "/nodes/0");
+    EXPECT_EQ(places["LIGHT_RANGE_IGNORED"], "/nodes/3");
 }
 
 }  // namespace

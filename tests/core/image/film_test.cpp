@@ -3,6 +3,7 @@
 #include "core/image/film.h"
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -98,6 +99,20 @@ TEST(Film, noiselessPixelHasNoVariance)
     const float variance = film.varianceOfMean().pixels[0];
     EXPECT_GE(variance, 0.0f);
     EXPECT_LT(variance, 1e-16f);
+}
+
+/// An infinite one would be left out of means of variances, as if there were no noise.
+TEST(Film, VariancesEndAtTheLargestFloat)
+{
+    Film film;
+    film.reset(1, 1);
+    FilmCounters dropped;
+    film.add(0, glm::vec3(1e25f, 1, 0), dropped);
+    film.add(0, glm::vec3(0, 1, 0), dropped);
+    const Image variance = film.varianceOfMean();
+    EXPECT_EQ(variance.pixels[0], std::numeric_limits<float>::max());
+    EXPECT_EQ(variance.pixels[1], 0);
+    EXPECT_EQ(dropped.inf, 0u);
 }
 
 TEST(Film, varianceOfTheMeanIsUnbiased)
