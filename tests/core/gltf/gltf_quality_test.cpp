@@ -437,7 +437,8 @@ TEST(GltfRepairs, WarningsOfTheWorldNameTheDocumentsNodes)
     const auto scene = test::load(document);
     ASSERT_TRUE(scene);
     std::map<std::string, std::string> places;
-    for (const core::Warning& warning : core::makeWorld(scene)->warnings.listed)
+    const auto world = core::makeWorld(scene);
+    for (const core::Warning& warning : world->warnings.listed)
         places[warning.code] = warning.pointer;
     EXPECT_EQ(places["NODE_SCALE_ZERO"], "/nodes/0");
     EXPECT_EQ(places["LIGHT_RANGE_IGNORED"], "/nodes/3");
