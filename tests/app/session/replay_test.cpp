@@ -141,14 +141,15 @@ TEST(Replay, FramesOfAnAnimationComeBackAsThePosesThatTheyWere)
     const auto alone = app::loadWorld({.file = file, .load = {}, .at = 0.7}, 0, {}).world;
     const auto shown = core::poseWorld(core::poseWorld(first, 0.3), 0.7);
     ASSERT_NE(alone->placement.centre, first->placement.centre) << "the test needs two placements";
-    const auto facts = [&](const auto& world) {
-        return app::imageMetadata({.scene = {file, world, 0.7, core::kAnyEnvironment},
-                                   .camera = world->cameras.front(),
-                                   .size = {24, 16},
-                                   .params = someParams(),
-                                   .samples = 3,
-                                   .device = "cpu",
-                                   .ended = "samples"});
+    const auto facts = [&](const std::shared_ptr<const core::World>& world) {
+        app::PictureFacts f;
+        f.scene = {file, world, 0.7, core::kAnyEnvironment};
+        f.camera = world->cameras.front();
+        f.size = {24, 16};
+        f.params = someParams();
+        f.samples = 3;
+        f.device = "cpu";
+        return app::imageMetadata(f);
     };
     EXPECT_FALSE(facts(alone).contains("laid_out_at"));
     const app::Replay replay = app::replayOf(facts(shown), file);
