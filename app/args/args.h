@@ -32,7 +32,7 @@ struct SceneOptions {
     core::LoadOptions load{.environment = core::kAnyEnvironment};
     double at = 0;  // seconds of the scene's animation
     // Those of the pose that the world is laid out for: see core::World; without: `at`
-    std::optional<double> laidOutAt;
+    std::optional<double> laidOutAt{};
 };
 
 /// Frames `first` to `last`, both included.
