@@ -271,7 +271,9 @@ TEST_F(FilmGpu, VariancesEndAtTheLargestFloat)
     for (size_t i = 0; i < variance.pixels.size(); ++i) {
         most += variance.pixels[i] == std::numeric_limits<float>::max() ? 1u : 0u;
         EXPECT_LE(variance.pixels[i], std::numeric_limits<float>::max()) << i;
-        if (i % 3 != 0) EXPECT_LT(variance.pixels[i], 1) << i;
+        if (i % 3 != 0) {
+            EXPECT_LT(variance.pixels[i], 1) << i;
+        }
     }
     EXPECT_EQ(most, 64u) << "in red, of every other pixel";
 }
