@@ -200,9 +200,11 @@ void Session::applyReplay()
     if (replay.samples > 0) render.sppLimit = replay.samples;
     fixedSize_ = replay.size;
     try {
-        navigation.set(cameraFromJson(Json::parse(replay.cameraJson), core::Camera{},
-                                      document_->world->placement, "the saved picture"),
-                       static_cast<double>(document_->world->radius));
+        core::Camera camera = cameraFromJson(Json::parse(replay.cameraJson), core::Camera{},
+                                             document_->world->placement, "the saved picture");
+        // What of a wider frame the picture does not show is left out again.
+        camera.aspect = std::min(camera.aspect, static_cast<double>(replay.size.x) / replay.size.y);
+        navigation.set(camera, static_cast<double>(document_->world->radius));
         sceneCamera_.reset();
     } catch (const std::exception& error) {
         notices.tell(Severity::error, error.what());

@@ -22,6 +22,7 @@
 #include "core/image/image_metadata.h"
 #include "core/methods/method.h"
 #include "tests/support/files/temporary_folder.h"
+#include "tests/support/session/session_steps.h"
 
 namespace {
 
@@ -126,6 +127,21 @@ Shown show(uint64_t samples)
     p.seconds = 0.25;
     p.stats = renderer->stats();
     return shown;
+}
+
+/// Headless pictures keep the camera's angle, the window shows all of the camera's frame.
+TEST(Replay, PicturesOfAnotherShapeThanTheirCamerasFrameComeOutAgain)
+{
+    const TemporaryFolder folder;
+    const fs::path scene = fs::path(REKINDLE_SOURCE_DIR) / "assets" / "animated.gltf";
+    ASSERT_TRUE(rekindle(folder.path(), "render " + quoted(scene) +
+                                            " -o a.exr --device cpu --size 16x24 --spp 3"));
+    app::Session session(tests::options(""));
+    session.replay(folder / "a.exr");
+    ASSERT_TRUE(tests::until(
+        session, [&] { return tests::settled(session) && session.picture()->finished; }));
+    EXPECT_EQ(session.picture()->samples, 3u);
+    EXPECT_EQ(session.picture()->mean.pixels, core::readExr(folder / "a.exr").layer("").pixels);
 }
 
 /// Placement, instancing and the choice of emitters are those of the pose that came first.
