@@ -271,7 +271,9 @@ void Job::poseFor(uint32_t index)
     if (time == report_.time) return;
     report_.time = time;
     report_.world = core::poseWorld(report_.world, time);
-    tellWarnings(*report_.world, printedNumber("at %.4g s: ", time));
+    const std::string when = printedNumber("at %.4g s: ", time);
+    refuseWarnings(report_.world->warnings, o_.scene, o_.scene.file, when);
+    tellWarnings(*report_.world, when);
     // The camera of a scene that has none frames what is seen at first. If it framed every pose
     // anew, what moves would seem to rest while the camera moves.
     if (!report_.world->scene->cameras.empty())

@@ -41,6 +41,14 @@ std::vector<std::string> warningLines(const core::Warnings& warnings)
     return lines;
 }
 
+void refuseWarnings(const core::Warnings& warnings, const SceneOptions& options,
+                    const std::filesystem::path& file, const std::string& when)
+{
+    if (options.load.strict && warnings.total() > 0)
+        throw core::Error(file.string() + ": " + when + warningLines(warnings).front() +
+                          " — refused because of --strict");
+}
+
 LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
                       const core::Progress& progress, std::stop_token stop)
 {
@@ -66,11 +74,7 @@ LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
         loaded.note = "nothing shines in this scene: a plain sky lights it (--environment none: "
                       "nothing does)";
     loaded.seconds = core::secondsSince(start);
-
-    const core::Warnings& warnings = loaded.world->warnings;
-    if (options.load.strict && warnings.total() > 0)
-        throw core::Error(loaded.file.string() + ": " + warningLines(warnings).front() +
-                          " — refused because of --strict");
+    refuseWarnings(loaded.world->warnings, options, loaded.file);
     return loaded;
 }
 

@@ -27,6 +27,10 @@ struct LoadedWorld {
 LoadedWorld loadWorld(const SceneOptions& options, uint32_t forcedFeatures,
                       const core::Progress& progress, std::stop_token stop = {});
 
+/// Throws core::Error for the first warning where the options are strict; `when` goes before it.
+void refuseWarnings(const core::Warnings& warnings, const SceneOptions& options,
+                    const std::filesystem::path& file, const std::string& when = {});
+
 /// The scene to show when none is named, assets/cornell-diffuse.gltf: of the installed program in
 /// ../share/rekindle, of the one that the repository builds beside its folder, else below the
 /// current folder.

@@ -160,9 +160,10 @@ TEST_F(Cli, TheDefaultCameraDoesNotFollowWhatMoves)
 TEST_F(Cli, WarningsOfLaterPosesAreTold)
 {
     writeFile("vanishing.gltf", movingTriangle("scale", {1, 1, 1}, {0, 0, 0}).text());
-    const Result result =
-        run({"render", "vanishing.gltf", "--device", "cpu", "--size", "16x12", "--spp", "1", "-o",
-             "f-%d.exr", "--frames", "0-3", "--fps", "1", "--stats", "stats.json"});
+    const Strings render{
+        "render", "vanishing.gltf", "--device", "cpu", "--size",  "16x12",     "--spp", "1",
+        "-o",     "f-%d.exr",       "--fps",    "1",   "--stats", "stats.json"};
+    const Result result = run(render + Strings{"--frames", "0-3"});
     ASSERT_EQ(result.code, 0) << result.err;
     const size_t told = result.err.find("vanishing.gltf: at 1 s: /nodes/0: scale is zero");
     ASSERT_NE(told, std::string::npos) << result.err;
@@ -170,6 +171,12 @@ TEST_F(Cli, WarningsOfLaterPosesAreTold)
               std::string::npos)
         << result.err;
     EXPECT_EQ(stats().at("warnings"), 1);
+
+    EXPECT_EQ(run(render + Strings{"--strict", "--frames", "0-0"}).code, 0);
+    const Result strict = run(render + Strings{"--strict", "--frames", "0-3"});
+    EXPECT_NE(strict.code, 0);
+    EXPECT_NE(strict.err.find("(NODE_SCALE_ZERO) — refused because of --strict"), std::string::npos)
+        << strict.err;
 }
 
 TEST(ToldWarnings, PlacesAreToldOnceAndCountedOnce)
