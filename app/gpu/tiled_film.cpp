@@ -35,7 +35,7 @@ static void storePixel(const shared::FilmPixel& p, size_t pixel, core::Estimate&
     for (int k = 0; k < 3; ++k) {
         const size_t i = 3 * pixel + size_t(k);
         estimate.mean.pixels[i] = static_cast<float>(mean[k]);
-        if (n < 2) continue;
+        if (!(n > 1)) continue;
         // Squares of radiances above 1.8e19 are infinite, their compensation is no number.
         constexpr double kMost = std::numeric_limits<float>::max();
         const double variance = std::max(squares[k] - mean[k] * mean[k], 0.0) / (n - 1);
