@@ -364,13 +364,19 @@ TEST(SessionCompare, ASideIsOfWholeSamples)
     EXPECT_EQ(session.slots[0].picture->samples, session.picture()->samples);
 }
 
-TEST(SessionCompare, NoSideIsOfTheSceneBefore)
+/// A scene that moves, of which a renderer pretends to take four samples.
+app::SessionOptions animation(Book& book)
 {
-    Book book;
     app::SessionOptions o = options("animated.gltf");
     o.factory = [&](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); };
     o.render.sppLimit = 4;
-    Session session(o);
+    return o;
+}
+
+TEST(SessionCompare, NoSideIsOfTheSceneBefore)
+{
+    Book book;
+    Session session(animation(book));
     ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
     const auto before = session.picture();
     book.set(&Book::endlessWorld, true);
@@ -399,10 +405,7 @@ TEST(SessionCompare, NoSideIsOfTheSceneBefore)
 TEST(SessionCompare, WhileAnAnimationPlaysThePictureOnShowIsKept)
 {
     Book book;
-    app::SessionOptions o = options("animated.gltf");
-    o.factory = [&](const app::RenderParams&, bool) { return std::make_unique<Pretender>(book); };
-    o.render.sppLimit = 4;
-    Session session(o);
+    Session session(animation(book));
     ASSERT_TRUE(until(session, [&] { return settled(session) && session.picture()->finished; }));
     act(session, "animation", {{"play", false}, {"time", 0.5}});
     ASSERT_TRUE(until(session, [&] {
